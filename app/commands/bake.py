@@ -1,0 +1,208 @@
+"""``turnlight bake``: compute the light transport of a head."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app.core.errors import BakeError
+from app.core.files import check_target
+from app.core.paths import resources
+from app.core.progress import Token
+
+if TYPE_CHECKING:
+    import argparse
+
+    from app.core.baking.bake import Quality
+    from app.core.baking.scene import HeadMesh
+
+__all__ = ["add_parser", "run"]
+
+_LARGEST_PICTURE = 400
+_LARGEST_ENVIRONMENT = 256
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the ``bake`` command to the command line.
+
+    Parameters
+    ----------
+    subparsers : argparse._SubParsersAction
+        Where commands are added.
+    """
+    parser = subparsers.add_parser(
+        "bake",
+        help="compute the light transport of a head",
+        description="Compute how light from every direction falls on a head, and the studio "
+        "pictures of all styles on it. A bake that was stopped goes on where it was. Writes "
+        "T.npz and, beside it, T.styles.npz.",
+    )
+    parser.add_argument("-o", "--output", metavar="T.npz", type=Path, help="file to write")
+    parser.add_argument(
+        "--head",
+        metavar="FILE",
+        default="generic",
+        help="generic, female, male, or a closed PLY or OBJ mesh: +Y up, +Z out of the face",
+    )
+    parser.add_argument("--eyes", metavar="FILE", type=Path, help="eyes of a head file, PLY or OBJ")
+    parser.add_argument(
+        "--unit", metavar="MM", type=float, default=100.0, help="millimetres per unit of the files"
+    )
+    parser.add_argument("--skin", metavar="NAME", default="medium", help="light, medium or dark")
+    parser.add_argument("--env", metavar="WxH", default="64x32", help="texels of the environment")
+    parser.add_argument("--image", metavar="N", type=int, default=100, help="pixels along one side")
+    parser.add_argument(
+        "--quality", default="good", choices=("draft", "good", "best"), help="default: good"
+    )
+    parser.add_argument("--variant", metavar="V", default="auto", help="auto, llvm, cuda or scalar")
+    parser.add_argument("--seed", type=int, default=1, help="another seed, another noise")
+    parser.add_argument(
+        "--export-scene", metavar="DIR", type=Path, help="write the scene for stock Mitsuba"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Bake a transport, or export the scene, or both.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        As parsed by the parser of `add_parser`.
+
+    Returns
+    -------
+    int
+        0.
+
+    Raises
+    ------
+    CoreError
+        When an argument or a file is of no use, or Mitsuba does not work here.
+    """
+    if args.output is None and args.export_scene is None:
+        raise BakeError("Say where to write: -o T.npz, or --export-scene DIR.")
+    environment = _environment(args.env)
+    if not 8 <= args.image <= _LARGEST_PICTURE:
+        raise BakeError(f"--image must be 8 to {_LARGEST_PICTURE}, not {args.image}.")
+    if not 0 <= args.seed < 2**31:
+        raise BakeError("--seed must be a whole number from 0 to 2,147,483,647.")
+    if args.output is not None:
+        if args.output.suffix != ".npz":
+            raise BakeError(f"A transport is an .npz file, not {args.output.name}.")
+        check_target(args.output)
+
+    from app.core.baking.backend import select_variant
+    from app.core.baking.bake import QUALITIES
+    from app.core.baking.scene import export_scene, frame_head
+    from app.core.baking.skin import find_skin
+
+    skin = find_skin(args.skin)
+    select_variant(args.variant)
+    head = _head(args)
+    facts: dict[str, object] = {}
+    if args.export_scene is not None:
+        scene = export_scene(args.export_scene, head, skin, frame_head(head, args.image))
+        facts["scene"] = str(scene)
+    if args.output is not None:
+        facts |= _bake(args, head, environment, QUALITIES[args.quality])
+    if args.json:
+        print(json.dumps(facts))
+    else:
+        print("\n".join(f"{key}: {value}" for key, value in facts.items()))
+    return 0
+
+
+def _environment(text: str) -> tuple[int, int]:
+    width, _, height = text.lower().partition("x")
+    if not (width.isdigit() and height.isdigit()):
+        raise BakeError(f"--env must look like 64x32, not {text}.")
+    rows, columns = int(height), int(width)
+    if columns != 2 * rows or not 8 <= columns <= _LARGEST_ENVIRONMENT or columns % 4:
+        raise BakeError(
+            f"--env must be twice as wide as high, 8x4 to {_LARGEST_ENVIRONMENT}x"
+            f"{_LARGEST_ENVIRONMENT // 2}, not {text}."
+        )
+    return rows, columns
+
+
+def _head(args: argparse.Namespace) -> HeadMesh:
+    from app.core.baking.scene import load_head
+
+    folder = resources() / "heads"
+    shipped = folder / f"{args.head}.ply"
+    if Path(args.head).name == args.head and shipped.is_file() and not args.head.endswith("-eyes"):
+        return load_head(args.head, shipped, folder / f"{args.head}-eyes.ply")
+    file = Path(args.head)
+    return load_head(file.stem, file, args.eyes, unit_mm=args.unit)
+
+
+def _bake(
+    args: argparse.Namespace, head: HeadMesh, environment: tuple[int, int], quality: Quality
+) -> dict[str, object]:
+    from app.core.baking.bake import bake
+    from app.core.baking.skin import find_skin
+    from app.core.pack import build_pack, pack_path, save_pack
+    from app.core.styles import load_styles
+    from app.core.transport import save_transport
+
+    styles = load_styles()
+    started = time.monotonic()
+    baked = bake(
+        head,
+        find_skin(args.skin),
+        styles,
+        environment=environment,
+        picture=args.image,
+        quality=quality,
+        seed=args.seed,
+        work=args.output.with_name(args.output.stem + ".bake"),
+        report=_Teller(started),
+        token=Token(),
+    )
+    # The pack names the transport's checksum, so the transport goes first.
+    transport = replace(baked.transport, digest=save_transport(args.output, baked.transport))
+    save_pack(pack_path(args.output), build_pack(transport, styles, baked.targets))
+    header = transport.header
+    return {
+        "transport": str(args.output),
+        "styles": str(pack_path(args.output)),
+        "seconds": round(time.monotonic() - started, 1),
+        "noise": None if header.noise != header.noise else round(header.noise, 4),
+        "truncation": round(header.truncation, 4),
+        "sha256": transport.digest,
+    }
+
+
+class _Teller:
+    """Progress on stderr, with the time that is left by the rate since the long part began."""
+
+    def __init__(self, started: float) -> None:
+        self._started = started
+        self._first: tuple[float, float] | None = None
+        self._said = ""
+
+    def __call__(self, fraction: float, message: str) -> None:
+        now = time.monotonic()
+        left = ""
+        if self._first is None or fraction < self._first[0]:
+            self._first = (fraction, now)
+        gained = fraction - self._first[0]
+        if gained > 0.02 and fraction < 1:
+            seconds = (now - self._first[1]) / gained * (1 - fraction)
+            left = f", about {_duration(seconds)} left"
+        line = f"{100 * fraction:3.0f} %  {message}{left}"
+        if line != self._said:
+            print(line, file=sys.stderr, flush=True)
+            self._said = line
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 90:
+        return f"{max(5, 5 * round(seconds / 5))} s"
+    return f"{round(seconds / 60)} min"

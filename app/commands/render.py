@@ -1,0 +1,138 @@
+"""``turnlight render``: a picture of the head under an environment, at any turn."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from app.core import colour
+from app.core.environment import read_environment, reduce
+from app.core.errors import CoreError
+from app.core.files import atomic_write, check_target
+from app.core.images import write_exr, write_png
+from app.core.transport import load_named, render, to_image
+
+if TYPE_CHECKING:
+    from app.core.colour import FloatImage
+    from app.core.transport import Transport
+
+__all__ = ["add_parser", "picture_at", "run"]
+
+_WRITERS: Final = (".png", ".exr")
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the ``render`` command to the command line.
+
+    Parameters
+    ----------
+    subparsers : argparse._SubParsersAction
+        Where commands are added.
+    """
+    parser = subparsers.add_parser(
+        "render", help="picture of the head under an environment", description=__doc__
+    )
+    parser.add_argument("env", metavar="ENV", type=Path, help="HDR panorama (.exr or .hdr)")
+    parser.add_argument(
+        "--turn",
+        metavar="DEG",
+        type=float,
+        required=True,
+        help="turn in degrees, positive = clockwise seen from above",
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        type=Path,
+        required=True,
+        help="picture to write: .png for looking at, .exr with linear light",
+    )
+    parser.add_argument("--head", metavar="NAME", default="generic", help="head (default: generic)")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Render one picture and write it whole or not at all.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        With ``env``, ``turn``, ``output``, ``head`` and ``json``.
+
+    Returns
+    -------
+    int
+        0.
+
+    Raises
+    ------
+    CoreError
+        When an argument, the panorama or the head is of no use; nothing is written then.
+    """
+    started = time.perf_counter()
+    output = Path(args.output)
+    # Everything that can be wrong with the words is said before anything is computed.
+    if output.suffix.lower() not in _WRITERS:
+        raise CoreError(
+            f"Cannot write {output.name}: pictures are .png or .exr.", "Change the ending."
+        )
+    if not math.isfinite(args.turn):
+        raise CoreError(f"The turn must be a number of degrees, not {args.turn}.")
+    check_target(output)
+    transport = load_named(args.head)
+    environment = read_environment(args.env)
+    for warning in environment.warnings:
+        print(warning, file=sys.stderr)
+    linear = picture_at(transport, reduce(environment, transport.environment_shape, args.turn))
+    if output.suffix.lower() == ".exr":
+        atomic_write(output, lambda path: write_exr(path, linear))
+    else:
+        gain = colour.face_exposure(_face_luminance(transport, linear))
+        display = colour.to_bytes(colour.tone_map(linear, gain))
+        atomic_write(output, lambda path: write_png(path, display))
+    _say(args, output, transport.size, time.perf_counter() - started)
+    return 0
+
+
+def picture_at(transport: Transport, radiance: FloatImage) -> FloatImage:
+    """Render the head under an environment that has been turned and reduced already.
+
+    Parameters
+    ----------
+    transport : Transport
+        The head.
+    radiance : NDArray[np.float32], (H, W, 3)
+        Linear Rec. 709 radiance in the transport's size.
+
+    Returns
+    -------
+    NDArray[np.float32], (N, N, 3)
+        Linear Rec. 709 picture on black, in the scale of `radiance`.
+    """
+    return to_image(transport, render(transport, radiance))
+
+
+def _face_luminance(transport: Transport, picture: FloatImage) -> FloatImage:
+    values: FloatImage = colour.luminance(picture.reshape(-1, 3)[transport.pixels])[transport.face]
+    return values
+
+
+def _say(args: argparse.Namespace, output: Path, size: int, seconds: float) -> None:
+    if args.json:
+        facts = {
+            "file": str(output),
+            "turn_deg": args.turn,
+            "head": args.head,
+            "size": [size, size],
+            "seconds": round(seconds, 3),
+        }
+        print(json.dumps(facts, ensure_ascii=False))
+    else:
+        print(f"Wrote {output} ({size} x {size}, turn {args.turn:g}°, {seconds:.2f} s).")

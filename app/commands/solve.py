@@ -1,0 +1,256 @@
+"""``turnlight solve``: the best turn of a place for every style."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from app.core.colour import FloatImage, luminance
+from app.core.environment import Environment, read_environment, reduce, reduce_radiance
+from app.core.files import atomic_write, check_target
+from app.core.images import write_png
+from app.core.pack import load_named_pack, load_transport_of
+from app.core.solve import OBJECTIVES, StyleResult, solve_all
+from app.core.styles import select
+from app.core.transport import render, to_image
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.core.pack import StylePack
+    from app.core.transport import Transport
+
+__all__ = ["add_parser", "run"]
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the ``solve`` command to the command line.
+
+    Parameters
+    ----------
+    subparsers : argparse._SubParsersAction
+        Where commands are added.
+    """
+    parser = subparsers.add_parser(
+        "solve",
+        help="find the best turn for each style in a panorama",
+        description="Find how far to turn for each lighting style in an HDR panorama, and "
+        "whether the place can give the style at all. Turns are degrees, positive clockwise "
+        "seen from above; at turn 0 the sitter faces the panorama's centre column.",
+    )
+    parser.add_argument("environment", metavar="ENV", help="panorama, OpenEXR or Radiance .hdr")
+    parser.add_argument(
+        "--style", metavar="NAME", nargs="+", action="extend", help="styles wanted (default: all)"
+    )
+    parser.add_argument(
+        "--head",
+        metavar="NAME",
+        default="generic",
+        help="head to light: a name, or a transport file from 'turnlight bake' "
+        "(default: %(default)s)",
+    )
+    parser.add_argument(
+        "--objective",
+        choices=OBJECTIVES,
+        default=OBJECTIVES[0],
+        help="what chooses the turn: the best matching picture, or the paper's quality C "
+        "(default: %(default)s)",
+    )
+    parser.add_argument(
+        "--front",
+        metavar="DEG",
+        type=_finite,
+        default=0.0,
+        help="azimuth in the panorama at which the photographer stands (default: 0)",
+    )
+    parser.add_argument("--sheet", metavar="PNG", help="also write a sheet with pictures")
+    parser.add_argument(
+        "--epsilon-c",
+        metavar="E",
+        type=_finite,
+        help="also report the paper's own rule: unattainable when the largest quality is below E",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=run)
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text} is not a finite number")
+    return value
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the command.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        As parsed by `add_parser`.
+
+    Returns
+    -------
+    int
+        Exit code 0.
+
+    Raises
+    ------
+    CoreError
+        For anything the user can put right.
+    """
+    start = time.perf_counter()
+    if args.sheet:
+        check_target(args.sheet)
+    pack = load_named_pack(args.head)
+    names = [style.name for style in select(pack.styles, args.style)]
+    environment = read_environment(args.environment)
+    for warning in environment.warnings:
+        print(warning, file=sys.stderr)
+    radiance = reduce(environment, pack.header.environment)
+    results = solve_all(
+        pack, luminance(radiance), args.objective, names=names, front_deg=args.front
+    )
+    if args.sheet:
+        _write_sheet(Path(args.sheet), pack, results, environment, args)
+    seconds = time.perf_counter() - start
+    if args.json:
+        values = _as_json(results, args, pack, seconds)
+        print(json.dumps(values, ensure_ascii=False))
+    else:
+        print(_table(results, args, environment.name, seconds))
+    return 0
+
+
+def _as_json(
+    results: Sequence[StyleResult], args: argparse.Namespace, pack: StylePack, seconds: float
+) -> dict[str, Any]:
+    values: dict[str, Any] = {
+        "objective": args.objective,
+        "head": args.head,
+        "skin": pack.header.skin,
+        "front_deg": args.front,
+        "styles": [_style_json(result, args.epsilon_c) for result in results],
+        "seconds": round(seconds, 4),
+    }
+    if args.epsilon_c is not None:
+        values["epsilon_c"] = args.epsilon_c
+    return values
+
+
+def _style_json(result: StyleResult, epsilon_c: float | None) -> dict[str, Any]:
+    values: dict[str, Any] = {
+        "name": result.name,
+        "title": result.title,
+        "side": result.side,
+        "turn_deg": result.turn_deg,
+        "turn_refined_deg": round(result.turn_refined_deg, 6),
+        "direction": result.direction,
+        "quality_curve": _short(result.quality_curve.tolist()),
+        "match_curve": _short(result.match_curve.tolist()),
+        "strength_curve": _short(result.strength_curve.tolist()),
+        "quality": _short([result.quality])[0],
+        "match": _short([result.match])[0],
+        "strength": _short([result.strength])[0],
+        "attainable": result.attainable,
+        "reason": result.reason,
+        "arc_deg": [round(end, 6) for end in result.arc_deg],
+        "peaks": [
+            {
+                "turn_deg": peak.turn_deg,
+                "turn_refined_deg": round(peak.turn_refined_deg, 6),
+                "quality": _short([peak.quality])[0],
+                "match": _short([peak.match])[0],
+                "strength": _short([peak.strength])[0],
+                "arc_deg": [round(end, 6) for end in peak.arc_deg],
+            }
+            for peak in result.peaks
+        ],
+    }
+    if epsilon_c is not None:
+        largest = float(result.quality_curve.max())
+        values["quality_max"] = _short([largest])[0]
+        values["attainable_paper"] = largest >= epsilon_c
+    return values
+
+
+def _short(values: Sequence[float]) -> list[float]:
+    """Nine significant digits: more than the data hold, and half as long."""
+    return [float(f"{value:.9g}") for value in values]
+
+
+def _table(
+    results: Sequence[StyleResult], args: argparse.Namespace, place: str, seconds: float
+) -> str:
+    head = ["style", "side", "turn", "direction", "match", "strength", "reason"]
+    if args.epsilon_c is not None:
+        head.insert(6, f"C >= {args.epsilon_c:g}")
+    rows = [_row(result, args.epsilon_c) for result in results]
+    widths = [max(len(row[column]) for row in [head, *rows]) for column in range(len(head))]
+    right = {2, 4, 5}
+    lines = [f"{place}: {args.objective} objective, head {args.head}", ""]
+    for row in [head, *rows]:
+        cells = [
+            cell.rjust(width) if column in right else cell.ljust(width)
+            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ]
+        lines.append("  ".join(cells).rstrip())
+    count = sum(result.attainable for result in results)
+    lines += ["", f"{count} of {len(results)} attainable, {seconds:.2f} s"]
+    return "\n".join(lines)
+
+
+def _row(result: StyleResult, epsilon_c: float | None) -> list[str]:
+    side = f"sitter's {result.side}" if result.side != "none" else ""
+    cells = [
+        result.title,
+        side,
+        f"{abs(result.turn_refined_deg):.1f}°",
+        {"none": ""}.get(result.direction, result.direction),
+        f"{result.match:.0f}",
+        f"{result.strength:.0f}",
+        result.reason or "",
+    ]
+    if epsilon_c is not None:
+        reached = float(result.quality_curve.max()) >= epsilon_c
+        cells.insert(6, "yes" if reached else "no")
+    return cells
+
+
+def _write_sheet(
+    path: Path,
+    pack: StylePack,
+    results: Sequence[StyleResult],
+    environment: Environment,
+    args: argparse.Namespace,
+) -> None:
+    # Only a sheet needs its drawing.
+    from app.core.sheet import draw_sheet
+
+    transport = load_transport_of(pack, args.head)
+    height, width = transport.environment_shape
+    # Fine enough for any turn, small enough to be turned once per style.
+    radiance = reduce(environment, (8 * height, 8 * width))
+    sheet = draw_sheet(
+        results,
+        {result.name: pack.target(result.name) for result in results},
+        {
+            result.name: _picture(transport, radiance, result.turn_refined_deg + args.front)
+            for result in results
+        },
+        pack.coverage.astype("float32"),
+        environment,
+        environment.name,
+        args.head,
+    )
+    atomic_write(path, lambda temporary: write_png(temporary, sheet))
+
+
+def _picture(transport: Transport, radiance: FloatImage, turn_deg: float) -> FloatImage:
+    light = reduce_radiance(radiance, transport.environment_shape, turn_deg)
+    return to_image(transport, render(transport, light))

@@ -1,0 +1,106 @@
+"""``turnlight styles``: which styles there are, and where their lamps stand."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+from collections.abc import Sequence
+
+from app.core.paths import user_data
+from app.core.styles import Style, StyleLamp, load_styles
+
+__all__ = ["add_parser", "as_json", "as_table", "run"]
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the ``styles`` command to the command line.
+
+    Parameters
+    ----------
+    subparsers : argparse._SubParsersAction
+        Where commands are added.
+    """
+    parser = subparsers.add_parser(
+        "styles", help="list the styles and their lamps", description=__doc__
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the styles.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        With ``json``.
+
+    Returns
+    -------
+    int
+        0.
+    """
+    styles = load_styles(user_data() / "styles")
+    print(json.dumps(as_json(styles), ensure_ascii=False) if args.json else as_table(styles))
+    return 0
+
+
+def as_json(styles: Sequence[Style]) -> dict[str, list[dict[str, object]]]:
+    """Describe styles as plain data.
+
+    Parameters
+    ----------
+    styles : Sequence[Style]
+        The styles.
+
+    Returns
+    -------
+    dict
+        ``{"styles": [{name, title, side, side_words, note, lamps, paper}]}``, angles in degrees,
+        azimuth positive toward the sitter's left.
+    """
+    return {
+        "styles": [
+            {
+                "name": style.name,
+                "title": style.title,
+                "side": style.side,
+                "side_words": style.side_words,
+                "note": style.note,
+                "lamps": [dataclasses.asdict(lamp) for lamp in style.lamps],
+                "paper": style.paper,
+            }
+            for style in styles
+        ]
+    }
+
+
+def as_table(styles: Sequence[Style]) -> str:
+    """Lay styles out for reading, one line per lamp.
+
+    Parameters
+    ----------
+    styles : Sequence[Style]
+        The styles.
+
+    Returns
+    -------
+    str
+        Lines without a trailing line end.
+    """
+    lines = [f"{'name':<18}{'light from':<32}{'azimuth':>8}{'elev.':>7}{'size':>6}{'power':>7}"]
+    for style in styles:
+        for index, lamp in enumerate(style.lamps):
+            start = ("", "") if index else (style.name, style.side_words)
+            lines.append(f"{start[0]:<18}{start[1]:<32}{_lamp_cells(lamp)}")
+    lines.append("")
+    lines.append("Degrees from the face: azimuth + toward the sitter’s left, elevation + up.")
+    return "\n".join(lines)
+
+
+def _lamp_cells(lamp: StyleLamp) -> str:
+    # Typographic minus, as on screen.
+    azimuth = f"{lamp.azimuth_deg:+.0f}°".replace("-", "−") if lamp.azimuth_deg else "0°"
+    elevation = f"{lamp.elevation_deg:+.0f}°".replace("-", "−") if lamp.elevation_deg else "0°"
+    return f"{azimuth:>8}{elevation:>7}{lamp.diameter_deg:>5.0f}°{lamp.power:>7g}"

@@ -1,0 +1,1 @@
+"""Maths and plain data: no Qt, no sockets, no global state."""

@@ -1,0 +1,175 @@
+"""Angles about the vertical: wrapping, turns of the search grid, and their words.
+
+All angles are degrees. A turn is how far the sitter rotates, positive clockwise seen from above;
+0 faces the panorama's centre column.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+__all__ = [
+    "TURNS",
+    "circular_mean",
+    "difference",
+    "direction",
+    "index_of_turn",
+    "lies_on_arc",
+    "turn_of_index",
+    "wrap",
+]
+
+TURNS: Final = 64
+"""Number of turns of the search grid: one per column of a 64 x 32 environment, 5.625 deg apart."""
+
+_NO_TURN_DEG = 0.05  # what a table with one decimal shows as 0.0
+
+
+def wrap(angle_deg: float) -> float:
+    """Bring an angle into (-180, 180].
+
+    The result is exact: nothing is rounded, and ``wrap(-a) == -wrap(a)`` away from 180.
+
+    Parameters
+    ----------
+    angle_deg : float
+        Any finite angle, deg.
+
+    Returns
+    -------
+    float
+        The same direction in (-180, 180], deg.
+
+    Examples
+    --------
+    >>> wrap(190.0), wrap(-180.0), wrap(360.0)
+    (-170.0, 180.0, 0.0)
+    """
+    inside = math.remainder(angle_deg, 360.0)
+    return 180.0 if inside == -180.0 else inside + 0.0
+
+
+def difference(a_deg: float, b_deg: float) -> float:
+    """Return how far ``a`` lies clockwise of ``b``, in (-180, 180] deg.
+
+    Parameters
+    ----------
+    a_deg, b_deg : float
+        Two turns or azimuths, deg.
+
+    Examples
+    --------
+    >>> difference(-170.0, 170.0)
+    20.0
+    """
+    return wrap(a_deg - b_deg)
+
+
+def turn_of_index(index: float, count: int = TURNS) -> float:
+    """Return the turn of a place on the search grid.
+
+    Parameters
+    ----------
+    index : float
+        Place on the grid; need not be whole nor in [0, count).
+    count : int, optional
+        Turns on the grid.
+
+    Returns
+    -------
+    float
+        360 * index / count in (-180, 180], deg.
+
+    Examples
+    --------
+    >>> turn_of_index(1), turn_of_index(63), turn_of_index(32)
+    (5.625, -5.625, 180.0)
+    """
+    return wrap(index * (360.0 / count))
+
+
+def index_of_turn(turn_deg: float, count: int = TURNS) -> int:
+    """Return the index of the grid turn nearest to a turn.
+
+    Parameters
+    ----------
+    turn_deg : float
+        Any turn, deg.
+    count : int, optional
+        Turns on the grid.
+
+    Returns
+    -------
+    int
+        In [0, count).
+
+    Examples
+    --------
+    >>> index_of_turn(-5.0)
+    63
+    """
+    return round(wrap(turn_deg) * count / 360.0) % count
+
+
+def direction(turn_deg: float) -> str:
+    """Name the direction of a turn, seen from above.
+
+    Parameters
+    ----------
+    turn_deg : float
+        Turn, deg.
+
+    Returns
+    -------
+    str
+        ``clockwise`` (positive), ``counter-clockwise``, or ``none`` below 0.05 deg.
+
+    Examples
+    --------
+    >>> direction(12.0), direction(-12.0), direction(0.0), direction(180.0)
+    ('clockwise', 'counter-clockwise', 'none', 'clockwise')
+    """
+    inside = wrap(turn_deg)
+    if abs(inside) < _NO_TURN_DEG:
+        return "none"
+    return "clockwise" if inside > 0 else "counter-clockwise"
+
+
+def lies_on_arc(angle_deg: float, arc_deg: tuple[float, float]) -> bool:
+    """Tell whether an angle lies on an arc that runs clockwise from its first end to its second.
+
+    Parameters
+    ----------
+    angle_deg : float
+        Angle, deg.
+    arc_deg : tuple of float
+        (from, to), deg, going clockwise; may wrap. (-180, 180) is the whole circle.
+
+    Examples
+    --------
+    >>> lies_on_arc(179.0, (170.0, -170.0)), lies_on_arc(0.0, (170.0, -170.0))
+    (True, False)
+    """
+    start, stop = arc_deg
+    if stop - start >= 360.0:
+        return True
+    return (angle_deg - start) % 360.0 <= (stop - start) % 360.0
+
+
+def circular_mean(angles_deg: list[float]) -> float:
+    """Return the direction of the mean of unit vectors at some angles, in (-180, 180] deg.
+
+    Parameters
+    ----------
+    angles_deg : list of float
+        At least one angle, deg.
+
+    Examples
+    --------
+    >>> circular_mean([170.0, -170.0])
+    180.0
+    """
+    east = math.fsum(math.sin(math.radians(a)) for a in angles_deg)
+    north = math.fsum(math.cos(math.radians(a)) for a in angles_deg)
+    return wrap(round(math.degrees(math.atan2(east, north)), 12))

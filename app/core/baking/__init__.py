@@ -1,0 +1,1 @@
+"""Baking: from a head and a skin to a transport matrix. The only place that uses Mitsuba."""

@@ -1,0 +1,419 @@
+"""The scene that is baked: head, eyes, skin, camera; as a Mitsuba scene and as a file for anyone.
+
+Units: 1 scene unit = 10 cm. Frame: +Y up, +Z out of the face, +X the sitter's left.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.baking.skin import EYE_COAT, Coat, Skin
+from app.core.errors import BakeError, HeadError
+
+__all__ = ["Camera", "HeadMesh", "Mesh", "build_scene", "export_scene", "frame_head", "load_head"]
+
+MILLIMETRES_PER_UNIT = 100.0
+CAMERA_DISTANCE_M = 1.8
+_MAX_FIELD_DEG = 9.0
+_CROWN_MARGIN = 0.03
+_CUT_MARGIN = 0.03
+_EYES_BELOW_CROWN = 1.05
+_SYMMETRY = 1e-4
+_MAX_VERTICES = 2_000_000
+# Mitsuba takes RGB spectra up to 1 only; the medium's scale carries the rest (per millimetre).
+_DENSEST = 4.0
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """A triangle mesh with smooth normals.
+
+    Attributes
+    ----------
+    vertices, normals : (V, 3) float32
+        In scene units (10 cm), head frame; normals have unit length.
+    faces : (F, 3) uint32
+        Counter-clockwise seen from outside.
+    colours : (V, 3) float32 or None
+        Linear Rec. 709 albedo.
+    """
+
+    vertices: NDArray[np.float32]
+    normals: NDArray[np.float32]
+    faces: NDArray[np.uint32]
+    colours: NDArray[np.float32] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class HeadMesh:
+    """A head to bake: its skin and, where there are any, its two eyes in one mesh."""
+
+    name: str
+    skin: Mesh
+    eyes: Mesh | None
+    symmetric: bool
+
+    @property
+    def eye_point(self) -> tuple[float, float, float]:
+        """The point midway between the eyes (the front of the corneas), scene units."""
+        if self.eyes is not None:
+            v = self.eyes.vertices
+            middle = (float(v[:, 1].min()) + float(v[:, 1].max())) / 2
+            return 0.0, middle, float(v[:, 2].max())
+        v = self.skin.vertices
+        height = float(v[:, 1].max()) - _EYES_BELOW_CROWN
+        bridge = v[(np.abs(v[:, 0]) < 0.15) & (np.abs(v[:, 1] - height) < 0.15)]
+        return 0.0, height, float((bridge if len(bridge) else v)[:, 2].max()) - 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """The portrait camera: at eye height, looking along -Z, its picture shifted like a view lens's.
+
+    Attributes
+    ----------
+    origin : tuple of float
+        Scene units.
+    fov_deg : float
+        Field of view of the square picture.
+    shift : float
+        How far the picture's centre lies below the optical axis, as a share of its height.
+    size : int
+        Pixels along one side.
+    """
+
+    origin: tuple[float, float, float]
+    fov_deg: float
+    shift: float
+    size: int
+
+
+def frame_head(head: HeadMesh, size: int) -> Camera:
+    """Place the camera 1.8 m from the eyes and crop from just above the crown to above the cut.
+
+    The lower edge looks over the cut even at the back of the neck, so no pixel can see it.
+
+    Parameters
+    ----------
+    head : HeadMesh
+    size : int
+        Pixels along one side of the picture.
+    """
+    x, y, z = head.eye_point
+    far = z + CAMERA_DISTANCE_M * 1000 / MILLIMETRES_PER_UNIT
+    v = head.skin.vertices
+    slopes = (v[:, 1] - y) / (far - v[:, 2])
+    top = float(slopes.max()) * (1 + _CROWN_MARGIN)
+    bottom = -(y - (float(v[:, 1].min()) + _CUT_MARGIN)) / (far - float(v[:, 2].min()))
+    extent = min(top - bottom, 2 * math.tan(math.radians(_MAX_FIELD_DEG / 2)))
+    bottom = top - extent
+    return Camera(
+        origin=(x, y, far),
+        fov_deg=math.degrees(2 * math.atan(extent / 2)),
+        shift=-(top + bottom) / 2 / extent,
+        size=size,
+    )
+
+
+def load_head(
+    name: str, skin_file: Path, eyes_file: Path | None, *, unit_mm: float = MILLIMETRES_PER_UNIT
+) -> HeadMesh:
+    """Read a head and its eyes (PLY or OBJ) and check that they can be baked.
+
+    Parameters
+    ----------
+    name : str
+    skin_file : Path
+        Closed mesh; +Y up, +Z out of the face.
+    eyes_file : Path or None
+        Closed eyeballs with vertex colours; None for a head with closed lids.
+    unit_mm : float
+        Millimetres in one unit of the files.
+
+    Raises
+    ------
+    HeadError
+        If a file is missing or no mesh, the skin is not closed, or the size is not a head's.
+    """
+    skin = _load_mesh(skin_file, unit_mm)
+    height = float(np.ptp(skin.vertices[:, 1])) * MILLIMETRES_PER_UNIT
+    if not 150.0 <= height <= 700.0:
+        raise HeadError(
+            f"The head in {skin_file.name} would be {height:.0f} mm tall.",
+            hint="Say how many millimetres one unit of the file is, with --unit.",
+        )
+    open_edges = count_open_edges(skin)
+    if open_edges:
+        raise HeadError(
+            f"The head in {skin_file.name} is not closed: {open_edges} edges have no second side.",
+            hint="Close the mesh; light must not leak into the skin.",
+        )
+    eyes = None if eyes_file is None else _load_mesh(eyes_file, unit_mm)
+    parts = [skin] if eyes is None else [skin, eyes]
+    return HeadMesh(name, skin, eyes, all(_is_symmetric(part) for part in parts))
+
+
+def count_open_edges(mesh: Mesh) -> int:
+    """Count edges that do not belong to exactly two faces, vertices at one place being one."""
+    _, where = np.unique(np.round(mesh.vertices, 6), axis=0, return_inverse=True)
+    faces = where.reshape(-1)[mesh.faces]
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    edges = np.sort(edges[edges[:, 0] != edges[:, 1]], axis=1)
+    counts = np.unique(edges, axis=0, return_counts=True)[1]
+    return int((counts % 2 != 0).sum())
+
+
+def _is_symmetric(mesh: Mesh) -> bool:
+    def key(v: NDArray[np.float32]) -> NDArray[np.float64]:
+        grid = np.round(v.astype(np.float64) / (2 * _SYMMETRY)) + 0.0
+        return grid[np.lexsort(grid.T)]
+
+    mirrored = mesh.vertices * np.array([-1, 1, 1], np.float32)
+    same = key(mesh.vertices), key(mirrored)
+    # A vertex near a cell's border may round either way: allow a neighbour cell.
+    return bool(np.mean(np.abs(same[0] - same[1]).max(axis=1) <= 1) > 0.99)
+
+
+def _load_mesh(path: Path, unit_mm: float) -> Mesh:
+    import mitsuba as mi
+
+    if not path.is_file():
+        raise HeadError(f"There is no head file {path}.")
+    kind = path.suffix.lower().lstrip(".")
+    if kind not in ("ply", "obj"):
+        raise HeadError(f"{path.name} is not a PLY or OBJ mesh.")
+    try:
+        loaded = mi.traverse(mi.load_dict({"type": kind, "filename": str(path)}))
+    except (RuntimeError, ValueError) as error:
+        raise HeadError(f"{path.name} is damaged or not a mesh that can be read.") from error
+    vertices = np.array(loaded["vertex_positions"], np.float32).reshape(-1, 3)
+    faces = np.array(loaded["faces"], np.uint32).reshape(-1, 3)
+    if not 0 < len(vertices) <= _MAX_VERTICES or len(faces) == 0:
+        raise HeadError(f"{path.name} holds no usable mesh.")
+    if not np.isfinite(vertices).all():
+        raise HeadError(f"{path.name} holds coordinates that are not numbers.")
+    vertices = vertices * np.float32(unit_mm / MILLIMETRES_PER_UNIT)
+    normals = np.array(loaded["vertex_normals"], np.float32).reshape(-1, 3)
+    if normals.shape != vertices.shape or not np.isfinite(normals).all():
+        raise HeadError(f"{path.name} has no usable normals.")
+    colours = None
+    if "vertex_color" in loaded:
+        colours = np.array(loaded["vertex_color"], np.float32).reshape(-1, 3)
+    if _volume(vertices, faces) < 0:
+        faces, normals = np.ascontiguousarray(faces[:, ::-1]), -normals
+    return Mesh(vertices, normals, faces, colours)
+
+
+def _volume(v: NDArray[np.float32], faces: NDArray[np.uint32]) -> float:
+    a, b, c = (v[faces[:, i]].astype(np.float64) for i in range(3))
+    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum()) / 6
+
+
+def mitsuba_mesh(name: str, mesh: Mesh, properties: dict[str, Any]) -> Any:
+    """Make a Mitsuba mesh with a BSDF, and a medium inside where one is given."""
+    import mitsuba as mi
+
+    props = mi.Properties()
+    for key, value in properties.items():
+        props[key] = value
+    made = mi.Mesh(name, len(mesh.vertices), len(mesh.faces), props, True, False)
+    if mesh.colours is not None:
+        made.add_attribute("vertex_color", 3, mesh.colours.ravel())
+    params = mi.traverse(made)
+    params["vertex_positions"] = mesh.vertices.ravel()
+    params["vertex_normals"] = mesh.normals.ravel()
+    params["faces"] = mesh.faces.ravel()
+    params.update()
+    return made
+
+
+def skin_bsdf(skin: Skin) -> dict[str, Any]:
+    """Mitsuba description of the skin's surface."""
+    return {
+        "type": "roughdielectric",
+        "distribution": "beckmann",
+        "alpha": skin.roughness,
+        "int_ior": skin.index,
+        "ext_ior": 1.0,
+    }
+
+
+def eye_bsdf(coat: Coat) -> dict[str, Any]:
+    """Mitsuba description of the eye's surface: its own colours under a wet coat."""
+    return {
+        "type": "principled",
+        "base_color": {"type": "mesh_attribute", "name": "vertex_color"},
+        "roughness": coat.roughness,
+        "eta": coat.index,
+    }
+
+
+def medium(skin: Skin) -> dict[str, Any]:
+    """Mitsuba description of the medium under the skin's surface, in scene units."""
+    return {
+        "type": "homogeneous",
+        "albedo": {"type": "rgb", "value": list(skin.albedo)},
+        "sigma_t": {"type": "rgb", "value": [t / _DENSEST for t in skin.extinction]},
+        "scale": _DENSEST * MILLIMETRES_PER_UNIT,
+        "phase": {"type": "isotropic"},
+    }
+
+
+def build_scene(
+    head: HeadMesh, skin: Skin, camera: Camera, extra: dict[str, Any] | None = None
+) -> Any:
+    """Build the Mitsuba scene of a head: skin first, eyes second, no light unless in `extra`.
+
+    Raises
+    ------
+    BakeError
+        If Mitsuba cannot build it.
+    """
+    import mitsuba as mi
+
+    try:
+        description: dict[str, Any] = {
+            "type": "scene",
+            "sensor": _sensor(camera),
+            "integrator": {"type": "volpathmis"},
+            "skin": mitsuba_mesh(
+                "skin",
+                head.skin,
+                {
+                    "bsdf": mi.load_dict(skin_bsdf(skin)),
+                    "interior": mi.load_dict(medium(skin)),
+                },
+            ),
+        }
+        if head.eyes is not None:
+            bsdf = mi.load_dict(eye_bsdf(EYE_COAT))
+            description["eyes"] = mitsuba_mesh("eyes", head.eyes, {"bsdf": bsdf})
+        return mi.load_dict({**description, **(extra or {})})
+    except RuntimeError as error:
+        raise BakeError("Mitsuba could not build the scene of this head.") from error
+
+
+def _sensor(camera: Camera) -> dict[str, Any]:
+    import mitsuba as mi
+
+    x, y, z = camera.origin
+    return {
+        "type": "perspective",
+        "fov": camera.fov_deg,
+        "principal_point_offset_y": camera.shift,
+        "near_clip": 1.0,
+        "far_clip": 100.0,
+        "to_world": mi.ScalarTransform4f().look_at([x, y, z], [x, y, z - 1], [0, 1, 0]),
+        "film": {
+            "type": "hdrfilm",
+            "width": camera.size,
+            "height": camera.size,
+            "pixel_format": "rgb",
+            "component_format": "float32",
+            "rfilter": {"type": "box"},
+        },
+        "sampler": {"type": "independent", "sample_count": 64},
+    }
+
+
+_SCENE_XML = """<scene version="3.0.0">
+  <!-- Turnlight, head "{head}", skin "{skin}". 1 unit = 10 cm, +Y up, +Z out of the face.
+       No light is in it: add <emitter type="envmap"> without a to_world for turn 0. -->
+  <integrator type="volpathmis"/>
+  <sensor type="perspective">
+    <float name="fov" value="{fov!r}"/>
+    <float name="principal_point_offset_y" value="{offset!r}"/>
+    <float name="near_clip" value="1"/>
+    <float name="far_clip" value="100"/>
+    <transform name="to_world">
+      <lookat origin="{x!r}, {y!r}, {z!r}" target="{x!r}, {y!r}, {ahead!r}" up="0, 1, 0"/>
+    </transform>
+    <sampler type="independent"><integer name="sample_count" value="1024"/></sampler>
+    <film type="hdrfilm">
+      <integer name="width" value="{size}"/>
+      <integer name="height" value="{size}"/>
+      <string name="pixel_format" value="rgb"/>
+      <string name="component_format" value="float32"/>
+      <rfilter type="box"/>
+    </film>
+  </sensor>
+  <shape type="ply" id="skin">
+    <string name="filename" value="meshes/skin.ply"/>
+    <bsdf type="roughdielectric">
+      <string name="distribution" value="beckmann"/>
+      <float name="alpha" value="{roughness!r}"/>
+      <float name="int_ior" value="{index!r}"/>
+      <float name="ext_ior" value="1"/>
+    </bsdf>
+    <medium name="interior" type="homogeneous">
+      <rgb name="albedo" value="{albedo}"/>
+      <rgb name="sigma_t" value="{sigma_t}"/>
+      <float name="scale" value="{scale!r}"/>
+      <phase type="isotropic"/>
+    </medium>
+  </shape>
+{eyes}</scene>
+"""
+
+_EYES_XML = """  <shape type="ply" id="eyes">
+    <string name="filename" value="meshes/eyes.ply"/>
+    <bsdf type="principled">
+      <texture name="base_color" type="mesh_attribute">
+        <string name="name" value="vertex_color"/>
+      </texture>
+      <float name="roughness" value="{roughness!r}"/>
+      <float name="eta" value="{index!r}"/>
+    </bsdf>
+  </shape>
+"""
+
+
+def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Path:
+    """Write the very scene that is baked as ``scene.xml`` and meshes, for stock Mitsuba.
+
+    Returns
+    -------
+    Path
+        The scene file.
+
+    Raises
+    ------
+    BakeError
+        If the folder cannot be written.
+    """
+    x, y, z = camera.origin
+    text = _SCENE_XML.format(
+        head=head.name,
+        skin=skin.name,
+        fov=camera.fov_deg,
+        offset=camera.shift,
+        x=x,
+        y=y,
+        z=z,
+        ahead=z - 1,
+        size=camera.size,
+        roughness=skin.roughness,
+        index=skin.index,
+        albedo=", ".join(repr(a) for a in skin.albedo),
+        sigma_t=", ".join(repr(t / _DENSEST) for t in skin.extinction),
+        scale=_DENSEST * MILLIMETRES_PER_UNIT,
+        eyes=""
+        if head.eyes is None
+        else _EYES_XML.format(roughness=EYE_COAT.roughness, index=EYE_COAT.index),
+    )
+    try:
+        (folder / "meshes").mkdir(parents=True, exist_ok=True)
+        mitsuba_mesh("skin", head.skin, {}).write_ply(str(folder / "meshes" / "skin.ply"))
+        if head.eyes is not None:
+            mitsuba_mesh("eyes", head.eyes, {}).write_ply(str(folder / "meshes" / "eyes.ply"))
+        target = folder / "scene.xml"
+        target.write_text(text, encoding="utf-8")
+    except (OSError, RuntimeError) as error:
+        raise BakeError(f"The scene could not be written to {folder}.") from error
+    return target

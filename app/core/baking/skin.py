@@ -1,0 +1,152 @@
+"""Skin as a scattering medium: three tones from published measurements.
+
+The boundary is a rough dielectric, the inside an isotropic medium with reduced coefficients
+(similarity theory), lit and traced as a real random walk: the same physics that the paper's
+``kdsubsurface`` stands for, without its diffusion approximation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, sqrt
+
+from app.core.errors import BakeError
+
+__all__ = ["EYE_COAT", "SKINS", "Coat", "Skin", "dipole_reflectance", "find_skin"]
+
+Rgb = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Skin:
+    """Optical properties of one skin tone.
+
+    Attributes
+    ----------
+    name : str
+    scattering, absorption : tuple of float
+        Reduced scattering and absorption coefficients for red, green and blue, per millimetre.
+    index : float
+        Index of refraction of the skin's surface.
+    roughness : float
+        Beckmann slope of the surface.
+    source : str
+        Where the numbers were published.
+    """
+
+    name: str
+    scattering: Rgb
+    absorption: Rgb
+    index: float = 1.4
+    roughness: float = 0.3
+    source: str = ""
+
+    @property
+    def extinction(self) -> Rgb:
+        """Reduced extinction coefficients per millimetre; one over the mean free path."""
+        r, g, b = (s + a for s, a in zip(self.scattering, self.absorption, strict=True))
+        return r, g, b
+
+    @property
+    def albedo(self) -> Rgb:
+        """Single-scattering albedo, reduced."""
+        r, g, b = (s / t for s, t in zip(self.scattering, self.extinction, strict=True))
+        return r, g, b
+
+
+@dataclass(frozen=True, slots=True)
+class Coat:
+    """A clear coat over a diffuse surface: the wet eye.
+
+    Attributes
+    ----------
+    index : float
+        Index of refraction; 1.376 is the cornea's.
+    roughness : float
+        Disney roughness, the square root of the GGX slope.
+    """
+
+    index: float
+    roughness: float
+
+
+EYE_COAT = Coat(index=1.376, roughness=0.2)
+
+
+def dipole_reflectance(albedo: float, index: float) -> float:
+    """Diffuse reflectance of a half space with a reduced albedo.
+
+    Jensen, Marschner, Levoy, Hanrahan, "A Practical Model for Subsurface Light Transport",
+    SIGGRAPH 2001, equation 15, with their fit of the internal reflection.
+
+    >>> round(dipole_reflectance(0.74 / (0.74 + 0.032), 1.3), 2)
+    0.44
+    """
+    internal = -1.440 / index**2 + 0.710 / index + 0.668 + 0.0636 * index
+    mismatch = (1 + internal) / (1 - internal)
+    root = sqrt(3 * (1 - albedo))
+    return albedo / 2 * (1 + exp(-4 / 3 * mismatch * root)) * exp(-root)
+
+
+def _absorption_for(reflectance: float, scattering: float, index: float) -> float:
+    """Absorption that gives a reflectance, by bisection; reflectance falls as it rises."""
+    low, high = 0.0, 100.0 * scattering
+    for _ in range(80):
+        middle = (low + high) / 2
+        albedo = scattering / (scattering + middle)
+        if dipole_reflectance(albedo, index) > reflectance:
+            low = middle
+        else:
+            high = middle
+    return (low + high) / 2
+
+
+def _from_reflectance(name: str, reflectance: Rgb, scattering: Rgb, source: str) -> Skin:
+    # Jensen's boundary index, so that reflectance and scattering go together as he measured them.
+    r, g, b = (_absorption_for(x, s, 1.3) for x, s in zip(reflectance, scattering, strict=True))
+    return Skin(name, scattering, (r, g, b), source=source)
+
+
+_JENSEN = (
+    "Jensen et al., A Practical Model for Subsurface Light Transport, SIGGRAPH 2001, figure 5"
+)
+_CHART = (
+    "McCamy, Marcus, Davidson, A Color-Rendition Chart, Journal of Applied Photographic "
+    "Engineering 2(3), 1976"
+)
+
+SKINS: tuple[Skin, ...] = (
+    _from_reflectance(
+        "light",
+        (0.539, 0.305, 0.223),
+        (1.09, 1.59, 1.79),
+        f"reflectance: patch “light skin” of {_CHART}; scattering: skin2 of {_JENSEN}",
+    ),
+    Skin(
+        "medium",
+        (0.74, 0.88, 1.01),
+        (0.032, 0.17, 0.48),
+        source=f"skin1 of {_JENSEN}",
+    ),
+    _from_reflectance(
+        "dark",
+        (0.171, 0.084, 0.058),
+        (0.74, 0.88, 1.01),
+        f"reflectance: patch “dark skin” of {_CHART}; scattering: skin1 of {_JENSEN}",
+    ),
+)
+
+
+def find_skin(name: str) -> Skin:
+    """Return a skin tone by name.
+
+    Raises
+    ------
+    BakeError
+        If there is no such tone.
+    """
+    for skin in SKINS:
+        if skin.name == name:
+            return skin
+    known = ", ".join(skin.name for skin in SKINS)
+    raise BakeError(f"There is no skin tone called “{name}”.", hint=f"Choose from {known}.")

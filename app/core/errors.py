@@ -1,0 +1,70 @@
+"""Errors that a user can act on: one clear sentence, and a hint where there is one.
+
+None of them derives from `RuntimeError`, so that no job runner can mistake one for its own
+failure, and none carries a traceback to the user: `app.cli` prints the sentence.
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "BakeError",
+    "Cancelled",
+    "CoreError",
+    "EnvironmentFileError",
+    "HeadError",
+    "StyleError",
+    "TransportError",
+]
+
+
+class CoreError(Exception):
+    """Something the user asked for cannot be done, and why.
+
+    Parameters
+    ----------
+    message : str
+        One plain sentence that names the file or value and what is wrong with it.
+    hint : str, optional
+        What to do about it, as a second sentence; empty where there is nothing to say.
+
+    Examples
+    --------
+    >>> print(CoreError("The file is empty.", "Copy it again."))
+    The file is empty. Copy it again.
+    """
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message, hint)
+        self.message = message
+        self.hint = hint
+
+    def __str__(self) -> str:
+        """Return the message, followed by the hint where there is one."""
+        return f"{self.message} {self.hint}" if self.hint else self.message
+
+
+class EnvironmentFileError(CoreError):
+    """A panorama cannot be read, or is not an environment (wrong shape, black, damaged)."""
+
+
+class TransportError(CoreError):
+    """A light transport or style pack is missing, damaged, newer than this program, or unfit."""
+
+
+class StyleError(CoreError):
+    """A style is unknown, or its file is not valid."""
+
+
+class HeadError(CoreError):
+    """A head or its eyes cannot be read, or are not a usable mesh."""
+
+
+class BakeError(CoreError):
+    """A light transport cannot be computed."""
+
+
+class Cancelled(CoreError):
+    """The user stopped the work; nothing is wrong."""
+
+    def __init__(self, message: str = "Cancelled.", hint: str = "") -> None:
+        super().__init__(message, hint)

@@ -1,0 +1,160 @@
+"""Writing files so that a reader never meets half of one."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from app.core.errors import CoreError
+
+__all__ = ["atomic_write", "atomic_write_bytes", "atomic_write_text", "check_target"]
+
+
+def check_target(path: Path | str) -> Path:
+    """Check early that a file can be written, before minutes are spent computing it.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file to be written; it need not exist.
+
+    Returns
+    -------
+    Path
+        The same path.
+
+    Raises
+    ------
+    CoreError
+        When it is a folder, or its folder is missing or not writable.
+    """
+    target = Path(path)
+    folder = target.parent
+    if target.is_dir():
+        raise CoreError(f"Cannot write {target}: that is a folder.", "Give a file name.")
+    if not folder.is_dir():
+        raise CoreError(
+            f"Cannot write {target}: there is no folder {folder}.", "Make the folder first."
+        )
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise CoreError(f"Cannot write {target}: the folder {folder} is not writable.")
+    return target
+
+
+def atomic_write(path: Path | str, writer: Callable[[Path], None]) -> None:
+    """Write a file whole or not at all.
+
+    `writer` fills a temporary file in the same folder, which is then flushed to disk and
+    renamed over `path`. When anything fails the temporary file is removed and whatever was
+    at `path` before is untouched.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file to be written. An existing file is replaced and keeps its permissions.
+    writer : Callable[[Path], None]
+        Receives the temporary file's path, which exists, is empty, and has the suffix of
+        `path`, since image libraries choose the format by it.
+
+    Raises
+    ------
+    CoreError
+        When the folder is missing or not writable, or the disk refuses (full, gone).
+    """
+    target = check_target(path)
+    temporary = _temporary_beside(target)
+    try:
+        writer(temporary)
+        _flush(temporary)
+        # A link is followed, so that the file behind it is replaced and not the link.
+        os.replace(temporary, target.resolve())
+    except OSError as error:
+        raise CoreError(f"Cannot write {target}: {_words(error)}.") from error
+    finally:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+    _flush_folder(target.parent)
+
+
+def atomic_write_bytes(path: Path | str, data: bytes) -> None:
+    """Write bytes whole or not at all.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file to be written.
+    data : bytes
+        Its whole content.
+
+    Raises
+    ------
+    CoreError
+        As `atomic_write`.
+    """
+    atomic_write(path, lambda temporary: _fill(temporary, data))
+
+
+def atomic_write_text(path: Path | str, text: str) -> None:
+    r"""Write UTF-8 text with ``\n`` line ends whole or not at all.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file to be written.
+    text : str
+        Its whole content.
+
+    Raises
+    ------
+    CoreError
+        As `atomic_write`.
+    """
+    atomic_write_bytes(path, text.encode("utf-8"))
+
+
+def _fill(path: Path, data: bytes) -> None:
+    path.write_bytes(data)
+
+
+def _words(error: OSError) -> str:
+    return (error.strerror or str(error) or type(error).__name__).rstrip(".").lower()
+
+
+def _temporary_beside(target: Path) -> Path:
+    """Create an empty file beside the target, with the permissions the target shall have."""
+    folder = target.resolve().parent
+    try:
+        handle, name = tempfile.mkstemp(
+            prefix=f".{target.stem[:40]}-", suffix=target.suffix, dir=folder
+        )
+        os.close(handle)
+        temporary = Path(name)
+        # mkstemp makes the file private; a result is an ordinary file.
+        temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask())
+    except OSError as error:
+        raise CoreError(f"Cannot write {target}: {_words(error)}.") from error
+    return temporary
+
+
+def _umask() -> int:
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return mask
+
+
+def _flush(path: Path) -> None:
+    with path.open("rb+") as stream:
+        os.fsync(stream.fileno())
+
+
+def _flush_folder(folder: Path) -> None:
+    """Flush the rename itself; not every system can (Windows cannot open a folder)."""
+    with contextlib.suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)

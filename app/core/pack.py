@@ -1,0 +1,486 @@
+"""Style packs: all that `solve` needs of a head and its styles, without the transport itself.
+
+A pack holds the pre-integrated targets F of eq. 3, the search basis for match, and the target
+pictures to show. It is made by `bake` beside the transport and loads in a few milliseconds.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import math
+import zipfile
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import CoreError, StyleError, TransportError
+from app.core.files import atomic_write
+from app.core.lamps import fit_lamps
+from app.core.paths import resources
+from app.core.search import SearchTables, build_tables
+from app.core.search_basis import build_basis
+from app.core.styles import Style, StyleLamp, mirror
+from app.core.transport import Transport, load_named, load_transport, preintegrate, to_image
+from app.core.weights import target_weights
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+__all__ = [
+    "PACK_VERSION",
+    "PackHeader",
+    "StylePack",
+    "build_pack",
+    "load_named_pack",
+    "load_pack",
+    "load_transport_of",
+    "pack_names",
+    "pack_path",
+    "save_pack",
+]
+
+PACK_VERSION: Final = 1
+_ENDING: Final = ".styles.npz"
+_MAX_BYTES: Final = 1 << 28
+_MAX_STYLES: Final = 512
+_AGAIN: Final = "Reinstall Turnlight, or bake it again with 'turnlight bake'."
+
+Float16: TypeAlias = NDArray[np.float16]
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class PackHeader:
+    """Where a pack came from.
+
+    Attributes
+    ----------
+    head, skin : str
+        Names of the head and of the skin tone.
+    environment : tuple of int
+        (H, W) of the environments it takes.
+    picture : int
+        Side of the target pictures, pixels.
+    transport_sha256 : str
+        Checksum of the transport it was made from.
+    basis_error : float
+        Largest share of the face's contrast that the search basis misses under one texel.
+    paired : bool
+        See `app.core.search.SearchTables`.
+    format_version : int
+        Version of the file's layout.
+    """
+
+    head: str
+    skin: str
+    environment: tuple[int, int]
+    picture: int
+    transport_sha256: str
+    basis_error: float
+    paired: bool = False
+    format_version: int = PACK_VERSION
+
+
+@dataclass(frozen=True)
+class StylePack:
+    """Pre-integrated styles of one head.
+
+    Attributes
+    ----------
+    header : PackHeader
+    styles : tuple of Style
+        In the order of the arrays' first axis, S of them.
+    targets : (S, N, N, 3) float16
+        Linear Rec. 709 target pictures under the styles' own lamps, largest value 1.
+    coverage : (N, N) float16
+        Share of each pixel that the head covers.
+    preintegrated : (S, H, W) float32
+        F of eq. 3, panorama coordinates at turn 0.
+    weight_norm : (S,) float64
+        Norm of the weights f over the face.
+    mean : (H, W) float32
+        Pre-integrated mean luminance of the face.
+    basis_even, basis_odd : (E, H, W / 2), (O, H, W / 2) float32
+        Search basis for the face's contrast.
+    studio_ratio : (S,) float64
+        C / mean of the face in the target picture itself: the denominator of strength.
+    painted_ratio : (S,) float64
+        The same under the environment max(F, 0), as painted weights use it.
+    lamp_maps : (K, H, W) float32
+        Maps of the single lamps of styles that have several, see `app.core.lamps`.
+    lamp_style : (K,) int32
+        Position of the style that each belongs to.
+    lamp_ratio : (K,) float64
+        Their values over the mean of the face in the target pictures.
+    """
+
+    header: PackHeader
+    styles: tuple[Style, ...]
+    targets: Float16
+    coverage: Float16
+    preintegrated: Float32
+    weight_norm: Float64
+    mean: Float32
+    basis_even: Float32
+    basis_odd: Float32
+    studio_ratio: Float64
+    painted_ratio: Float64
+    lamp_maps: Float32
+    lamp_style: NDArray[np.int32]
+    lamp_ratio: Float64
+
+    @cached_property
+    def tables(self) -> SearchTables:
+        """The pack's targets and basis, transformed for the search."""
+        return build_tables(
+            self.preintegrated,
+            self.mean,
+            self.basis_even,
+            self.basis_odd,
+            paired=self.header.paired,
+            lamps=self.lamp_maps,
+        )
+
+    def index(self, name: str) -> int:
+        """Return the position of a style.
+
+        Raises
+        ------
+        StyleError
+            If the pack has no style of that name.
+        """
+        for position, style in enumerate(self.styles):
+            if style.name == name:
+                return position
+        raise StyleError(f"The head {self.header.head!r} has no target for the style {name!r}.")
+
+    def target(self, name: str) -> Float32:
+        """Return the (N, N, 3) float32 linear Rec. 709 target picture of a style, largest 1."""
+        picture: Float32 = self.targets[self.index(name)].astype(np.float32)
+        return picture
+
+
+def build_pack(
+    transport: Transport, styles: Sequence[Style], targets: NDArray[np.floating[Any]]
+) -> StylePack:
+    """Pre-integrate styles against a transport (eqs. 6 and 3).
+
+    On a symmetric head a style and its mirror image are made exact mirrors of each other, and a
+    style that is its own mirror image exactly even.
+
+    Parameters
+    ----------
+    transport : Transport
+        Of the head.
+    styles : sequence of Style
+        S styles.
+    targets : (S, P, 3) float
+        Their target pictures on the head's pixels, linear Rec. 709, any scale per style.
+
+    Returns
+    -------
+    StylePack
+
+    Raises
+    ------
+    StyleError
+        If a target picture asks for nothing, or does not fit the head.
+    """
+    if targets.shape != (len(styles), len(transport.pixels), 3) or not len(styles):
+        raise StyleError("The target pictures do not fit this head and these styles.")
+    if transport.header.symmetric:
+        targets = _mirror_pictures(transport, styles, targets)
+    luminance = targets.astype(np.float64) @ np.asarray(transport.header.luminance_weights)
+    face = transport.face
+    weights = np.stack([target_weights(picture, face) for picture in luminance])
+    studio = (weights * luminance).sum(axis=1) / luminance[:, face].mean(axis=1)
+    preintegrated = np.stack([preintegrate(transport, f) for f in weights])
+    mean = preintegrate(transport, face / np.count_nonzero(face))
+    if transport.header.symmetric:
+        preintegrated = _mirror_exact(styles, preintegrated)
+        mean = 0.5 * (mean + mean[:, ::-1])
+    basis = build_basis(transport, weights)
+    lamps = fit_lamps(transport, styles, luminance)
+    header = PackHeader(
+        head=transport.header.head,
+        skin=transport.header.skin,
+        environment=transport.environment_shape,
+        picture=transport.size,
+        transport_sha256=transport.digest,
+        basis_error=basis.error,
+        paired=basis.paired,
+    )
+    scaled = [picture / max(float(picture.max()), 1e-30) for picture in targets]
+    return StylePack(
+        header=header,
+        styles=tuple(styles),
+        targets=np.stack([to_image(transport, p) for p in scaled]).astype(np.float16),
+        coverage=to_image(transport, transport.coverage).astype(np.float16),
+        preintegrated=preintegrated,
+        weight_norm=np.linalg.norm(weights, axis=1),
+        mean=np.ascontiguousarray(mean),
+        basis_even=basis.even,
+        basis_odd=basis.odd,
+        studio_ratio=studio,
+        painted_ratio=_painted_ratio(preintegrated, mean),
+        lamp_maps=lamps.maps,
+        lamp_style=lamps.style,
+        lamp_ratio=lamps.ratio,
+    )
+
+
+def _painted_ratio(preintegrated: Float32, mean: Float32) -> Float64:
+    """C / mean of the face under the environment max(F, 0), per target."""
+    light = np.maximum(preintegrated, 0).astype(np.float64)
+    quality = (preintegrated * light).sum(axis=(1, 2))
+    result: Float64 = quality / np.maximum((mean * light).sum(axis=(1, 2)), 1e-30)
+    return result
+
+
+def _mirror_pictures(
+    transport: Transport, styles: Sequence[Style], targets: NDArray[np.floating[Any]]
+) -> NDArray[np.floating[Any]]:
+    """Average every target picture with the mirror image of its mirrored style's."""
+    size = transport.size
+    place = np.full(size * size, -1)
+    place[transport.pixels] = np.arange(len(transport.pixels))
+    flipped = place.reshape(size, size)[:, ::-1].ravel()[transport.pixels]
+    if (flipped < 0).any():
+        return targets
+    exact = np.array(targets)
+    for here, style in enumerate(styles):
+        there = _mirror_index(styles, style)
+        if there is not None:
+            exact[here] = 0.5 * (targets[here] + targets[there][flipped])
+    return exact
+
+
+def _mirror_exact(styles: Sequence[Style], preintegrated: Float32) -> Float32:
+    """Take what rounding has left off mirror symmetry."""
+    exact = preintegrated.copy()
+    for here, style in enumerate(styles):
+        there = _mirror_index(styles, style)
+        if there is not None:
+            exact[here] = 0.5 * (preintegrated[here] + preintegrated[there][:, ::-1])
+    return exact
+
+
+def _mirror_index(styles: Sequence[Style], style: Style) -> int | None:
+    """Position of the style with the mirrored lamps, if there is one."""
+    wanted = sorted(mirror(style).lamps, key=_lamp_order)
+    for position, other in enumerate(styles):
+        if sorted(other.lamps, key=_lamp_order) == wanted:
+            return position
+    return None
+
+
+def _lamp_order(lamp: StyleLamp) -> tuple[float, float, float]:
+    return (lamp.azimuth_deg, lamp.elevation_deg, lamp.power)
+
+
+def pack_names() -> tuple[str, ...]:
+    """Return the names of the heads whose style packs ship with the app."""
+    files = (resources() / "transport").glob(f"*{_ENDING}")
+    return tuple(sorted(f.name.removesuffix(_ENDING) for f in files))
+
+
+def load_named_pack(head: str) -> StylePack:
+    """Load the style pack of a shipped head, or the one beside a transport of the user's own.
+
+    Parameters
+    ----------
+    head : str
+        Name of a shipped head, e.g. ``generic`` or ``generic-dark``, or the path of a transport
+        ``T.npz`` (whose pack is ``T.styles.npz``).
+
+    Raises
+    ------
+    TransportError
+        If there is no such head, or its pack cannot be read (see `load_pack`).
+    """
+    if head.endswith(".npz"):
+        return load_pack(pack_path(Path(head)))
+    if head not in pack_names():
+        known = ", ".join(pack_names())
+        hint = f"Known heads: {known}." if known else "None is installed; reinstall Turnlight."
+        raise TransportError(f"There is no head called {head!r}.", hint)
+    return load_pack(resources() / "transport" / f"{head}{_ENDING}")
+
+
+def load_transport_of(pack: StylePack, head: str) -> Transport:
+    """Load the transport that a pack was made from.
+
+    Parameters
+    ----------
+    pack : StylePack
+        As loaded by `load_named_pack`.
+    head : str
+        The same name or path as given there.
+
+    Raises
+    ------
+    TransportError
+        If the transport cannot be read, or is another one.
+    """
+    if head.endswith(".npz"):
+        name = Path(head).name.removesuffix(_ENDING).removesuffix(".npz")
+        transport = load_transport(Path(head).with_name(f"{name}.npz"))
+    else:
+        transport = load_named(head)
+    if transport.digest != pack.header.transport_sha256:
+        raise TransportError(f"The style pack of {head!r} belongs to another transport.", _AGAIN)
+    return transport
+
+
+def pack_path(transport: Path) -> Path:
+    """Return where the style pack of a transport file lies: beside it.
+
+    Examples
+    --------
+    >>> pack_path(Path("heads/anna.npz")).name, pack_path(Path("anna.styles.npz")).name
+    ('anna.styles.npz', 'anna.styles.npz')
+    """
+    if transport.name.endswith(_ENDING):
+        return transport
+    return transport.with_name(transport.name.removesuffix(".npz") + _ENDING)
+
+
+def save_pack(path: Path, pack: StylePack) -> str:
+    """Store a pack, atomically, and return its SHA-256."""
+    arrays = {name: np.ascontiguousarray(getattr(pack, name)) for name in _SHAPES}
+    digest = _digest(arrays)
+    header = {
+        **asdict(pack.header),
+        "styles": [asdict(style) for style in pack.styles],
+        "sha256": digest,
+    }
+    stored = {**arrays, "header": np.frombuffer(json.dumps(header).encode(), np.uint8)}
+
+    def write(target: Path) -> None:
+        with target.open("wb") as stream:
+            np.savez(stream, allow_pickle=False, **stored)
+
+    atomic_write(path, write)
+    return digest
+
+
+def load_pack(path: Path) -> StylePack:
+    """Load a style pack.
+
+    Raises
+    ------
+    TransportError
+        If the file is missing, damaged, made by a newer version, or not a style pack.
+    """
+    arrays = _read_arrays(path)
+    try:
+        header, styles, digest = _parse_header(arrays.pop("header"), path)
+        if _digest({name: arrays[name] for name in _SHAPES}) != digest:
+            raise TransportError(f"{path.name} is damaged: its checksum does not fit.", _AGAIN)
+        _check(arrays, header, len(styles), path)
+    except (KeyError, ValueError, TypeError, IndexError, OverflowError) as error:
+        raise TransportError(f"{path.name} is not a style pack.", _AGAIN) from error
+    return StylePack(header=header, styles=styles, **{name: arrays[name] for name in _SHAPES})
+
+
+# Array names with their types and shapes: S styles, N picture, H and W environment, K lamp maps,
+# h half of W, * any.
+_SHAPES: Final[Mapping[str, tuple[str, str]]] = {
+    "targets": ("f2", "SNN3"),
+    "coverage": ("f2", "NN"),
+    "preintegrated": ("f4", "SHW"),
+    "weight_norm": ("f8", "S"),
+    "mean": ("f4", "HW"),
+    "basis_even": ("f4", "*Hh"),
+    "basis_odd": ("f4", "*Hh"),
+    "studio_ratio": ("f8", "S"),
+    "painted_ratio": ("f8", "S"),
+    "lamp_maps": ("f4", "KHW"),
+    "lamp_style": ("i4", "K"),
+    "lamp_ratio": ("f8", "K"),
+}
+
+
+def _check(arrays: Mapping[str, NDArray[Any]], header: PackHeader, styles: int, path: Path) -> None:
+    """Refuse arrays that contradict the header, or hold numbers that are not finite."""
+    height, width = header.environment
+    sizes = {"S": styles, "N": header.picture, "H": height, "W": width, "h": width // 2, "3": 3}
+    sizes["K"] = len(arrays["lamp_maps"])
+    fits = 0 < styles <= _MAX_STYLES and height > 0 and width == 2 * height
+    for name, (kind, letters) in _SHAPES.items():
+        array = arrays[name]
+        fits = fits and array.dtype == np.dtype(kind) and array.ndim == len(letters)
+        fits = fits and all(
+            letter == "*" or size == sizes[letter]
+            for letter, size in zip(letters, array.shape, strict=True)
+        )
+        fits = fits and bool(np.isfinite(array).all())
+    if header.paired:
+        fits = fits and len(arrays["basis_even"]) == len(arrays["basis_odd"])
+    lamp_style = arrays["lamp_style"]
+    fits = fits and bool(((lamp_style >= 0) & (lamp_style < styles)).all())
+    if not fits or not all((arrays[name] > 0).all() for name in ("studio_ratio", "lamp_ratio")):
+        raise TransportError(f"{path.name} contradicts itself.", _AGAIN)
+
+
+def _digest(arrays: Mapping[str, NDArray[Any]]) -> str:
+    total = hashlib.sha256()
+    for name in sorted(arrays):
+        array = np.ascontiguousarray(arrays[name])
+        total.update(f"{name}{array.dtype.str}{array.shape}".encode())
+        total.update(array.data)
+    return total.hexdigest()
+
+
+def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
+    if not path.is_file():
+        raise TransportError(f"There is no style pack at {path}.", _AGAIN)
+    try:
+        if path.stat().st_size > _MAX_BYTES:
+            raise TransportError(f"{path.name} is too large to be a style pack.", _AGAIN)
+        raw = path.read_bytes()
+        with zipfile.ZipFile(io.BytesIO(raw)) as archive:
+            if sum(entry.file_size for entry in archive.infolist()) > _MAX_BYTES:
+                raise TransportError(f"{path.name} is too large to be a style pack.", _AGAIN)
+        with np.load(io.BytesIO(raw), allow_pickle=False) as stored:
+            return {name: stored[name] for name in stored.files}
+    except CoreError:
+        raise
+    # A damaged zip fails in many ways: bad sizes, bad flags, methods nobody knows.
+    except Exception as error:
+        raise TransportError(f"{path.name} is damaged or not a style pack.", _AGAIN) from error
+
+
+def _parse_header(raw: NDArray[Any], path: Path) -> tuple[PackHeader, tuple[Style, ...], str]:
+    values = json.loads(raw.tobytes().decode())
+    version = int(values["format_version"])
+    if version > PACK_VERSION:
+        raise TransportError(
+            f"{path.name} was made by a newer Turnlight (format {version}).", "Update Turnlight."
+        )
+    height, width = values["environment"]
+    header = PackHeader(
+        head=str(values["head"]),
+        skin=str(values["skin"]),
+        environment=(int(height), int(width)),
+        picture=int(values["picture"]),
+        transport_sha256=str(values["transport_sha256"]),
+        basis_error=float(values["basis_error"]),
+        paired=bool(values["paired"]),
+        format_version=version,
+    )
+    return header, tuple(_style(entry) for entry in values["styles"]), str(values["sha256"])
+
+
+def _style(entry: Mapping[str, Any]) -> Style:
+    lamps = tuple(StyleLamp(**lamp) for lamp in entry["lamps"])
+    if not all(math.isfinite(v) for lamp in entry["lamps"] for v in lamp.values()):
+        raise ValueError("a lamp is not finite")
+    return Style(**{**entry, "lamps": lamps})

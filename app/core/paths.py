@@ -1,0 +1,81 @@
+"""Where the files that travel with the program are, and where the user's own ones are."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from app.core.errors import CoreError
+
+__all__ = ["resources", "user_data"]
+
+_PACKAGE = Path(__file__).resolve().parent.parent
+
+
+def resources(package: Path = _PACKAGE) -> Path:
+    """Find the folder with heads, styles, transports and demo scenes.
+
+    In a clone it is ``resources/`` beside the package; in an installed wheel it is
+    ``_resources/`` inside it.
+
+    Parameters
+    ----------
+    package : Path, optional
+        Folder of the import package; only tests give another one.
+
+    Returns
+    -------
+    Path
+        An existing folder.
+
+    Raises
+    ------
+    CoreError
+        When neither place has it, that is, when the installation is damaged.
+    """
+    # The wheel's folder goes first: beside an installed package may lie anybody's "resources".
+    for folder in (package / "_resources", package.parent / "resources"):
+        if folder.is_dir():
+            return folder
+    raise CoreError(
+        f"The program's own files are missing (no 'resources' folder at {package.parent}).",
+        "Install Turnlight again.",
+    )
+
+
+def user_data(
+    platform: str = sys.platform,
+    environ: Mapping[str, str] | None = None,
+    home: Path | None = None,
+) -> Path:
+    """Find the folder for the user's own styles and settings, without creating it.
+
+    ``TURNLIGHT_HOME`` overrides it. Otherwise it is ``turnlight`` in the platform's usual
+    place: ``%APPDATA%`` on Windows, ``~/Library/Application Support`` on macOS,
+    ``$XDG_DATA_HOME`` or ``~/.local/share`` elsewhere.
+
+    Parameters
+    ----------
+    platform : str, optional
+        As `sys.platform`.
+    environ : Mapping[str, str], optional
+        As `os.environ`.
+    home : Path, optional
+        The user's home folder.
+
+    Returns
+    -------
+    Path
+        The folder, which need not exist.
+    """
+    env = os.environ if environ is None else environ
+    if env.get("TURNLIGHT_HOME"):
+        return Path(env["TURNLIGHT_HOME"])
+    base = Path.home() if home is None else home
+    if platform == "win32":
+        return Path(env.get("APPDATA") or base / "AppData" / "Roaming") / "turnlight"
+    if platform == "darwin":
+        return base / "Library" / "Application Support" / "turnlight"
+    return Path(env.get("XDG_DATA_HOME") or base / ".local" / "share") / "turnlight"

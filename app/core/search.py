@@ -1,0 +1,269 @@
+"""Quality, match and strength of many targets at all turns, in the frequency domain of azimuth.
+
+Turning the environment shifts it along azimuth, so a target's value at every turn is a circular
+correlation: per azimuth frequency and elevation row one product (eq. 5 for all turns at once).
+Everything is split into the parts that are even and odd under mirroring left and right. That
+halves the work, and makes a mirrored panorama give the mirrored curves to rounding.
+
+Conventions: texel column j stands at theta_j = 2 pi (j + 1/2) / W (rad); turn index k means the
+head sees column j + k at column j; curves have `TURNS` values, index k at 5.625 k degrees.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.angles import TURNS
+
+__all__ = ["Curves", "SearchTables", "build_tables", "curves", "quality_curves"]
+
+Float64: TypeAlias = NDArray[np.float64]
+Floats: TypeAlias = NDArray[np.floating[Any]]
+
+_HALF = TURNS // 2 + 1  # turns 0..180 deg; the others follow by mirroring
+
+
+@dataclass(frozen=True, slots=True)
+class SearchTables:
+    """Targets and search basis, transformed once along azimuth.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        (H, W) of the environments searched.
+    targets : (M, H, 2 S) float64
+        Per azimuth frequency and elevation row: cosine parts of the S targets, then sine parts.
+    basis : (M, H, 2 + 2 K + E + O) float64
+        The same of the face-mean target and K lamp maps (cosines, then sines), the E even basis
+        rows (cosine) and the O odd ones (sine).
+    lamps, even, odd : int
+        K, E and O.
+    paired : bool
+        Whether even row r and odd row r are the two parts of one basis picture, as for a head
+        that is not symmetric; else each row is a basis picture of its own.
+    cosine, sine : (W / 2, M) float64
+        Forward transform.
+    back_cosine, back_sine : (33, M) float64
+        Back to turns 0 to 180 deg.
+    """
+
+    shape: tuple[int, int]
+    targets: Float64
+    basis: Float64
+    lamps: int
+    even: int
+    odd: int
+    paired: bool
+    cosine: Float64
+    sine: Float64
+    back_cosine: Float64
+    back_sine: Float64
+
+    @property
+    def count(self) -> int:
+        """Number of targets, S."""
+        return int(self.targets.shape[2]) // 2
+
+
+@dataclass(frozen=True, slots=True)
+class Curves:
+    """Values at all turns; index k belongs to turn 5.625 k deg.
+
+    Attributes
+    ----------
+    quality : (S, 64) float64
+        C of eq. 5, in the unit of the environment.
+    mean : (64,) float64
+        Mean luminance of the face.
+    contrast : (64,) float64
+        Norm over the face of the picture minus its mean.
+    lamps : (K, 64) float64
+        Value of each lamp map.
+    """
+
+    quality: Float64
+    mean: Float64
+    contrast: Float64
+    lamps: Float64
+
+
+def build_tables(
+    targets: Floats,
+    mean: Floats,
+    even: Floats,
+    odd: Floats,
+    *,
+    paired: bool = False,
+    lamps: Floats | None = None,
+) -> SearchTables:
+    """Transform pre-integrated targets and a search basis along azimuth.
+
+    Parameters
+    ----------
+    targets : (S, H, W) float
+        Pre-integrated targets F (eq. 3), panorama coordinates at turn 0.
+    mean : (H, W) float
+        Pre-integrated mean over the face.
+    even, odd : (E, H, W / 2), (O, H, W / 2) float
+        Left halves of basis rows that are even and odd under mirroring; the sum of squares of
+        all rows times an environment is the squared norm of its picture minus the mean.
+    paired : bool, optional
+        See `SearchTables`.
+    lamps : (K, H, W) float, optional
+        Maps of single lamps, see `app.core.lamps`.
+
+    Returns
+    -------
+    SearchTables
+    """
+    height, width = targets.shape[1:]
+    half, frequencies = width // 2, width // 2 + 1
+    theta = 2 * np.pi * (np.arange(half) + 0.5) / width
+    order = np.arange(frequencies)
+    cosine, sine = np.cos(np.outer(theta, order)), np.sin(np.outer(theta, order))
+    # Parseval: ends of the spectrum count once, the rest twice.
+    share = np.full(frequencies, 2.0 / width)
+    share[0] = share[-1] = 1.0 / width
+    phase = 2 * np.pi * np.outer(np.arange(_HALF), order) / TURNS
+    back_sine = np.sin(phase) * share
+    back_sine[-1] = 0.0  # sin(pi m), which rounding would leave off zero and off mirror symmetry
+    count, extra = len(targets), mean[None] if lamps is None else np.stack([mean, *lamps])
+    both = np.concatenate([targets, extra]).astype(np.float64)
+    a_both = _frequency_first(_even(both) @ cosine)
+    b_both = _frequency_first(_odd(both) @ sine)
+    a_even = _frequency_first(2 * even.astype(np.float64) @ cosine)
+    b_odd = _frequency_first(2 * odd.astype(np.float64) @ sine)
+    return SearchTables(
+        shape=(height, width),
+        targets=_join(a_both[..., :count], b_both[..., :count]),
+        basis=_join(a_both[..., count:], b_both[..., count:], a_even, b_odd),
+        lamps=len(extra) - 1,
+        even=len(even),
+        odd=len(odd),
+        paired=paired,
+        cosine=cosine,
+        sine=sine,
+        back_cosine=np.cos(phase) * share,
+        back_sine=back_sine,
+    )
+
+
+def quality_curves(tables: SearchTables, luminance: Floats) -> Float64:
+    """Quality C of every target at every turn (eq. 5).
+
+    Parameters
+    ----------
+    tables : SearchTables
+        Targets and basis.
+    luminance : (H, W) float
+        Environment at turn 0.
+
+    Returns
+    -------
+    (S, 64) float64
+        In the unit of the environment.
+    """
+    return _quality(tables, _spectrum(tables, luminance))
+
+
+def curves(tables: SearchTables, luminance: Floats) -> Curves:
+    """Quality of every target, face mean and face contrast at every turn.
+
+    Parameters
+    ----------
+    tables : SearchTables
+        Targets and basis.
+    luminance : (H, W) float
+        Environment at turn 0.
+
+    Returns
+    -------
+    Curves
+    """
+    spectrum = _spectrum(tables, luminance)
+    product = spectrum @ tables.basis
+    first, second = product[:, 0], product[:, 1]
+    cosine, sine = tables.back_cosine, tables.back_sine
+    extra = 1 + tables.lamps
+    sums = _unfold(
+        cosine @ (first[:, :extra] + second[:, extra : 2 * extra]),
+        sine @ (second[:, :extra] - first[:, extra : 2 * extra]),
+    )
+    start, stop = 2 * extra, 2 * extra + tables.even
+    even_p, even_q = cosine @ first[:, start:stop], sine @ second[:, start:stop]
+    odd_p, odd_q = cosine @ second[:, stop:], -(sine @ first[:, stop:])
+    same = _squares(even_p) + _squares(even_q) + _squares(odd_p) + _squares(odd_q)
+    cross = 2 * (_products(even_p, even_q) + _products(odd_p, odd_q))
+    if tables.paired:
+        same += 2 * (_products(even_p, odd_p) + _products(even_q, odd_q))
+        cross += 2 * (_products(even_p, odd_q) + _products(even_q, odd_p))
+    squared = _unfold(same[:, None], cross[:, None])[0]
+    return Curves(
+        quality=_quality(tables, spectrum),
+        mean=sums[0],
+        contrast=np.sqrt(np.maximum(squared, 0.0)),
+        lamps=sums[1:],
+    )
+
+
+def _spectrum(tables: SearchTables, luminance: Floats) -> Float64:
+    """(M, 2, H) cosine and sine coefficients of the environment's rows."""
+    if luminance.shape != tables.shape:
+        raise ValueError(f"environment {luminance.shape} does not fit {tables.shape}")
+    height, width = tables.shape
+    left, right = luminance[:, : width // 2], luminance[:, : width // 2 - 1 : -1]
+    spectrum = np.empty((width // 2 + 1, 2, height))
+    spectrum[:, 0] = tables.cosine.T @ (left + right).T
+    spectrum[:, 1] = tables.sine.T @ (left - right).T
+    return spectrum
+
+
+def _quality(tables: SearchTables, spectrum: Float64) -> Float64:
+    product = spectrum @ tables.targets
+    count = tables.count
+    even = product[:, 0, :count] + product[:, 1, count:]
+    odd = product[:, 1, :count] - product[:, 0, count:]
+    return _unfold(tables.back_cosine @ even, tables.back_sine @ odd)
+
+
+def _unfold(even: Float64, odd: Float64) -> Float64:
+    """(33, n) even and odd parts at turns 0 to 180 deg -> (n, 64) at all turns."""
+    full = np.empty((TURNS, even.shape[1]))
+    np.add(even, odd, out=full[:_HALF])
+    np.subtract(even[TURNS // 2 - 1 : 0 : -1], odd[TURNS // 2 - 1 : 0 : -1], out=full[_HALF:])
+    return full.T
+
+
+def _even(rows: Float64) -> Float64:
+    half = rows.shape[-1] // 2
+    result: Float64 = rows[..., :half] + rows[..., : half - 1 : -1]
+    return result
+
+
+def _odd(rows: Float64) -> Float64:
+    half = rows.shape[-1] // 2
+    result: Float64 = rows[..., :half] - rows[..., : half - 1 : -1]
+    return result
+
+
+def _frequency_first(rows: Float64) -> Float64:
+    """(n, H, M) -> (M, H, n)."""
+    return np.transpose(rows, (2, 1, 0))
+
+
+def _join(*parts: Float64) -> Float64:
+    return np.ascontiguousarray(np.concatenate(parts, axis=2))
+
+
+def _squares(values: Float64) -> Float64:
+    result: Float64 = np.einsum("kr,kr->k", values, values)
+    return result
+
+
+def _products(a: Float64, b: Float64) -> Float64:
+    result: Float64 = np.einsum("kr,kr->k", a, b)
+    return result

@@ -1,0 +1,376 @@
+"""The answer for a place: for every style how far to turn, how good it gets, and why not.
+
+All numbers that decide anything are free of the environment's exposure: it is divided out
+first, and only the quality C, which is linear in it, is given back in the caller's unit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.angles import TURNS, direction, wrap
+from app.core.errors import EnvironmentFileError
+from app.core.peaks import Gate, Peak, best_index, find_peaks, shift
+from app.core.reasons import LightMap, Limits, reason
+from app.core.search import Curves, build_tables, curves
+from app.core.transport import Transport, preintegrate
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.core.pack import StylePack
+    from app.core.styles import Style
+    from app.core.weights import PaintedWeights
+
+__all__ = [
+    "OBJECTIVES",
+    "Objective",
+    "PeakResult",
+    "StyleResult",
+    "match_and_strength",
+    "solve_all",
+    "solve_painted",
+]
+
+Float64: TypeAlias = NDArray[np.float64]
+Objective: TypeAlias = Literal["picture", "paper"]
+
+OBJECTIVES: Final[tuple[Objective, ...]] = ("picture", "paper")
+
+
+@dataclass(frozen=True, slots=True)
+class PeakResult:
+    """One of the turns at which an objective has a maximum.
+
+    Attributes
+    ----------
+    turn_deg, turn_refined_deg : float
+        On the grid of 5.625 deg, and between; deg in (-180, 180], positive clockwise.
+    quality, match, strength : float
+        At the grid turn.
+    arc_deg : tuple of float
+        Tolerance arc (from, to), clockwise, deg.
+    """
+
+    turn_deg: float
+    turn_refined_deg: float
+    quality: float
+    match: float
+    strength: float
+    arc_deg: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class StyleResult:
+    """What a place can do for a style.
+
+    Attributes
+    ----------
+    name, title, side : str
+        Of the style; all but the name are empty for painted weights.
+    turn_index : int
+        Grid turn 0..63, counted from the panorama's centre column whatever `front` is.
+    turn_deg, turn_refined_deg : float
+        The turn on the grid, and the refined turn that is shown; deg, positive clockwise.
+    direction : str
+        Of the refined turn: clockwise, counter-clockwise or none.
+    quality_curve, match_curve, strength_curve : (64,) float64
+        At turn 5.625 k deg. Quality in the unit of the environment, the others of 100.
+    quality, match, strength : float
+        At the grid turn.
+    attainable : bool
+    reason : str or None
+        Why not; None when attainable.
+    arc_deg : tuple of float
+        Tolerance arc (from, to) around the refined turn, going clockwise, deg.
+    peaks : tuple of PeakResult
+        All turns that stand out, the chosen one first.
+    """
+
+    name: str
+    title: str
+    side: str
+    turn_index: int
+    turn_deg: float
+    turn_refined_deg: float
+    direction: str
+    quality_curve: Float64
+    match_curve: Float64
+    strength_curve: Float64
+    quality: float
+    match: float
+    strength: float
+    attainable: bool
+    reason: str | None
+    arc_deg: tuple[float, float]
+    peaks: tuple[PeakResult, ...]
+
+    def seen_from(self, front_deg: float) -> StyleResult:
+        """Count turns from another azimuth: the photographer stands at `front_deg`.
+
+        Parameters
+        ----------
+        front_deg : float
+            Panorama azimuth of the photographer, deg.
+
+        Returns
+        -------
+        StyleResult
+            Every turn t became wrap(t - front_deg); the curves belong to the new turns.
+        """
+
+        def moved(angle: float) -> float:
+            return wrap(angle - front_deg)
+
+        def arc(ends: tuple[float, float]) -> tuple[float, float]:
+            return ends if ends == (-180.0, 180.0) else (moved(ends[0]), moved(ends[1]))
+
+        refined = moved(self.turn_refined_deg)
+        return replace(
+            self,
+            turn_deg=moved(self.turn_deg),
+            turn_refined_deg=refined,
+            direction=direction(refined),
+            quality_curve=shift(self.quality_curve, front_deg),
+            match_curve=shift(self.match_curve, front_deg),
+            strength_curve=shift(self.strength_curve, front_deg),
+            arc_deg=arc(self.arc_deg),
+            peaks=tuple(
+                replace(
+                    peak,
+                    turn_deg=moved(peak.turn_deg),
+                    turn_refined_deg=moved(peak.turn_refined_deg),
+                    arc_deg=arc(peak.arc_deg),
+                )
+                for peak in self.peaks
+            ),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Measured:
+    """Curves of one target; `quality` is exposure-free here."""
+
+    quality: Float64
+    match: Float64
+    strength: Float64
+
+
+def solve_all(
+    pack: StylePack,
+    luminance: NDArray[np.floating[Any]],
+    objective: Objective = "picture",
+    *,
+    limits: Limits | None = None,
+    names: Sequence[str] | None = None,
+    front_deg: float = 0.0,
+) -> tuple[StyleResult, ...]:
+    """Find the best turn of every style (eq. 5, and the picture objective beside it).
+
+    Parameters
+    ----------
+    pack : StylePack
+        Head and styles.
+    luminance : (H, W) float
+        Environment at turn 0 in the pack's size, linear luminance, any exposure.
+    objective : {"picture", "paper"}
+        What chooses the turn: the best match among the turns of sufficient strength, or C.
+    limits : Limits, optional
+        From where on a style counts as attainable.
+    names : sequence of str, optional
+        Styles wanted; all by default.
+    front_deg : float, optional
+        Azimuth at which the photographer stands, deg; see `StyleResult.seen_from`.
+
+    Returns
+    -------
+    tuple of StyleResult
+        In the pack's order.
+
+    Raises
+    ------
+    EnvironmentFileError
+        If the environment is black, not finite or has another size.
+    StyleError
+        If a style is unknown.
+    """
+    limits = limits or Limits()
+    light, scale = _normalised(luminance, pack.header.environment)
+    wanted = range(len(pack.styles)) if names is None else sorted({pack.index(n) for n in names})
+    found = curves(pack.tables, light)
+    match, strength = match_and_strength(pack, found)
+    light_map = LightMap(light)
+    results = []
+    for row in wanted:
+        measured = _Measured(found.quality[row], match[row], strength[row])
+        result = _answer(pack.styles[row], measured, objective, limits, light_map, scale)
+        results.append(result.seen_from(front_deg) if front_deg else result)
+    return tuple(results)
+
+
+def match_and_strength(pack: StylePack, found: Curves) -> tuple[Float64, Float64]:
+    """Put quality curves on scales that are free of exposure.
+
+    Parameters
+    ----------
+    pack : StylePack
+        Head and styles.
+    found : Curves
+        Of all its styles.
+
+    Returns
+    -------
+    match : (S, 64) float64
+        100 x Pearson correlation of target and picture over the face.
+    strength : (S, 64) float64
+        100 x (C / mean of the face) / (the same in the target picture). A style with several
+        lamps is no stronger than its weakest one, each measured in the same way by its own
+        part of the picture; else half a badger would do.
+    """
+    ratio = found.quality / np.maximum(found.mean, 1e-30)
+    match = _match(found.quality, pack.weight_norm[:, None], found.contrast)
+    strength = 100.0 * ratio / pack.studio_ratio[:, None]
+    single = 100.0 * found.lamps / (np.maximum(found.mean, 1e-30) * pack.lamp_ratio[:, None])
+    for row, lamp in zip(pack.lamp_style, single, strict=True):
+        np.minimum(strength[row], lamp, out=strength[row])
+    return match, strength
+
+
+def solve_painted(
+    transport: Transport,
+    weights: PaintedWeights,
+    luminance: NDArray[np.floating[Any]],
+    objective: Objective = "picture",
+    *,
+    limits: Limits | None = None,
+) -> StyleResult:
+    """Find the best turn for painted weights.
+
+    There is no target picture: match is the correlation between the weights and the picture
+    over the pixels that are not ignored, and strength is counted from the picture under the
+    environment max(F, 0).
+
+    Parameters
+    ----------
+    transport : Transport
+        Of the head.
+    weights : PaintedWeights
+        What was painted on it.
+    luminance : (H, W) float
+        Environment at turn 0 in the transport's size, linear luminance, any exposure.
+    objective, limits
+        As for `solve_all`.
+
+    Returns
+    -------
+    StyleResult
+        Its name is ``painted``.
+
+    Raises
+    ------
+    EnvironmentFileError
+        As `solve_all`.
+    """
+    limits = limits or Limits()
+    light, scale = _normalised(luminance, transport.environment_shape)
+    target = weights.preintegrated(transport).astype(np.float64)
+    active = weights.active / max(weights.count, 1)
+    mean = preintegrate(transport, active).astype(np.float64)
+    glow = np.maximum(target, 0.0)
+    studio = float((target * glow).sum()) / max(float((mean * glow).sum()), 1e-30)
+    height, width = transport.environment_shape
+    texels = transport.texel_basis.reshape(-1, height, width).astype(np.float64)
+    no_basis = np.zeros((0, height, width // 2))
+    found = curves(build_tables(target[None], mean, no_basis, no_basis), light)
+    turned = np.stack([np.roll(light, -k * width // TURNS, axis=1).ravel() for k in range(TURNS)])
+    pictures = transport.luminance_basis[weights.active] @ (
+        texels.reshape(len(texels), -1) @ turned.T
+    )
+    contrast = np.linalg.norm(pictures - pictures.mean(axis=0), axis=0)
+    norm = float(np.linalg.norm(weights.weights))
+    ratio = found.quality[0] / np.maximum(found.mean, 1e-30)
+    measured = _Measured(
+        found.quality[0],
+        _match(found.quality[0], norm, contrast),
+        100.0 * ratio / studio if studio > 0 else np.zeros(TURNS),
+    )
+    return _answer(None, measured, objective, limits, LightMap(light), scale)
+
+
+def _normalised(
+    luminance: NDArray[np.floating[Any]], shape: tuple[int, int]
+) -> tuple[Float64, float]:
+    """Environment with mean 1, and what it was divided by."""
+    if luminance.shape != shape:
+        raise EnvironmentFileError(
+            f"The environment has {luminance.shape} texels, the head takes {shape}."
+        )
+    light = np.asarray(luminance, np.float64)
+    # The largest value first: sums of very large or small values may leave the number range.
+    peak = float(light.max())
+    if not np.isfinite(light).all() or peak <= 0:
+        raise EnvironmentFileError("The environment is black: there is no light to turn toward.")
+    light = light / peak
+    mean = float(light.mean())
+    return light / mean, mean * peak
+
+
+def _match(quality: Float64, norm: NDArray[np.float64] | float, contrast: Float64) -> Float64:
+    """100 x correlation; 0 where the face has no contrast at all."""
+    product = norm * contrast
+    flat = product <= 1e-12 * np.max(product)
+    return np.where(flat, 0.0, 100.0 * quality / np.where(flat, 1.0, product))
+
+
+def _answer(
+    style: Style | None,
+    curve: _Measured,
+    objective: Objective,
+    limits: Limits,
+    light: LightMap,
+    scale: float,
+) -> StyleResult:
+    gate = Gate(curve.strength, limits.strength) if objective == "picture" else None
+    if gate is not None and not gate.open.any():
+        gate = None  # nowhere strong enough: fall back to the quality C
+    chosen = curve.quality if gate is None else curve.match
+    allowed = np.ones(TURNS, bool) if gate is None else gate.open
+    index = best_index(chosen, allowed)
+    peaks = find_peaks(chosen, index, gate)
+    best = peaks[0]
+    match, strength = float(curve.match[index]), float(curve.strength[index])
+    why = reason(style, match, strength, limits, light, best.turn_deg)
+    return StyleResult(
+        name=style.name if style else "painted",
+        title=style.title if style else "",
+        side=style.side if style else "none",
+        turn_index=index,
+        turn_deg=best.turn_deg,
+        turn_refined_deg=best.refined_deg,
+        direction=direction(best.refined_deg),
+        quality_curve=curve.quality * scale,
+        match_curve=curve.match,
+        strength_curve=curve.strength,
+        quality=float(curve.quality[index]) * scale,
+        match=match,
+        strength=strength,
+        attainable=why is None,
+        reason=why,
+        arc_deg=best.arc_deg,
+        peaks=tuple(_peak_result(peak, curve, scale) for peak in peaks),
+    )
+
+
+def _peak_result(peak: Peak, curve: _Measured, scale: float) -> PeakResult:
+    return PeakResult(
+        turn_deg=peak.turn_deg,
+        turn_refined_deg=peak.refined_deg,
+        quality=float(curve.quality[peak.index]) * scale,
+        match=float(curve.match[peak.index]),
+        strength=float(curve.strength[peak.index]),
+        arc_deg=peak.arc_deg,
+    )

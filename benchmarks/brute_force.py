@@ -1,0 +1,166 @@
+"""Turns against brute force: the head rendered anew by stock Mitsuba at each of 64 turns.
+
+Renders five indoor scenes at 64 turns with two seeds (about an hour on two cores; it goes on where
+it was stopped), then compares the turns that the shipped pack chooses with the best turns of the
+rendered pictures and writes the result as JSON.
+
+    python benchmarks/brute_force.py --scenes FOLDER --work FOLDER [-o docs/brute-force.json]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stock import INDOORS, ROOT, generic_head, read_light, stock_picture  # isort: skip
+
+from app.core.baking.backend import select_variant
+from app.core.colour import luminance
+from app.core.environment import rotate
+from app.core.files import atomic_write_text
+from app.core.pack import StylePack, load_named_pack
+from app.core.solve import solve_all
+from app.core.transport import Transport, load_named
+from app.core.weights import target_weights
+
+TURNS = 64
+SEEDS = 2
+
+
+def render_all(scenes: Path, work: Path, paths: int) -> None:
+    """Render every picture that is not there yet."""
+    select_variant("llvm")
+    head, camera = generic_head()
+    work.mkdir(parents=True, exist_ok=True)
+    started, made = time.perf_counter(), 0
+    for number, name in enumerate(INDOORS):
+        light = read_light(scenes / name)
+        for turn in range(TURNS):
+            for seed in range(SEEDS):
+                file = work / f"{Path(name).stem}-{turn:02d}-{seed}.npy"
+                if file.exists():
+                    continue
+                picture = stock_picture(
+                    head, camera, "medium", rotate(light, turn), paths, turn * SEEDS + seed
+                )
+                partial = file.with_suffix(".part.npy")
+                np.save(partial, picture)
+                partial.replace(file)
+                made += 1
+        minutes = (time.perf_counter() - started) / 60
+        print(f"{number + 1} of {len(INDOORS)} scenes, {made} pictures, {minutes:.1f} min")
+
+
+def curves(
+    pictures: NDArray[np.float64], weights: NDArray[np.float64], face: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Quality and match of rendered pictures, free of the bias that their noise would bring.
+
+    Parameters
+    ----------
+    pictures : (SEEDS, TURNS, P) float
+        Luminance on the head's pixels.
+    weights : (S, P) float
+    face : (P,) bool
+
+    Returns
+    -------
+    quality, match : (S, TURNS) float64
+        The pictures' norm is taken from the product of two seeds, whose noise is independent.
+    """
+    mean = pictures.mean(axis=0)
+    quality = weights @ mean.T
+    one, two = (p[:, face] - p[:, face].mean(axis=1, keepdims=True) for p in pictures)
+    norm = np.sqrt(np.maximum((one * two).sum(axis=1), 1e-30))
+    match = 100 * quality / norm / np.linalg.norm(weights, axis=1)[:, None]
+    return quality, match
+
+
+def given_up(curve: NDArray[np.float64], turn: int) -> float:
+    """How far a turn lies under the best, as a share of the curve's range."""
+    return float((curve.max() - curve[turn]) / np.ptp(curve))
+
+
+def compare(scenes: Path, work: Path, paths: int) -> dict[str, object]:
+    """Compare the pack's turns with the rendered pictures' own best turns."""
+    transport, pack = load_named("generic"), load_named_pack("generic")
+    pixels, face = transport.pixels, transport.face
+    targets = luminance(np.asarray(pack.targets, np.float64)).reshape(len(pack.styles), -1)
+    weights = np.stack([target_weights(t[pixels], face) for t in targets])
+    rows = []
+    for name in INDOORS:
+        stem = Path(name).stem
+        files = [[work / f"{stem}-{t:02d}-{s}.npy" for t in range(TURNS)] for s in range(SEEDS)]
+        pictures = np.array(
+            [[luminance(np.load(f).astype(np.float64)).ravel()[pixels] for f in row] for row in files]
+        )
+        rows += _pairs(stem, read_light(scenes / name), pictures, weights, pack, transport)
+    worst = {key: max(row[key] for row in rows) for key in ("quality_given_up", "match_given_up")}
+    return {
+        "transport_sha256": transport.digest,
+        "paths_per_pixel": paths,
+        "seeds": SEEDS,
+        "worst": worst,
+        "rows": rows,
+    }
+
+
+def _pairs(
+    scene: str,
+    light: NDArray[np.float32],
+    pictures: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    pack: StylePack,
+    transport: Transport,
+) -> list[dict[str, object]]:
+    quality, match = curves(pictures, weights, transport.face)
+    half = [curves(np.stack([p, p]), weights, transport.face)[0] for p in pictures]
+    noise = np.sqrt(np.mean((half[0] - half[1]) ** 2, axis=1)) / 2 / np.ptp(quality, axis=1)
+    grey = luminance(light)
+    chosen = {
+        objective: solve_all(pack, grey, objective=objective, epsilon=0.0, min_strength=0.0)
+        for objective in ("paper", "picture")
+    }
+    rows: list[dict[str, object]] = []
+    for number, style in enumerate(pack.styles):
+        turns = {key: results[number].turn_deg for key, results in chosen.items()}
+        index = {key: round(turn / 360 * TURNS) % TURNS for key, turn in turns.items()}
+        rows.append(
+            {
+                "scene": scene,
+                "style": style.name,
+                "quality_turn_deg": turns["paper"],
+                "match_turn_deg": turns["picture"],
+                "quality_best_deg": float(np.argmax(quality[number])) * 360 / TURNS,
+                "match_best_deg": float(np.argmax(match[number])) * 360 / TURNS,
+                "quality_given_up": given_up(quality[number], index["paper"]),
+                "match_given_up": given_up(match[number], index["picture"]),
+                "quality_noise": float(noise[number]),
+            }
+        )
+    return rows
+
+
+def main() -> None:
+    """Render what is missing, compare, write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--scenes", type=Path, required=True)
+    parser.add_argument("--work", type=Path, required=True)
+    parser.add_argument("--paths", type=int, default=128)
+    parser.add_argument("--render-only", action="store_true")
+    parser.add_argument("-o", type=Path, default=ROOT / "docs" / "brute-force.json")
+    args = parser.parse_args()
+    render_all(args.scenes, args.work, args.paths)
+    if not args.render_only:
+        result = compare(args.scenes, args.work, args.paths)
+        atomic_write_text(args.o, json.dumps(result, indent=1) + "\n")
+        print(json.dumps(result["worst"]))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,133 @@
+"""Sentences must be true of the light they are said of."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from app.core.reasons import LightMap, Limits, reason
+from app.core.styles import Style, load_styles
+from tests.helpers.synthetic import lamp_environment, solid_angles, texel_directions
+
+Float = NDArray[np.float64]
+STYLES = {style.name: style for style in load_styles()}
+LIMITS = Limits()
+
+
+def _say(name: str, light: Float, match: float, strength: float, turn: float = 0.0) -> str | None:
+    return reason(STYLES[name], match, strength, LIMITS, LightMap(light), turn)
+
+
+def test_an_attainable_style_needs_no_reason() -> None:
+    assert _say("below", lamp_environment(0, -45), 45.0, 20.0) is None
+
+
+def test_even_light_is_called_even() -> None:
+    assert _say("top", np.ones((32, 64)), 60.0, 12.9) == (
+        "The light here is too even: strength 12 of 100"
+    )
+    assert _say("top", np.ones((32, 64)), 30.0, 25.0) == (
+        "The light here is too even: match 30 of 100"
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [
+        ("below", "below"),
+        ("left-below-side", "below"),
+        ("top", "above"),
+        ("right-rim", "behind"),
+        ("left-split", "the side"),
+        ("left-rembrandt", "high in front"),
+        ("flat", "the front"),
+    ],
+)
+def test_a_missing_lamp_is_named_by_its_place(name: str, place: str) -> None:
+    away = -80.0 if STYLES[name].lamps[0].elevation_deg > 0 else 60.0
+    light = lamp_environment(0.0, away)
+    assert _say(name, light, 14.3, 50.0) == f"No strong light from {place} here: match 14 of 100"
+
+
+def test_the_place_named_has_no_strong_light_at_any_turn() -> None:
+    """A lamp of the style's height somewhere around is not called missing."""
+    light = lamp_environment(130.0, -45.0) + 3 * lamp_environment(-50.0, 10.0)
+    said = _say("below", light, 30.0, 50.0)
+    assert said == "Other light spoils the pattern: match 30 of 100"
+
+
+def test_one_of_two_lamps_missing() -> None:
+    light = lamp_environment(-95.0, 0.0)
+    assert _say("badger", light, 39.0, 90.0) == "Light only from one side: match 39 of 100"
+    light = lamp_environment(-35.0, 35.0)
+    said = _say("left-loop-rim", light, 30.0, 90.0)
+    assert said == "Light only from one side: match 30 of 100"
+    light = lamp_environment(0.0, 45.0)
+    assert _say("clamshell", light, 30.0, 90.0) == (
+        "Only one of its two lights is here, none from below: match 30 of 100"
+    )
+
+
+def test_all_lamps_missing() -> None:
+    light = lamp_environment(0.0, -80.0)
+    assert _say("badger", light, 3.0, 90.0) == "No strong light from the side here: match 3 of 100"
+
+
+def test_light_is_there_but_drowned() -> None:
+    light = lamp_environment(0.0, 45.0) + lamp_environment(100.0, 30.0) + 0.01
+    assert _say("butterfly", light, 60.0, 15.0) == (
+        "Other light fills the shadows: strength 15 of 100"
+    )
+
+
+def test_numbers_never_read_as_their_limit_nor_below_zero() -> None:
+    light = lamp_environment(0.0, 45.0)
+    said = _say("butterfly", light, 44.99, 90.0)
+    assert said is not None
+    assert said.endswith("match 44 of 100")
+    said = _say("butterfly", light, -20.0, -5.0)
+    assert said is not None
+    assert said.endswith("match 0 of 100")
+
+
+def test_painted_weights_have_no_lamps_to_name() -> None:
+    light = LightMap(lamp_environment(0.0, 45.0))
+    assert reason(None, 10.0, 50.0, LIMITS, light, 0.0) == (
+        "No turn gives this pattern here: match 10 of 100"
+    )
+
+
+def test_a_ring_is_the_mean_radiance_in_lobes() -> None:
+    rng = np.random.default_rng(1)
+    light = rng.random((32, 64))
+    directions = texel_directions(32, 64)
+    area = solid_angles(32, 64)[:, None]
+    for column in (0, 20, 63):
+        azimuth = 2 * np.pi * ((column + 0.5) / 64 - 0.5)
+        elevation = np.radians(30.0)
+        towards = [
+            -np.sin(azimuth) * np.cos(elevation),
+            np.sin(elevation),
+            np.cos(azimuth) * np.cos(elevation),
+        ]
+        lobe = np.maximum(directions @ towards, 0) ** 20 * area
+        expected = (lobe * light).sum() / lobe.sum()
+        assert LightMap(light).ring(30.0)[column] == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_uniform_place_is_even_and_a_lamp_is_not() -> None:
+    assert LightMap(np.ones((32, 64))).is_even
+    assert LightMap(np.ones((32, 64))).brightest == pytest.approx(1.0)
+    assert not LightMap(lamp_environment(0.0, 30.0)).is_even
+
+
+def test_every_style_gets_a_sentence_everywhere() -> None:
+    for style in STYLES.values():
+        assert isinstance(style, Style)
+        for azimuth in (0.0, 90.0, 180.0):
+            for elevation in (-60.0, 0.0, 60.0):
+                said = _say(style.name, lamp_environment(azimuth, elevation), 20.0, 10.0)
+                assert said is not None
+                assert said[0].isupper()
+                assert len(said) < 80

@@ -1,0 +1,246 @@
+"""The answers: turns and signs of single lamps, exposure, mirrors, gates, painted weights."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from app.core.angles import TURNS, difference, wrap
+from app.core.errors import EnvironmentFileError, StyleError
+from app.core.peaks import shift
+from app.core.reasons import Limits
+from app.core.solve import OBJECTIVES, Objective, StyleResult, solve_all, solve_painted
+from app.core.styles import mirror_name
+from app.core.transport import preintegrate
+from app.core.weights import painted, target_weights
+from tests.helpers.synthetic import (
+    lambert_sphere_transport,
+    lamp_environment,
+    mirrored,
+    synthetic_pack,
+)
+
+Float = NDArray[np.float64]
+PACK = synthetic_pack()
+SINGLE = [style for style in PACK.styles if len(style.lamps) == 1]
+
+
+def _by_name(light: Float, objective: Objective = "picture") -> dict[str, StyleResult]:
+    return {result.name: result for result in solve_all(PACK, light, objective)}
+
+
+def _scene(seed: int) -> Float:
+    rng = np.random.default_rng(seed)
+    light: Float = np.exp(0.7 * rng.standard_normal((32, 64)))
+    for _ in range(3):
+        light += 3 * lamp_environment(rng.uniform(-180, 180), rng.uniform(-50, 70), 12.0)
+    return light
+
+
+@pytest.mark.parametrize("style", SINGLE, ids=lambda style: style.name)
+@pytest.mark.parametrize("azimuth", [0.0, 47.8125, -120.0, 178.0])
+def test_one_lamp_sets_the_turn_and_its_sign(style: object, azimuth: float) -> None:
+    """One lamp at panorama azimuth p: turn p + the lamp's azimuth toward the sitter's left."""
+    lamp = style.lamps[0]  # type: ignore[attr-defined]
+    light = lamp_environment(azimuth, lamp.elevation_deg)
+    result = _by_name(light)[style.name]  # type: ignore[attr-defined]
+    wanted = wrap(azimuth + lamp.azimuth_deg)
+    assert abs(difference(result.turn_deg, wanted)) <= 4.5
+    assert abs(difference(result.turn_refined_deg, wanted)) <= 2.0
+    assert result.attainable
+    assert result.reason is None
+
+
+def test_left_split_is_a_quarter_turn_clockwise_of_butterfly() -> None:
+    found = _by_name(lamp_environment(30.0, 10.0))
+    assert found["left-split"].turn_refined_deg == pytest.approx(120.0, abs=2.0)
+    assert found["right-split"].turn_refined_deg == pytest.approx(-60.0, abs=2.0)
+    assert found["left-split"].direction == "clockwise"
+    assert found["right-split"].direction == "counter-clockwise"
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.sampled_from(OBJECTIVES))
+def test_a_mirrored_panorama_gives_the_mirrored_turn(seed: int, objective: Objective) -> None:
+    light = _scene(seed)
+    here, there = _by_name(light, objective), _by_name(mirrored(light), objective)
+    for name, result in here.items():
+        other = there[mirror_name(name)]
+        assert wrap(other.turn_deg + result.turn_deg) == 0.0
+        assert abs(difference(other.turn_refined_deg, -result.turn_refined_deg)) < 1e-9
+        assert other.match == pytest.approx(result.match, abs=1e-9)
+        assert other.attainable == result.attainable
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([1e-3, 1e-30, 0.37, 1e3, 1e30]))
+def test_exposure_changes_nothing_but_the_quality(seed: int, gain: float) -> None:
+    light = _scene(seed).astype(np.float32)
+    for plain, scaled in zip(
+        solve_all(PACK, light), solve_all(PACK, light * np.float32(gain)), strict=True
+    ):
+        assert scaled.turn_deg == plain.turn_deg
+        assert abs(difference(scaled.turn_refined_deg, plain.turn_refined_deg)) < 1e-3
+        assert scaled.match == pytest.approx(plain.match, abs=1e-4)
+        assert scaled.strength == pytest.approx(plain.strength, abs=1e-4)
+        assert (scaled.attainable, scaled.reason) == (plain.attainable, plain.reason)
+        assert scaled.quality == pytest.approx(plain.quality * gain, rel=1e-5)
+
+
+def test_uniform_light_gives_no_style_and_no_turn() -> None:
+    for result in solve_all(PACK, np.full((32, 64), 5.0)):
+        assert not result.attainable
+        assert result.turn_deg == 0.0
+        assert result.direction == "none"
+        assert result.reason is not None
+        assert result.reason.startswith("The light here is too even: strength")
+
+
+def test_two_lamp_styles_are_far_better_with_two_lamps() -> None:
+    one = _by_name(lamp_environment(10.0, 0.0))["badger"]
+    pair = lamp_environment(105.0, 0.0) + lamp_environment(-85.0, 0.0)
+    both = _by_name(pair)["badger"]
+    assert both.attainable
+    assert both.match > one.match + 25
+    assert both.turn_refined_deg == pytest.approx(10.0, abs=2.0)
+
+
+def test_light_from_below_is_missed_in_words() -> None:
+    result = _by_name(lamp_environment(0.0, 50.0, fill=0.05))["below"]
+    assert not result.attainable
+    assert result.reason is not None
+    assert result.reason.startswith("No strong light from below here: ")
+
+
+def test_fill_lowers_the_strength_steadily() -> None:
+    strengths = [
+        _by_name(lamp_environment(20.0, 35.0, fill=fill))["left-loop"].strength
+        for fill in (0.0, 0.01, 0.05, 0.2, 1.0, 5.0)
+    ]
+    assert all(a > b for a, b in zip(strengths, strengths[1:], strict=False))
+
+
+def test_the_objectives_differ_where_they_should() -> None:
+    """C also rewards a face that is merely brighter in the right half."""
+    light = lamp_environment(0.0, 10.0)
+    picture, paper = _by_name(light)["left-split"], _by_name(light, "paper")["left-split"]
+    assert picture.match >= paper.match
+    assert paper.quality >= picture.quality
+    assert paper.quality == pytest.approx(paper.quality_curve.max())
+
+
+def test_without_sufficient_strength_the_quality_decides() -> None:
+    light = _scene(4)
+    limits = Limits(strength=1e6)
+    for weak, paper in zip(
+        solve_all(PACK, light, limits=limits), solve_all(PACK, light, "paper"), strict=True
+    ):
+        assert weak.turn_deg == paper.turn_deg
+        assert not weak.attainable
+
+
+def test_the_chosen_turn_has_sufficient_strength_where_there_is_one() -> None:
+    for seed in range(5):
+        for result in solve_all(PACK, _scene(seed)):
+            if (result.strength_curve >= 20).any():
+                assert result.strength >= 20
+
+
+def test_values_at_the_turn_are_those_of_the_curves() -> None:
+    for result in solve_all(PACK, _scene(6)):
+        index = result.turn_index
+        assert result.turn_deg == wrap(5.625 * index)
+        assert result.match == result.match_curve[index]
+        assert result.strength == result.strength_curve[index]
+        assert result.quality == pytest.approx(result.quality_curve[index])
+        assert len(result.quality_curve) == TURNS
+        assert result.peaks[0].turn_deg == result.turn_deg
+        assert result.peaks[0].arc_deg == result.arc_deg
+        assert np.abs(result.match_curve).max() <= 100.0 + 1e-3
+
+
+@pytest.mark.parametrize("front", [90.0, -33.3, 400.0])
+def test_the_front_moves_every_turn(front: float) -> None:
+    light = _scene(8)
+    for plain, moved in zip(
+        solve_all(PACK, light), solve_all(PACK, light, front_deg=front), strict=True
+    ):
+        assert moved.turn_deg == wrap(plain.turn_deg - front)
+        assert moved.turn_refined_deg == wrap(plain.turn_refined_deg - front)
+        np.testing.assert_allclose(moved.quality_curve, shift(plain.quality_curve, front))
+        assert moved.arc_deg == (wrap(plain.arc_deg[0] - front), wrap(plain.arc_deg[1] - front))
+        assert moved.match == plain.match
+        assert moved.turn_index == plain.turn_index
+
+
+def test_styles_can_be_chosen() -> None:
+    found = solve_all(PACK, _scene(1), names=["below", "butterfly"])
+    assert [result.name for result in found] == ["butterfly", "below"]
+    with pytest.raises(StyleError, match="no target"):
+        solve_all(PACK, _scene(1), names=["disco"])
+
+
+@pytest.mark.parametrize(
+    "light", [np.zeros((32, 64)), np.full((32, 64), np.nan), np.full((32, 64), np.inf)]
+)
+def test_environments_without_light_are_refused(light: Float) -> None:
+    with pytest.raises(EnvironmentFileError, match="black"):
+        solve_all(PACK, light)
+
+
+def test_an_environment_of_another_size_is_refused() -> None:
+    with pytest.raises(EnvironmentFileError, match="takes"):
+        solve_all(PACK, np.ones((16, 32)))
+
+
+def test_painted_weights_solve_like_the_style_they_copy() -> None:
+    transport = lambert_sphere_transport()
+    target = PACK.target("left-loop").reshape(-1, 3)[transport.pixels]
+    luminance = target @ np.array([0.2126, 0.7152, 0.0722])
+    weights = painted(transport, target_weights(luminance, transport.face))
+    light = _scene(2)
+    result = solve_painted(transport, weights, light)
+    style = _by_name(light)["left-loop"]
+    np.testing.assert_allclose(result.match_curve, style.match_curve, atol=0.6)
+    assert result.turn_deg == style.turn_deg
+    ratio = PACK.studio_ratio / PACK.painted_ratio
+    row = PACK.index("left-loop")
+    np.testing.assert_allclose(
+        result.strength_curve, style.strength_curve * ratio[row], rtol=5e-3, atol=0.05
+    )
+
+
+def test_painted_match_counts_only_the_pixels_that_are_not_ignored() -> None:
+    transport = lambert_sphere_transport()
+    rng = np.random.default_rng(5)
+    values, ignored = rng.random(len(transport.pixels)), rng.random(len(transport.pixels)) < 0.3
+    weights = painted(transport, values, ignored)
+    light = _scene(3)
+    result = solve_painted(transport, weights, light)
+    active = weights.active
+    for turn in (0, 17, 40):
+        lit = (transport.matrix() @ np.roll(light, -turn, axis=1).ravel())[active]
+        expected = 100 * np.corrcoef(values[active], lit)[0, 1]
+        assert result.match_curve[turn] == pytest.approx(expected, abs=0.01)
+    assert result.name == "painted"
+
+
+def test_blank_painting_is_unattainable_and_says_so() -> None:
+    transport = lambert_sphere_transport()
+    result = solve_painted(transport, painted(transport, np.ones(len(transport.pixels))), _scene(1))
+    assert not result.attainable
+    assert result.turn_deg == 0.0
+    assert result.reason is not None
+    assert "match 0 of 100" in result.reason
+
+
+def test_quality_is_the_sum_over_the_pre_integrated_target() -> None:
+    transport, light = lambert_sphere_transport(), _scene(9)
+    target = PACK.target("top").reshape(-1, 3)[transport.pixels]
+    f = target_weights(target @ np.array([0.2126, 0.7152, 0.0722]), transport.face)
+    expected = float((preintegrate(transport, f) * light).sum())
+    result = _by_name(light)["top"]
+    assert result.quality_curve[0] == pytest.approx(expected, rel=2e-3)
