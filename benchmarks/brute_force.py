@@ -97,7 +97,10 @@ def compare(scenes: Path, work: Path, paths: int) -> dict[str, object]:
         stem = Path(name).stem
         files = [[work / f"{stem}-{t:02d}-{s}.npy" for t in range(TURNS)] for s in range(SEEDS)]
         pictures = np.array(
-            [[luminance(np.load(f).astype(np.float64)).ravel()[pixels] for f in row] for row in files]
+            [
+                [luminance(np.load(f).astype(np.float64)).ravel()[pixels] for f in row]
+                for row in files
+            ]
         )
         rows += _pairs(stem, read_light(scenes / name), pictures, weights, pack, transport)
     worst = {key: max(row[key] for row in rows) for key in ("quality_given_up", "match_given_up")}

@@ -10,11 +10,13 @@ from __future__ import annotations
 
 import json
 import string
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from fontTools.ttLib import TTFont
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 FONTS: Final = Path(__file__).resolve().parent.parent / "resources" / "fonts"
 WEIGHTS: Final = {400: "Regular", 500: "Medium", 600: "SemiBold", 700: "Bold"}
@@ -25,7 +27,8 @@ SMALLEST: Final = 0.008  # em; less is under a tenth of a pixel at 12 px
 def main() -> None:
     """Write the table: by weight, pairs of characters and em."""
     table = {
-        str(weight): kerning(TTFont(FONTS / f"Inter-{name}.otf")) for weight, name in WEIGHTS.items()
+        str(weight): kerning(TTFont(FONTS / f"Inter-{name}.otf"))
+        for weight, name in WEIGHTS.items()
     }
     text = json.dumps(table, ensure_ascii=False, sort_keys=True, separators=(",", ":"))
     (FONTS / "kerning.json").write_text(text + "\n", encoding="utf-8")
@@ -34,7 +37,9 @@ def main() -> None:
 def kerning(font: TTFont) -> dict[str, float]:
     """Pairs of characters with the distance that they move together, in em."""
     names = font.getBestCmap()
-    glyphs = {character: names[ord(character)] for character in CHARACTERS if ord(character) in names}
+    glyphs = {
+        character: names[ord(character)] for character in CHARACTERS if ord(character) in names
+    }
     lookups = list(pair_lookups(font["GPOS"].table))
     em = font["head"].unitsPerEm
     result = {}

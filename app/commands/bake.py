@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import sys
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -56,7 +55,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--env", metavar="WxH", default="64x32", help="texels of the environment")
     parser.add_argument("--image", metavar="N", type=int, default=100, help="pixels along one side")
     parser.add_argument(
-        "--quality", default="good", choices=("draft", "good", "best"), help="default: good"
+        "--quality", default="good", choices=("draft", "quick", "good", "best"), help="default: good"
     )
     parser.add_argument("--variant", metavar="V", default="auto", help="auto, llvm, cuda or scalar")
     parser.add_argument("--seed", type=int, default=1, help="another seed, another noise")
@@ -149,7 +148,7 @@ def _bake(
     from app.core.baking.skin import find_skin
     from app.core.pack import build_pack, pack_path, save_pack
     from app.core.styles import load_styles
-    from app.core.transport import save_transport
+    from app.core.transport import load_transport, save_transport
 
     styles = load_styles()
     started = time.monotonic()
@@ -165,8 +164,9 @@ def _bake(
         report=_Teller(started),
         token=Token(),
     )
-    # The pack names the transport's checksum, so the transport goes first.
-    transport = replace(baked.transport, digest=save_transport(args.output, baked.transport))
+    # The pack is made from the transport as it was rounded for the file, and names its checksum.
+    save_transport(args.output, baked.transport)
+    transport = load_transport(args.output)
     save_pack(pack_path(args.output), build_pack(transport, styles, baked.targets))
     header = transport.header
     return {

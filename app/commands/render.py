@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import sys
@@ -18,6 +17,8 @@ from app.core.images import write_exr, write_png
 from app.core.transport import load_named, render, to_image
 
 if TYPE_CHECKING:
+    import argparse
+
     from app.core.colour import FloatImage
     from app.core.transport import Transport
 

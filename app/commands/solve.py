@@ -114,7 +114,7 @@ def run(args: argparse.Namespace) -> int:
         print(warning, file=sys.stderr)
     radiance = reduce(environment, pack.header.environment)
     results = solve_all(
-        pack, luminance(radiance), args.objective, names=names, front_deg=args.front
+        pack, luminance(radiance), args.objective, styles=names, front_deg=args.front
     )
     if args.sheet:
         _write_sheet(Path(args.sheet), pack, results, environment, args)
@@ -212,14 +212,19 @@ def _row(result: StyleResult, epsilon_c: float | None) -> list[str]:
         side,
         f"{abs(result.turn_refined_deg):.1f}°",
         {"none": ""}.get(result.direction, result.direction),
-        f"{result.match:.0f}",
-        f"{result.strength:.0f}",
+        _points(result.match),
+        _points(result.strength),
         result.reason or "",
     ]
     if epsilon_c is not None:
         reached = float(result.quality_curve.max()) >= epsilon_c
         cells.insert(6, "yes" if reached else "no")
     return cells
+
+
+def _points(value: float) -> str:
+    """Round down like the reasons do, so that a value under a limit never reads as the limit."""
+    return str(max(math.floor(value), 0))
 
 
 def _write_sheet(
@@ -247,6 +252,9 @@ def _write_sheet(
         environment,
         environment.name,
         args.head,
+        objective=args.objective,
+        front_deg=args.front,
+        places={style.name: style.place for style in pack.styles},
     )
     atomic_write(path, lambda temporary: write_png(temporary, sheet))
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import json
-from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from app.core.paths import user_data
 from app.core.styles import Style, StyleLamp, load_styles
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Sequence
 
 __all__ = ["add_parser", "as_json", "as_table", "run"]
 

@@ -15,6 +15,7 @@ __all__ = [
     "LUMINANCE_WEIGHTS",
     "SKIN_LEVEL",
     "FloatImage",
+    "develop",
     "face_exposure",
     "luminance",
     "panorama_exposure",
@@ -38,6 +39,8 @@ SKIN_LEVEL: Final = 0.34
 """Linear display luminance that an evenly lit face is exposed to (sRGB 0.62)."""
 
 _SHOULDER_START: Final = 0.55
+_FADE: Final = 2.0
+_BRIGHT_LEVEL: Final = 0.6
 # Glints on the eyes are brighter than the skin by far and must not decide the exposure.
 _GLINT_PERCENTILE: Final = 99.0
 
@@ -178,12 +181,15 @@ def face_exposure(face_luminance: ArrayLike, level: float = SKIN_LEVEL) -> float
     top = float(values.max())
     if not np.isfinite(top) or top <= 0.0:
         return 1.0
-    # Scaled by the top first, so that very dim and very bright pictures neither vanish nor overflow.
+    # Scaled by the top first, so that very dim and very bright pictures stay in range.
     return float(level / (top * np.mean((values / top) ** 4) ** 0.25))
 
 
 def panorama_exposure(radiance_luminance: ArrayLike, level: float = 0.20) -> float:
-    """Find the gain that shows a panorama: its solid-angle-weighted middle tone at `level`.
+    """Find the gain that shows a panorama: its middle tone at `level`, most of it below white.
+
+    The middle tone is the mean of the logarithm over the sphere. Where more than a fifth of the
+    sphere would come out brighter than 0.6 (a white floor under a black ceiling), less.
 
     Parameters
     ----------
@@ -197,16 +203,22 @@ def panorama_exposure(radiance_luminance: ArrayLike, level: float = 0.20) -> flo
     float
         Factor for the linear panorama; 1 where it is black.
     """
-    values = np.asarray(radiance_luminance, dtype=np.float64)
-    weights = np.cos(np.pi * ((np.arange(values.shape[0]) + 0.5) / values.shape[0] - 0.5))
-    lit = values > 0.0
-    if not lit.any():
+    # A few thousand texels tell as much as all of them.
+    full = np.asarray(radiance_luminance, dtype=np.float64)
+    values = full[:: max(full.shape[0] // 64, 1), :: max(full.shape[1] // 128, 1)]
+    elevation = np.pi * ((np.arange(values.shape[0]) + 0.5) / values.shape[0] - 0.5)
+    weights = np.broadcast_to(np.cos(elevation)[:, np.newaxis], values.shape).ravel()
+    tones = values.ravel()
+    order = np.argsort(tones)
+    share = np.cumsum(weights[order]) / weights.sum()
+    bright = float(tones[order][np.searchsorted(share, 0.8)])
+    top = float(tones.max())
+    if top <= 0.0:
         return 1.0
-    # The middle tone is a weighted mean of the logarithms, with the blackest texels held up.
-    floor = 1e-4 * np.percentile(values[lit], 95)
-    logs = np.log(np.maximum(values, floor))
-    middle = float(np.exp(np.average(logs.mean(axis=1), weights=weights)))
-    return level / middle
+    # The blackest texels are held up, and so is all but the lamps of an otherwise black place.
+    floor = 1e-3 * (bright if bright > 0.0 else top)
+    middle = float(np.exp(np.average(np.log(np.maximum(tones, floor)), weights=weights)))
+    return min(level / middle, _BRIGHT_LEVEL / bright) if bright > 0.0 else level / middle
 
 
 def to_bytes(display: ArrayLike) -> NDArray[np.uint8]:
@@ -226,21 +238,48 @@ def to_bytes(display: ArrayLike) -> NDArray[np.uint8]:
     return (values * 255.0 + 0.5).astype(np.uint8)
 
 
-def tone_map(linear: ArrayLike, gain: float = 1.0) -> FloatImage:
-    """Turn linear light into display values: exposure, highlight shoulder, sRGB curve.
+def develop(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
+    """Expose linear light for display and compress its highlights without a shift of hue.
+
+    The largest channel goes through `shoulder` and takes the other two along; far above white
+    the colour fades to white. Channel by channel, bright skin would turn yellow.
 
     Parameters
     ----------
-    linear : array_like, any shape
+    rgb : array_like, (..., 3)
         Linear Rec. 709 light.
     gain : float, optional
         Exposure, for example from `face_exposure`.
 
     Returns
     -------
-    NDArray[np.float32], same shape
-        sRGB display values in 0..1.
+    NDArray[np.float32], (..., 3)
+        Linear display light in 0..1.
     """
     # In double: the product of a very large picture and a very small gain is an ordinary number.
-    exposed = np.asarray(linear, dtype=np.float64) * gain
-    return srgb_encode(shoulder(np.minimum(exposed, 1e4)))
+    product = np.asarray(rgb, dtype=np.float64) * gain
+    exposed = np.clip(product, 0.0, 1e4).astype(np.float32)
+    largest = exposed.max(axis=-1, keepdims=True)
+    level = shoulder(largest)
+    over = np.maximum(largest - _SHOULDER_START, 0.0)
+    white = over / (over + _FADE)
+    hue = exposed / np.maximum(largest, np.float32(1e-12))
+    return np.asarray(level * (hue + (1.0 - hue) * white), dtype=np.float32)
+
+
+def tone_map(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
+    """Turn linear light into display values: exposure, highlights, sRGB curve.
+
+    Parameters
+    ----------
+    rgb : array_like, (..., 3)
+        Linear Rec. 709 light.
+    gain : float, optional
+        Exposure, for example from `face_exposure`.
+
+    Returns
+    -------
+    NDArray[np.float32], (..., 3)
+        sRGB display values in 0..1.
+    """
+    return srgb_encode(develop(rgb, gain))

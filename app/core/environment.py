@@ -9,22 +9,25 @@ Reading the file formats is `app.core.environment_file`'s part.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.colour import FloatImage, luminance
 from app.core.environment_file import Repairs, read_panorama, repair
 from app.core.errors import EnvironmentFileError
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
 __all__ = [
     "SHAPE",
     "Environment",
     "Repairs",
-    "enlarge",
     "energy",
+    "enlarge",
     "from_radiance",
     "mean_luminance",
     "read_environment",
@@ -54,7 +57,7 @@ class Environment:
 
     radiance: FloatImage = field(repr=False)
     name: str
-    repairs: Repairs = Repairs()
+    repairs: Repairs = field(default_factory=Repairs)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -322,4 +325,5 @@ def _column_weights(width: int, columns: int, turn_deg: float) -> NDArray[np.flo
         index = np.arange(int(np.floor(start)), int(np.ceil(stop)))
         overlap = np.minimum(index + 1.0, stop) - np.maximum(index, start)
         np.add.at(matrix[:, column], index % width, np.maximum(overlap, 0.0))
-    return matrix / matrix.sum(axis=0)
+    shares: NDArray[np.float64] = matrix / matrix.sum(axis=0)
+    return shares

@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core.colour import FloatImage
 from app.core.errors import EnvironmentFileError
 
 if TYPE_CHECKING:
     from OpenImageIO import ImageInput, ImageSpec
+
+    from app.core.colour import FloatImage
 
 __all__ = ["MAX_WIDTH", "MIN_WIDTH", "Repairs", "read_panorama", "repair"]
 
@@ -29,6 +30,7 @@ MIN_WIDTH: Final = 16
 
 _MAX_PARTS: Final = 16
 _BAND_ROWS: Final = 64
+_READ_ROWS: Final = 512
 _EXR: Final = b"\x76\x2f\x31\x01"
 _OTHER_IMAGES: Final = (
     (b"\xff\xd8\xff", "JPEG"),
@@ -237,7 +239,9 @@ def _read_part(source: ImageInput, file: Path) -> FloatImage:
         if channels is None:
             continue
         _check_size(spec, file)
-        return _upright(_on_display_window(_read_channels(source, part, channels, file), spec), spec)
+        return _upright(
+            _on_display_window(_read_channels(source, part, channels, file), spec), spec
+        )
     raise EnvironmentFileError(
         f"{file.name} has no red, green and blue channels.", "Export it as an RGB panorama."
     )
@@ -304,13 +308,24 @@ def _read_channels(
 
 
 def _pixels(source: ImageInput, part: int, begin: int, end: int, file: Path) -> FloatImage:
-    pixels = source.read_image(part, 0, begin, end, "float")
-    if pixels is None:
-        with contextlib.suppress(UnicodeError):
-            source.geterror()
-        raise _damaged(file)
-    values = np.asarray(pixels, dtype=np.float32)
-    return values if values.ndim == 3 else values[..., np.newaxis]
+    """Read neighbouring channels; in bands of rows, so that nothing is held twice."""
+    spec = source.spec()
+    height, top = int(spec.height), int(spec.y)
+    values = np.empty((height, int(spec.width), end - begin), np.float32)
+    # Tiles are read in one go: rows of them would be decoded over and over.
+    step = height if spec.tile_width else _READ_ROWS
+    for row in range(0, height, step):
+        stop = min(row + step, height)
+        if spec.tile_width:
+            band = source.read_image(part, 0, begin, end, "float")
+        else:
+            band = source.read_scanlines(part, 0, top + row, top + stop, 0, begin, end, "float")
+        if band is None:
+            with contextlib.suppress(UnicodeError):
+                source.geterror()
+            raise _damaged(file)
+        values[row:stop] = np.asarray(band).reshape(stop - row, -1, end - begin)
+    return values
 
 
 def _on_display_window(radiance: FloatImage, spec: ImageSpec) -> FloatImage:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import os
+import stat
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from app.core.errors import CoreError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 __all__ = ["atomic_write", "atomic_write_bytes", "atomic_write_text", "check_target"]
 
@@ -29,12 +33,20 @@ def check_target(path: Path | str) -> Path:
     Raises
     ------
     CoreError
-        When it is a folder, or its folder is missing or not writable.
+        When it is a folder or a device, or its folder is missing or not writable.
     """
     target = Path(path)
     folder = target.parent
-    if target.is_dir():
+    try:
+        mode = target.stat().st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        mode = stat.S_IFREG
+    except OSError as error:
+        raise CoreError(f"Cannot write {target}: {_words(error)}.") from error
+    if stat.S_ISDIR(mode):
         raise CoreError(f"Cannot write {target}: that is a folder.", "Give a file name.")
+    if not stat.S_ISREG(mode):
+        raise CoreError(f"Cannot write {target}: that is not an ordinary file.")
     if not folder.is_dir():
         raise CoreError(
             f"Cannot write {target}: there is no folder {folder}.", "Make the folder first."

@@ -1,19 +1,19 @@
-"""Far lamps as environments, and the share of each lamp of a style in a picture.
+"""Far lamps as environments, and the single lamps of a style in a picture.
 
 A style with several lamps can match well on the strength of one of them: half a badger is still
-fairly like a badger. So its lamps are also measured one by one, by fitting the lamps' own
-pictures to the picture at hand. That fit is linear in the light, hence one more pre-integrated
-map per lamp.
+fairly like a badger. So the bright part of its target is also split among its lamps, and each
+lamp's part is held against the dark part by weights of its own, pre-integrated like any others.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.styles import mirror
 from app.core.transport import preintegrate, render
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from app.core.styles import Style, StyleLamp
     from app.core.transport import Transport
 
-__all__ = ["LampMaps", "far_lamp", "fit_lamps"]
+__all__ = ["LampMaps", "far_lamp", "mirror_index", "split_lamps"]
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
@@ -30,20 +30,22 @@ Float64: TypeAlias = NDArray[np.float64]
 _FINE: Final = 8  # samples per texel and direction
 _FILL_POWER: Final = 0.5  # a lamp of less than half the key's power only fills; it may be missing
 _LEAST_DIAMETER_DEG: Final = 2.0
+_SHARPNESS: Final = 8
 
 
 @dataclass(frozen=True, slots=True)
 class LampMaps:
-    """Pre-integrated maps that measure single lamps of styles.
+    """Pre-integrated weights of single lamps of styles.
 
     Attributes
     ----------
     maps : (K, H, W) float32
-        Times an environment: how much of the lamp's own picture is in the face's picture.
+        Times an environment: how much brighter the lamp's part of the face is than the part
+        that the style leaves dark.
     style : (K,) int32
         Position of the style that each lamp belongs to.
     ratio : (K,) float64
-        The measure over the mean of the face in the style's target picture.
+        The same over the mean of the face, in the style's target picture.
     """
 
     maps: Float32
@@ -83,7 +85,9 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
     return radiance
 
 
-def fit_lamps(transport: Transport, styles: Sequence[Style], luminance: Float64) -> LampMaps:
+def split_lamps(
+    transport: Transport, styles: Sequence[Style], luminance: Float64, weights: Float64
+) -> LampMaps:
     """Make the maps for all styles with several lamps.
 
     Parameters
@@ -92,35 +96,79 @@ def fit_lamps(transport: Transport, styles: Sequence[Style], luminance: Float64)
         Of the head.
     styles : sequence of Style
         S styles.
-    luminance : (S, P) float64
-        Their target pictures on the head's pixels.
+    luminance, weights : (S, P) float64
+        Their target pictures on the head's pixels, and the weights f made of them.
 
     Returns
     -------
     LampMaps
         For each lamp that is more than a fill light in a style of several such lamps.
     """
-    maps: list[Float32] = []
-    rows: list[int] = []
-    ratios: list[float] = []
-    face = transport.face
+    found: list[_Part] = []
     for row, style in enumerate(styles):
         lamps = _main_lamps(style)
         if len(lamps) < 2:
             continue
-        duals = _duals(transport, lamps)
-        shares = duals @ luminance[row] / luminance[row, face].mean()
-        if (shares <= 0).any():
-            continue  # the target does not show its own lamps; there is nothing to measure by
-        maps += [preintegrate(transport, dual) for dual in duals]
-        rows += [row] * len(lamps)
-        ratios += shares.tolist()
+        parts = _parts(transport, lamps, weights[row])
+        shares = parts @ luminance[row] / luminance[row, transport.face].mean()
+        # A target that does not show its own lamps gives nothing to measure by.
+        if (shares > 0).all():
+            found += [
+                _Part(row, lamp, preintegrate(transport, part), float(share))
+                for lamp, part, share in zip(lamps, parts, shares, strict=True)
+            ]
+    if transport.header.symmetric:
+        found = _mirror_exact(styles, found)
     empty = np.zeros((0, *transport.environment_shape), np.float32)
     return LampMaps(
-        maps=np.stack(maps) if maps else empty,
-        style=np.array(rows, np.int32),
-        ratio=np.array(ratios, np.float64),
+        maps=np.stack([part.map for part in found]) if found else empty,
+        style=np.array([part.style for part in found], np.int32),
+        ratio=np.array([part.ratio for part in found], np.float64),
     )
+
+
+def mirror_index(styles: Sequence[Style], style: Style) -> int | None:
+    """Return the position of the style with the mirrored lamps, None where there is none.
+
+    Parameters
+    ----------
+    styles : sequence of Style
+        Where to look.
+    style : Style
+        A style that is its own mirror image finds itself.
+    """
+    wanted = sorted(mirror(style).lamps, key=_order)
+    for position, other in enumerate(styles):
+        if sorted(other.lamps, key=_order) == wanted:
+            return position
+    return None
+
+
+def _order(lamp: StyleLamp) -> tuple[float, float, float]:
+    return (lamp.azimuth_deg, lamp.elevation_deg, lamp.power)
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    style: int
+    lamp: StyleLamp
+    map: Float32
+    ratio: float
+
+
+def _mirror_exact(styles: Sequence[Style], parts: list[_Part]) -> list[_Part]:
+    """Take what rounding has left off mirror symmetry."""
+    place = {(part.style, part.lamp): part for part in parts}
+    exact = []
+    for part in parts:
+        there = mirror_index(styles, styles[part.style])
+        flipped = -part.lamp.azimuth_deg if part.lamp.azimuth_deg % 180 else part.lamp.azimuth_deg
+        other = place.get((-1 if there is None else there, replace(part.lamp, azimuth_deg=flipped)))
+        if other is not None:
+            both = 0.5 * (part.map + other.map[:, ::-1])
+            part = replace(part, map=both, ratio=0.5 * (part.ratio + other.ratio))
+        exact.append(part)
+    return exact
 
 
 def _main_lamps(style: Style) -> list[StyleLamp]:
@@ -128,13 +176,15 @@ def _main_lamps(style: Style) -> list[StyleLamp]:
     return [lamp for lamp in style.lamps if lamp.power >= _FILL_POWER * strongest]
 
 
-def _duals(transport: Transport, lamps: Sequence[StyleLamp]) -> Float64:
-    """(K, P) weights whose sums with a picture are the least-squares shares of the lamps."""
-    face = transport.face
-    pictures = np.stack(
-        [render(transport, far_lamp(lamp, transport.environment_shape)) for lamp in lamps]
-    ).astype(np.float64)
-    pictures -= pictures[:, face].mean(axis=1, keepdims=True)
-    pictures[:, ~face] = 0.0
-    duals: Float64 = np.linalg.solve(pictures @ pictures.T, pictures)
-    return duals
+def _parts(transport: Transport, lamps: Sequence[StyleLamp], weights: Float64) -> Float64:
+    """(K, P) weights: mean over a lamp's bright part minus mean over the dark part."""
+    shape = transport.environment_shape
+    pictures = np.stack([render(transport, far_lamp(lamp, shape)) for lamp in lamps])
+    pictures = np.maximum(pictures.astype(np.float64), 0.0)
+    shares = pictures / np.maximum(pictures.sum(axis=0), 1e-30)
+    # Where two lamps overlap the picture tells nothing of either.
+    bright = np.maximum(weights, 0.0) * shares**_SHARPNESS
+    dark = np.maximum(-weights, 0.0)
+    bright /= np.maximum(bright.sum(axis=1, keepdims=True), 1e-30)
+    parts: Float64 = bright - dark / max(float(dark.sum()), 1e-30)
+    return parts

@@ -6,11 +6,8 @@ pictures to show. It is made by `bake` beside the transport and loads in a few m
 
 from __future__ import annotations
 
-import hashlib
-import io
 import json
 import math
-import zipfile
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -19,13 +16,14 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.errors import CoreError, StyleError, TransportError
+from app.core.archive import digest, read_arrays
+from app.core.errors import StyleError, TransportError
 from app.core.files import atomic_write
-from app.core.lamps import fit_lamps
+from app.core.lamps import mirror_index, split_lamps
 from app.core.paths import resources
 from app.core.search import SearchTables, build_tables
 from app.core.search_basis import build_basis
-from app.core.styles import Style, StyleLamp, mirror
+from app.core.styles import Style, StyleLamp
 from app.core.transport import Transport, load_named, load_transport, preintegrate, to_image
 from app.core.weights import target_weights
 
@@ -47,7 +45,6 @@ __all__ = [
 
 PACK_VERSION: Final = 1
 _ENDING: Final = ".styles.npz"
-_MAX_BYTES: Final = 1 << 28
 _MAX_STYLES: Final = 512
 _AGAIN: Final = "Reinstall Turnlight, or bake it again with 'turnlight bake'."
 
@@ -207,7 +204,7 @@ def build_pack(
         preintegrated = _mirror_exact(styles, preintegrated)
         mean = 0.5 * (mean + mean[:, ::-1])
     basis = build_basis(transport, weights)
-    lamps = fit_lamps(transport, styles, luminance)
+    lamps = split_lamps(transport, styles, luminance, weights)
     header = PackHeader(
         head=transport.header.head,
         skin=transport.header.skin,
@@ -256,7 +253,7 @@ def _mirror_pictures(
         return targets
     exact = np.array(targets)
     for here, style in enumerate(styles):
-        there = _mirror_index(styles, style)
+        there = mirror_index(styles, style)
         if there is not None:
             exact[here] = 0.5 * (targets[here] + targets[there][flipped])
     return exact
@@ -266,23 +263,10 @@ def _mirror_exact(styles: Sequence[Style], preintegrated: Float32) -> Float32:
     """Take what rounding has left off mirror symmetry."""
     exact = preintegrated.copy()
     for here, style in enumerate(styles):
-        there = _mirror_index(styles, style)
+        there = mirror_index(styles, style)
         if there is not None:
             exact[here] = 0.5 * (preintegrated[here] + preintegrated[there][:, ::-1])
     return exact
-
-
-def _mirror_index(styles: Sequence[Style], style: Style) -> int | None:
-    """Position of the style with the mirrored lamps, if there is one."""
-    wanted = sorted(mirror(style).lamps, key=_lamp_order)
-    for position, other in enumerate(styles):
-        if sorted(other.lamps, key=_lamp_order) == wanted:
-            return position
-    return None
-
-
-def _lamp_order(lamp: StyleLamp) -> tuple[float, float, float]:
-    return (lamp.azimuth_deg, lamp.elevation_deg, lamp.power)
 
 
 def pack_names() -> tuple[str, ...]:
@@ -355,11 +339,11 @@ def pack_path(transport: Path) -> Path:
 def save_pack(path: Path, pack: StylePack) -> str:
     """Store a pack, atomically, and return its SHA-256."""
     arrays = {name: np.ascontiguousarray(getattr(pack, name)) for name in _SHAPES}
-    digest = _digest(arrays)
+    checksum = digest(arrays)
     header = {
         **asdict(pack.header),
         "styles": [asdict(style) for style in pack.styles],
-        "sha256": digest,
+        "sha256": checksum,
     }
     stored = {**arrays, "header": np.frombuffer(json.dumps(header).encode(), np.uint8)}
 
@@ -368,7 +352,7 @@ def save_pack(path: Path, pack: StylePack) -> str:
             np.savez(stream, allow_pickle=False, **stored)
 
     atomic_write(path, write)
-    return digest
+    return checksum
 
 
 def load_pack(path: Path) -> StylePack:
@@ -379,10 +363,10 @@ def load_pack(path: Path) -> StylePack:
     TransportError
         If the file is missing, damaged, made by a newer version, or not a style pack.
     """
-    arrays = _read_arrays(path)
+    arrays = read_arrays(path, "style pack", _AGAIN)
     try:
-        header, styles, digest = _parse_header(arrays.pop("header"), path)
-        if _digest({name: arrays[name] for name in _SHAPES}) != digest:
+        header, styles, checksum = _parse_header(arrays.pop("header"), path)
+        if digest({name: arrays[name] for name in _SHAPES}) != checksum:
             raise TransportError(f"{path.name} is damaged: its checksum does not fit.", _AGAIN)
         _check(arrays, header, len(styles), path)
     except (KeyError, ValueError, TypeError, IndexError, OverflowError) as error:
@@ -428,34 +412,6 @@ def _check(arrays: Mapping[str, NDArray[Any]], header: PackHeader, styles: int, 
     fits = fits and bool(((lamp_style >= 0) & (lamp_style < styles)).all())
     if not fits or not all((arrays[name] > 0).all() for name in ("studio_ratio", "lamp_ratio")):
         raise TransportError(f"{path.name} contradicts itself.", _AGAIN)
-
-
-def _digest(arrays: Mapping[str, NDArray[Any]]) -> str:
-    total = hashlib.sha256()
-    for name in sorted(arrays):
-        array = np.ascontiguousarray(arrays[name])
-        total.update(f"{name}{array.dtype.str}{array.shape}".encode())
-        total.update(array.data)
-    return total.hexdigest()
-
-
-def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
-    if not path.is_file():
-        raise TransportError(f"There is no style pack at {path}.", _AGAIN)
-    try:
-        if path.stat().st_size > _MAX_BYTES:
-            raise TransportError(f"{path.name} is too large to be a style pack.", _AGAIN)
-        raw = path.read_bytes()
-        with zipfile.ZipFile(io.BytesIO(raw)) as archive:
-            if sum(entry.file_size for entry in archive.infolist()) > _MAX_BYTES:
-                raise TransportError(f"{path.name} is too large to be a style pack.", _AGAIN)
-        with np.load(io.BytesIO(raw), allow_pickle=False) as stored:
-            return {name: stored[name] for name in stored.files}
-    except CoreError:
-        raise
-    # A damaged zip fails in many ways: bad sizes, bad flags, methods nobody knows.
-    except Exception as error:
-        raise TransportError(f"{path.name} is damaged or not a style pack.", _AGAIN) from error
 
 
 def _parse_header(raw: NDArray[Any], path: Path) -> tuple[PackHeader, tuple[Style, ...], str]:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from app.core.errors import CoreError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 __all__ = ["resources", "user_data"]
 

@@ -17,9 +17,15 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from app.core.styles import Style, StyleLamp
 
-__all__ = ["LightMap", "Limits", "reason"]
+__all__ = ["EPSILON", "MIN_STRENGTH", "LightMap", "Limits", "reason"]
 
 Float64: TypeAlias = NDArray[np.float64]
+
+EPSILON: Final = 45.0
+"""Least match of an attainable style: the paper's value, read on the scale of match."""
+
+MIN_STRENGTH: Final = 20.0
+"""Least strength of an attainable style."""
 
 _LOBE_POWER: Final = 20.0
 _ELEVATIONS_DEG: Final = (-75.0, -60.0, -45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0, 60.0, 75.0)
@@ -41,8 +47,8 @@ class Limits:
         Least strength, of 100.
     """
 
-    match: float = 45.0
-    strength: float = 20.0
+    match: float = EPSILON
+    strength: float = MIN_STRENGTH
 
 
 @dataclass(frozen=True)

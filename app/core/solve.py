@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from app.core.angles import TURNS, direction, wrap
 from app.core.errors import EnvironmentFileError
 from app.core.peaks import Gate, Peak, best_index, find_peaks, shift
-from app.core.reasons import LightMap, Limits, reason
+from app.core.reasons import EPSILON, MIN_STRENGTH, LightMap, Limits, reason
 from app.core.search import Curves, build_tables, curves
 from app.core.transport import Transport, preintegrate
 
@@ -153,10 +153,15 @@ class StyleResult:
 
 @dataclass(frozen=True, slots=True)
 class _Measured:
-    """Curves of one target; `quality` is exposure-free here."""
+    """Curves of one target; `quality` is exposure-free here.
+
+    `whole` is the strength of the pattern as a whole; `strength` counts the weakest of several
+    lamps as well.
+    """
 
     quality: Float64
     match: Float64
+    whole: Float64
     strength: Float64
 
 
@@ -165,8 +170,9 @@ def solve_all(
     luminance: NDArray[np.floating[Any]],
     objective: Objective = "picture",
     *,
-    limits: Limits | None = None,
-    names: Sequence[str] | None = None,
+    epsilon: float = EPSILON,
+    min_strength: float = MIN_STRENGTH,
+    styles: Sequence[str] | None = None,
     front_deg: float = 0.0,
 ) -> tuple[StyleResult, ...]:
     """Find the best turn of every style (eq. 5, and the picture objective beside it).
@@ -179,10 +185,11 @@ def solve_all(
         Environment at turn 0 in the pack's size, linear luminance, any exposure.
     objective : {"picture", "paper"}
         What chooses the turn: the best match among the turns of sufficient strength, or C.
-    limits : Limits, optional
-        From where on a style counts as attainable.
-    names : sequence of str, optional
-        Styles wanted; all by default.
+    epsilon, min_strength : float, optional
+        Least match and strength of an attainable style, of 100. A least strength of 0 asks for
+        none: then the best match of all turns is taken.
+    styles : sequence of str, optional
+        Names of the styles wanted; all by default.
     front_deg : float, optional
         Azimuth at which the photographer stands, deg; see `StyleResult.seen_from`.
 
@@ -198,21 +205,22 @@ def solve_all(
     StyleError
         If a style is unknown.
     """
-    limits = limits or Limits()
+    limits = Limits(epsilon, min_strength)
     light, scale = _normalised(luminance, pack.header.environment)
-    wanted = range(len(pack.styles)) if names is None else sorted({pack.index(n) for n in names})
+    wanted = range(len(pack.styles))
+    chosen = wanted if styles is None else sorted({pack.index(name) for name in styles})
     found = curves(pack.tables, light)
-    match, strength = match_and_strength(pack, found)
+    match, whole, strength = match_and_strength(pack, found)
     light_map = LightMap(light)
     results = []
-    for row in wanted:
-        measured = _Measured(found.quality[row], match[row], strength[row])
+    for row in chosen:
+        measured = _Measured(found.quality[row], match[row], whole[row], strength[row])
         result = _answer(pack.styles[row], measured, objective, limits, light_map, scale)
         results.append(result.seen_from(front_deg) if front_deg else result)
     return tuple(results)
 
 
-def match_and_strength(pack: StylePack, found: Curves) -> tuple[Float64, Float64]:
+def match_and_strength(pack: StylePack, found: Curves) -> tuple[Float64, Float64, Float64]:
     """Put quality curves on scales that are free of exposure.
 
     Parameters
@@ -226,18 +234,21 @@ def match_and_strength(pack: StylePack, found: Curves) -> tuple[Float64, Float64
     -------
     match : (S, 64) float64
         100 x Pearson correlation of target and picture over the face.
+    whole : (S, 64) float64
+        Strength of the pattern as a whole: 100 x (C / mean of the face) / (the same in the
+        target picture).
     strength : (S, 64) float64
-        100 x (C / mean of the face) / (the same in the target picture). A style with several
-        lamps is no stronger than its weakest one, each measured in the same way by its own
-        part of the picture; else half a badger would do.
+        The same, except that a style with several lamps is no stronger than the weakest of
+        them, each measured alike by its own part of the picture; else half a badger would do.
     """
     ratio = found.quality / np.maximum(found.mean, 1e-30)
     match = _match(found.quality, pack.weight_norm[:, None], found.contrast)
-    strength = 100.0 * ratio / pack.studio_ratio[:, None]
+    whole = 100.0 * ratio / pack.studio_ratio[:, None]
+    strength = whole.copy()
     single = 100.0 * found.lamps / (np.maximum(found.mean, 1e-30) * pack.lamp_ratio[:, None])
     for row, lamp in zip(pack.lamp_style, single, strict=True):
         np.minimum(strength[row], lamp, out=strength[row])
-    return match, strength
+    return match, whole, strength
 
 
 def solve_painted(
@@ -246,7 +257,8 @@ def solve_painted(
     luminance: NDArray[np.floating[Any]],
     objective: Objective = "picture",
     *,
-    limits: Limits | None = None,
+    epsilon: float = EPSILON,
+    min_strength: float = MIN_STRENGTH,
 ) -> StyleResult:
     """Find the best turn for painted weights.
 
@@ -262,7 +274,7 @@ def solve_painted(
         What was painted on it.
     luminance : (H, W) float
         Environment at turn 0 in the transport's size, linear luminance, any exposure.
-    objective, limits
+    objective, epsilon, min_strength
         As for `solve_all`.
 
     Returns
@@ -275,7 +287,7 @@ def solve_painted(
     EnvironmentFileError
         As `solve_all`.
     """
-    limits = limits or Limits()
+    limits = Limits(epsilon, min_strength)
     light, scale = _normalised(luminance, transport.environment_shape)
     target = weights.preintegrated(transport).astype(np.float64)
     active = weights.active / max(weights.count, 1)
@@ -286,18 +298,16 @@ def solve_painted(
     texels = transport.texel_basis.reshape(-1, height, width).astype(np.float64)
     no_basis = np.zeros((0, height, width // 2))
     found = curves(build_tables(target[None], mean, no_basis, no_basis), light)
-    turned = np.stack([np.roll(light, -k * width // TURNS, axis=1).ravel() for k in range(TURNS)])
+    turned = _all_turns(light)
     pictures = transport.luminance_basis[weights.active] @ (
         texels.reshape(len(texels), -1) @ turned.T
     )
     contrast = np.linalg.norm(pictures - pictures.mean(axis=0), axis=0)
     norm = float(np.linalg.norm(weights.weights))
     ratio = found.quality[0] / np.maximum(found.mean, 1e-30)
-    measured = _Measured(
-        found.quality[0],
-        _match(found.quality[0], norm, contrast),
-        100.0 * ratio / studio if studio > 0 else np.zeros(TURNS),
-    )
+    strength = 100.0 * ratio / studio if studio > 0 else np.zeros(TURNS)
+    match = _match(found.quality[0], norm, contrast)
+    measured = _Measured(found.quality[0], match, strength, strength)
     return _answer(None, measured, objective, limits, LightMap(light), scale)
 
 
@@ -319,6 +329,15 @@ def _normalised(
     return light / mean, mean * peak
 
 
+def _all_turns(light: Float64) -> Float64:
+    """Environment at all turns, (64, H * W); turns by part of a texel are band-limited."""
+    width = light.shape[1]
+    spectrum = np.fft.rfft(light, axis=1)
+    phase = 2j * np.pi / TURNS * np.outer(np.arange(TURNS), np.arange(spectrum.shape[1]))
+    turned = np.fft.irfft(spectrum * np.exp(phase)[:, None, :], n=width, axis=2)
+    return np.asarray(turned.reshape(TURNS, -1), np.float64)
+
+
 def _match(quality: Float64, norm: NDArray[np.float64] | float, contrast: Float64) -> Float64:
     """100 x correlation; 0 where the face has no contrast at all."""
     product = norm * contrast
@@ -334,9 +353,7 @@ def _answer(
     light: LightMap,
     scale: float,
 ) -> StyleResult:
-    gate = Gate(curve.strength, limits.strength) if objective == "picture" else None
-    if gate is not None and not gate.open.any():
-        gate = None  # nowhere strong enough: fall back to the quality C
+    gate = _gate(curve, limits) if objective == "picture" else None
     chosen = curve.quality if gate is None else curve.match
     allowed = np.ones(TURNS, bool) if gate is None else gate.open
     index = best_index(chosen, allowed)
@@ -363,6 +380,18 @@ def _answer(
         arc_deg=best.arc_deg,
         peaks=tuple(_peak_result(peak, curve, scale) for peak in peaks),
     )
+
+
+def _gate(curve: _Measured, limits: Limits) -> Gate | None:
+    """Find the turns to take the best match among; None when the quality C decides instead."""
+    if limits.strength <= 0:
+        return Gate(np.zeros(TURNS), 0.0)
+    every_lamp = Gate(curve.strength, limits.strength)
+    if (curve.match[every_lamp.open] >= limits.match).any():
+        return every_lamp
+    # Not attainable: then the turn that comes nearest as a whole is the one to offer.
+    whole = Gate(curve.whole, limits.strength)
+    return whole if whole.open.any() else None
 
 
 def _peak_result(peak: Peak, curve: _Measured, scale: float) -> PeakResult:

@@ -181,7 +181,8 @@ def render(transport: Transport, radiance: NDArray[np.floating[Any]]) -> Float32
         luminance: Float32 = transport.luminance_basis @ coefficients[:, 0]
         return luminance
     channels = [transport.pixel_basis[c] @ coefficients[:, c] for c in range(3)]
-    return np.stack(channels, axis=-1)
+    picture: Float32 = np.stack(channels, axis=-1)
+    return picture
 
 
 def preintegrate(transport: Transport, weights: NDArray[np.floating[Any]]) -> Float32:
@@ -198,7 +199,7 @@ def preintegrate(transport: Transport, weights: NDArray[np.floating[Any]]) -> Fl
     (H, W) float32
         F in panorama coordinates at turn 0; C = sum(F * L) with L in luminance.
     """
-    in_basis = np.asarray(weights, np.float32) @ transport.luminance_basis
+    in_basis: Float32 = weights.astype(np.float32) @ transport.luminance_basis
     flat: Float32 = in_basis @ transport.texel_basis
     return flat.reshape(transport.environment_shape)
 
@@ -274,8 +275,7 @@ def load_transport(path: Path) -> Transport:
             header=header,
             pixels=np.asarray(arrays["pixels"], np.int32),
             coverage=np.asarray(arrays["coverage"], np.float32),
-            pixel_basis=np.asarray(arrays["pixel_basis"], np.float32)
-            * np.asarray(arrays["scale"], np.float32),
+            pixel_basis=_scaled(arrays["pixel_basis"], arrays["scale"]),
             texel_basis=np.asarray(arrays["texel_basis"], np.float32),
             digest=digest,
         )
@@ -297,6 +297,12 @@ def _stored_arrays(transport: Transport) -> dict[str, NDArray[Any]]:
         "pixel_basis": (transport.pixel_basis / scale).astype(np.float16),
         "texel_basis": transport.texel_basis.astype(np.float16),
     }
+
+
+def _scaled(basis: NDArray[Any], scale: NDArray[Any]) -> Float32:
+    full = basis.astype(np.float32)
+    full *= scale.astype(np.float32)
+    return full
 
 
 def _digest(arrays: Mapping[str, NDArray[Any]]) -> str:

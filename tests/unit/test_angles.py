@@ -34,7 +34,9 @@ def test_wrap_mirrors_exactly(angle: float) -> None:
     assert wrap(-angle) == (-wrap(angle) if wrap(angle) != 180.0 else 180.0)
 
 
-@pytest.mark.parametrize(("angle", "inside"), [(0, 0), (180, 180), (-180, 180), (540, 180), (-0.0, 0)])
+@pytest.mark.parametrize(
+    ("angle", "inside"), [(0, 0), (180, 180), (-180, 180), (540, 180), (-0.0, 0)]
+)
 def test_wrap_at_the_ends(angle: float, inside: float) -> None:
     assert wrap(angle) == inside
     assert math.copysign(1.0, wrap(-0.0)) == 1.0

@@ -29,7 +29,7 @@ def test_plain_implementations_compute_the_same() -> None:
     quality = quality_curves(pack.tables, light)
     plain = bench._plain_quality(pack.preintegrated, light)
     np.testing.assert_allclose(plain, quality, atol=1e-5 * np.abs(quality).max())
-    match, _ = match_and_strength(pack, curves(pack.tables, light))
+    match, _, _ = match_and_strength(pack, curves(pack.tables, light))
     flat = pack.targets.reshape(len(pack.styles), -1, 3).astype(np.float32)
     pictures = (flat @ np.array([0.2126, 0.7152, 0.0722], np.float32))[:, transport.pixels]
     full = transport.matrix()

@@ -10,6 +10,11 @@ from hypothesis import strategies as st
 from app.core import colour
 
 
+def grey(values: np.ndarray) -> np.ndarray:
+    """Repeat values in three channels, (..., 3)."""
+    return np.repeat(values[..., np.newaxis], 3, axis=-1)
+
+
 def test_luminance_weights_are_rec709_and_sum_to_one() -> None:
     assert colour.LUMINANCE_WEIGHTS == (0.2126, 0.7152, 0.0722)
     assert sum(colour.LUMINANCE_WEIGHTS) == pytest.approx(1.0, abs=1e-12)
@@ -67,16 +72,18 @@ def test_exposure_cancels_the_scale_of_the_light(scale: float) -> None:
     gain = colour.face_exposure(face)
     assert colour.face_exposure(face * scale) * scale == pytest.approx(gain, rel=1e-9)
     np.testing.assert_allclose(
-        colour.tone_map(face * scale, gain / scale), colour.tone_map(face, gain), atol=1e-6
+        colour.tone_map(grey(face * scale), gain / scale),
+        colour.tone_map(grey(face), gain),
+        atol=1e-6,
     )
 
 
 def test_rim_light_stays_a_dark_face_with_a_bright_edge() -> None:
     face = np.full(1000, 0.01)
     face[:60] = 1.0
-    shown = colour.tone_map(face, colour.face_exposure(face))
-    assert 0.75 < shown[0] < 1.0
-    assert shown[-1] < 0.15
+    shown = colour.tone_map(grey(face), colour.face_exposure(face))
+    assert 0.75 < shown[0, 0] < 1.0
+    assert shown[-1, 0] < 0.15
 
 
 def test_a_glint_does_not_darken_the_face() -> None:
@@ -92,11 +99,33 @@ def test_black_and_empty_faces_have_gain_one() -> None:
     assert colour.panorama_exposure(np.zeros((4, 8))) == 1.0
 
 
+def test_developing_keeps_the_hue_until_white() -> None:
+    skin = np.array([1.0, 0.6, 0.4])
+    for gain in (0.1, 0.5, 1.0, 2.0):
+        shown = colour.develop(skin, gain).astype(np.float64)
+        # Hue is the share of the way from the smallest to the largest channel.
+        assert (shown[1] - shown[2]) / (shown[0] - shown[2]) == pytest.approx(1 / 3, abs=1e-4)
+    np.testing.assert_allclose(colour.develop(skin, 0.5), skin * 0.5, rtol=1e-6)
+    assert np.ptp(colour.develop(skin, 1e3)) < 0.01
+    assert not colour.develop(np.array([0.0, 0.0, -1.0])).any()
+
+
 def test_panorama_exposure_puts_the_middle_tone_at_the_level() -> None:
     assert colour.panorama_exposure(np.full((8, 16), 5.0), 0.2) == pytest.approx(0.04)
     sunny = np.full((64, 128), 5.0)
     sunny[20, 30] = 1e5
     assert colour.panorama_exposure(sunny, 0.2) == pytest.approx(0.04, rel=0.01)
+
+
+def test_a_white_floor_is_not_bleached() -> None:
+    place = np.full((64, 128), 0.01)
+    place[40:] = 3.0
+    gain = colour.panorama_exposure(place)
+    assert gain * 3.0 == pytest.approx(0.6)
+    # One small lamp in a black place is still shown.
+    place = np.zeros((64, 128))
+    place[20:24, 30:34] = 1e5
+    assert 0.0 < colour.panorama_exposure(place) * 1e5 < 1e4
 
 
 def test_to_bytes_rounds_and_clips() -> None:

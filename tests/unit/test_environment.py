@@ -86,7 +86,9 @@ def test_own_size_is_kept_to_the_bit() -> None:
 def test_turning_by_whole_texels_is_a_rotation(columns: int) -> None:
     radiance = some_radiance((48, 96))
     turned = env.reduce_radiance(radiance, turn_deg=columns * 5.625)
-    np.testing.assert_allclose(turned, env.rotate(env.reduce_radiance(radiance), columns), rtol=2e-6)
+    np.testing.assert_allclose(
+        turned, env.rotate(env.reduce_radiance(radiance), columns), rtol=2e-6
+    )
 
 
 def test_turn_brings_the_faced_azimuth_to_the_centre() -> None:

@@ -26,9 +26,9 @@ def _bump(centre_deg: float, sharpness: float = 4.0) -> Float:
 def _curve(seed: int) -> Float:
     """A lively band-limited curve."""
     rng = np.random.default_rng(seed)
-    curve: Float = sum(
-        rng.standard_normal() * np.cos(m * TURN_RAD + rng.uniform(0, 7)) / m for m in range(1, 12)
-    )
+    curve = np.zeros(TURNS)
+    for m in range(1, 12):
+        curve += rng.standard_normal() * np.cos(m * TURN_RAD + rng.uniform(0, 7)) / m
     return curve
 
 

@@ -40,7 +40,7 @@ def test_even_light_is_called_even() -> None:
         ("top", "above"),
         ("right-rim", "behind"),
         ("left-split", "the side"),
-        ("left-rembrandt", "high in front"),
+        ("left-loop", "high in front"),
         ("flat", "the front"),
     ],
 )

@@ -137,9 +137,7 @@ def test_eq_4_equals_eq_2(scene: str) -> None:
         f = target_weights(target @ np.array([0.2126, 0.7152, 0.0722]), transport.face)
         expected = f[transport.face] @ pictures
         # Targets are stored as halves, hence the wider tolerance of this reconstruction.
-        np.testing.assert_allclose(
-            found.quality[row], expected, atol=2e-3 * np.abs(expected).max()
-        )
+        np.testing.assert_allclose(found.quality[row], expected, atol=2e-3 * np.abs(expected).max())
     np.testing.assert_allclose(found.mean, mean, rtol=1e-5)
 
 

@@ -40,17 +40,22 @@ class Result:
 
 
 LOST = Result(
-    "top", "Top", "none", attainable=False, match=14.0, reason="No strong light from above: match 14"
+    "top",
+    "Top",
+    "none",
+    attainable=False,
+    match=14.0,
+    reason="No strong light from above: match 14",
 )
 
 
 def is_amber(pixels: np.ndarray) -> np.ndarray:
     """Where a picture shows full amber, (H, W) bool."""
-    return (np.abs(pixels.astype(int) - AMBER) <= 6).all(axis=-1)
+    return np.asarray((np.abs(pixels.astype(int) - AMBER) <= 6).all(axis=-1))
 
 
 def head(size: int = 40, value: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
-    """A disc as a picture (N, N, 3) and its coverage (N, N)."""
+    """Make a disc as a picture (N, N, 3) and its coverage (N, N)."""
     y, x = np.mgrid[:size, :size] - (size - 1) / 2.0
     coverage = np.clip(0.4 * size - np.hypot(x, y) + 0.5, 0.0, 1.0).astype(np.float32)
     tone = np.array([1.0, 0.7, 0.5], np.float32) * np.float32(value)
@@ -58,13 +63,13 @@ def head(size: int = 40, value: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
 
 
 def data_of(result: Result) -> card.CardData:
-    """A card's data with the same picture twice."""
+    """Make a card's data with the same picture twice."""
     picture, coverage = head()
-    return card.CardData(result, picture, picture * 3.0, coverage, PLACES, 45.0)
+    return card.CardData(result, picture, picture * np.float32(3.0), coverage, PLACES, 45.0)
 
 
 def sheet_of(results: list[Result], **more: object) -> np.ndarray:
-    """A sheet on a plain place."""
+    """Draw a sheet of a plain place."""
     picture, coverage = head()
     radiance = np.full((32, 64, 3), 0.3, np.float32)
     radiance[:16] = 1.0
@@ -151,7 +156,7 @@ def test_cards_in_reach_show_amber_and_others_grey_pictures() -> None:
 def test_pictures_are_compared_at_the_same_exposure() -> None:
     picture, coverage = head()
     one = pictures.portrait(picture, coverage, (80, 80))
-    other = pictures.portrait(picture * 37.0, coverage, (80, 80))
+    other = pictures.portrait(picture * np.float32(37.0), coverage, (80, 80))
     np.testing.assert_allclose(one, other, atol=2e-3)
     assert colour.luminance(one)[40, 40] == pytest.approx(0.62, abs=0.06)
 
@@ -322,7 +327,9 @@ def test_polar_plot_has_clockwise_to_the_right(turn: float, dx: int, dy: int) ->
     assert abs(where @ (dy, dx)) < 2.0
 
 
-@pytest.mark.parametrize(("match", "share"), [(-5, 0.0), (0, 0.0), (50, 0.5), (100, 1.0), (120, 1.0)])
+@pytest.mark.parametrize(
+    ("match", "share"), [(-5, 0.0), (0, 0.0), (50, 0.5), (100, 1.0), (120, 1.0)]
+)
 def test_meter_is_filled_in_proportion(match: float, share: float) -> None:
     canvas = Canvas(220, 20, PANEL)
     plot.meter(canvas, (10, 8, 200, 4), match, 45.0, TEXT)

@@ -217,7 +217,7 @@ def test_selecting(built_in: dict[str, styles.Style]) -> None:
     assert styles.select(every, []) == every
     chosen = styles.select(every, ["top", "badger", "top"])
     assert [style.name for style in chosen] == ["badger", "top"]
-    with pytest.raises(StyleError, match="no style 'left-lop'. Did you mean left-loop"):
+    with pytest.raises(StyleError, match=r"no style 'left-lop'\. Did you mean left-loop"):
         styles.select(every, ["left-lop"])
     with pytest.raises(StyleError, match="'turnlight styles' lists"):
         styles.select(every, ["zzz"])

@@ -26,7 +26,14 @@ from app.core.baking.points import Points, place_points
 from app.core.baking.reduction import compress, mirror_pixels, symmetrise
 from app.core.baking.scene import CAMERA_DISTANCE_M, Camera, HeadMesh, build_scene, frame_head
 from app.core.baking.skin import Skin
-from app.core.baking.walk import SceneTables, fit_profile, scene_tables, trace_pixels
+from app.core.baking.walk import (
+    PROFILE_BINS,
+    SceneTables,
+    fit_profile,
+    lean_scale,
+    scene_tables,
+    trace_pixels,
+)
 from app.core.files import atomic_write
 from app.core.progress import Report, Token
 from app.core.styles import Style
@@ -36,10 +43,10 @@ __all__ = ["QUALITIES", "Baked", "Quality", "bake"]
 
 Float32 = NDArray[np.float32]
 _BATCH_PATHS = 1 << 22
-_BATCH_PIXELS = 256
-_PROFILE_PATHS = 64
+_BATCH_PIXELS = 96
+_PROFILE_PATHS = 512
 _COVER_STEPS = 16
-_LAYOUT = 3
+_LAYOUT = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,8 +73,9 @@ class Quality:
 
 QUALITIES: dict[str, Quality] = {
     "draft": Quality(paths=512, glints=16, shadows=2, rank=192),
-    "good": Quality(paths=4096, glints=64, shadows=3, rank=256),
-    "best": Quality(paths=16384, glints=192, shadows=4, rank=256),
+    "quick": Quality(paths=4096, glints=64, shadows=3, rank=256),
+    "good": Quality(paths=16384, glints=256, shadows=4, rank=336),
+    "best": Quality(paths=65536, glints=512, shadows=6, rank=400),
 }
 
 
@@ -96,6 +104,7 @@ class _Job:
     camera: Camera
     columns: tuple[Columns, ...]
     light: tuple[Float32, Float32, Float32]
+    lean_scale: NDArray[np.float64]
     quality: Quality
     seed: int
 
@@ -155,8 +164,11 @@ def bake(
     if lamps:
         columns = (texels, LampColumns(lamps, head.eye_point))
     report(0.01, "Measuring where light reaches the skin")
-    light = _light(scene, tables, points, columns, pixels, quality, seed, token)
-    job = _Job(scene, tables, points, camera, columns, light, quality, seed)
+    some = pixels[:: max(1, len(pixels) // 1000)]
+    profile = fit_profile(_look(tables, some, seed))
+    light = _light(scene, points, columns, profile, quality, seed, token)
+    scale = lean_scale(profile)
+    job = _Job(scene, tables, points, camera, columns, light, scale, quality, seed)
     folder = work / _key(head, skin, camera, environment, quality, seed, lamps)
     matrix = np.empty((len(pixels), texels.count + len(lamps), 3), np.float32)
     for start, stop in _batches(len(pixels), quality.paths):
@@ -179,22 +191,29 @@ def _coverage(scene: Any, camera: Camera) -> Float32:
     film = mi.Point2f((mi.Float(index % side) + 0.5) / side, (mi.Float(index // side) + 0.5) / side)
     ray, _ = scene.sensors()[0].sample_ray(0.0, 0.5, film, mi.Point2f(0.5))
     hit = np.array(scene.ray_test(ray)).reshape(camera.size, _COVER_STEPS, camera.size, -1)
-    return hit.mean(axis=(1, 3)).astype(np.float32).ravel()
+    covered: Float32 = hit.mean(axis=(1, 3), dtype=np.float32).ravel()
+    return covered
+
+
+def _look(tables: SceneTables, pixels: NDArray[np.int32], seed: int) -> NDArray[np.float64]:
+    """Exit profile of the skin, from a few paths of some pixels."""
+    total = np.zeros((PROFILE_BINS, 3))
+    for start in range(0, len(pixels), _BATCH_PIXELS):
+        part = pixels[start : start + _BATCH_PIXELS]
+        total += trace_pixels(tables, part, _PROFILE_PATHS, seed + 999 + start).profile
+    return total
 
 
 def _light(
     scene: Any,
-    tables: SceneTables,
     points: Points,
     columns: Sequence[Columns],
-    pixels: NDArray[np.int32],
+    profile: NDArray[np.float64],
     quality: Quality,
     seed: int,
     token: Token,
 ) -> tuple[Float32, Float32, Float32]:
     """Light that enters the skin at each point from each column, (V, columns) per channel."""
-    some = pixels[:: max(1, len(pixels) // 1000)]
-    profile = fit_profile(trace_pixels(tables, some, _PROFILE_PATHS * 8, seed + 999).profile)
     parts = []
     for number, column in enumerate(columns):
         token.check()
@@ -252,8 +271,14 @@ def _batch(job: _Job, pixels: NDArray[np.int32], start: int) -> Float32:
         ],
         axis=1,
     )
+    directions = np.concatenate([column.directions() for column in job.columns])
+    lean = gathered.lean[:, used]
     for channel in range(3):
-        matrix[:, :, channel] += share[:, :, channel] @ job.light[channel][used]
+        light = job.light[channel][used]
+        matrix[:, :, channel] += share[:, :, channel] @ light
+        for axis in range(3):
+            slant = directions[:, axis] * np.float32(job.lean_scale[channel])
+            matrix[:, :, channel] += (lean[:, :, axis, channel] @ light) * slant
     return matrix
 
 
@@ -293,7 +318,7 @@ def _finish(
     if head.symmetric:
         twin = mirror_pixels(pixels, camera.size)
         full, noise = symmetrise(full, twin, texels)
-        coverage = (coverage + coverage[twin]) / 2
+        coverage = np.float32(0.5) * (coverage + coverage[twin])
     pixel_basis, texel_basis, truncation = compress(full, texels, quality.rank)
     header = TransportHeader(
         head=head.name,

@@ -28,6 +28,10 @@ class Columns(Protocol):
         """Number of columns."""
         ...
 
+    def directions(self) -> NDArray[np.float32]:
+        """Directions of the columns' middles from between the eyes, (count, 3) float32, unit."""
+        ...
+
     def sample(self, column: Any, position: Any, s: Any, t: Any) -> tuple[Any, Any, Any]:
         """Place (s, t) of a column, as seen from a position.
 
@@ -63,6 +67,15 @@ class TexelColumns:
     def count(self) -> int:
         """Number of texels."""
         return self.height * self.width
+
+    def directions(self) -> NDArray[np.float32]:
+        """See `Columns.directions`."""
+        elevation = np.pi / 2 - (np.arange(self.height) + 0.5) / self.height * np.pi
+        azimuth = ((np.arange(self.width) + 0.5) / self.width - 0.5) * 2 * np.pi
+        level, up = np.cos(elevation)[:, None], np.sin(elevation)[:, None]
+        shape = (self.height, self.width)
+        parts = [-np.sin(azimuth) * level, np.broadcast_to(up, shape), np.cos(azimuth) * level]
+        return np.stack(parts, axis=-1).reshape(-1, 3).astype(np.float32)
 
     def sample(self, column: Any, position: Any, s: Any, t: Any) -> tuple[Any, Any, Any]:
         """See `Columns.sample`."""
@@ -109,6 +122,10 @@ class LampColumns:
     def count(self) -> int:
         """Number of lamps."""
         return len(self._radius)
+
+    def directions(self) -> NDArray[np.float32]:
+        """See `Columns.directions`."""
+        return self._axes[0].astype(np.float32)
 
     def sample(self, column: Any, position: Any, s: Any, t: Any) -> tuple[Any, Any, Any]:
         """See `Columns.sample`."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from app.core.baking.columns import Columns
 from app.core.baking.points import Points
+from app.core.baking.walk import random_lanes
 
 __all__ = ["MOMENTS", "expose", "shine"]
 
@@ -56,7 +57,7 @@ def expose(
         vertex, column = index // columns.count, index % columns.count
         position = _gather3(points.positions[start:stop], vertex)
         normal = _gather3(points.normals[start:stop], vertex)
-        rng = mi.PCG32(size=lanes, initstate=(seed << 32) + start)
+        rng = random_lanes(lanes, 31 * seed + start)
         sums = _visible_moments(scene, position, normal, column, columns, samples, rng)
         dr.eval(sums)
         for m, one in enumerate(sums):
@@ -99,7 +100,7 @@ def shine(
     index = dr.arange(mi.UInt32, lanes)
     slot, part = index // samples, index % samples
     pixel = dr.gather(mi.UInt32, mi.UInt32(pixels.astype(np.uint32)), slot)
-    rng = mi.PCG32(size=lanes, initstate=(seed << 32) + 77)
+    rng = random_lanes(lanes, seed + 77)
     film = mi.Point2f(
         (mi.Float(pixel % picture) + (mi.Float(part) + rng.next_float32()) / samples) / picture,
         (mi.Float(pixel // picture) + rng.next_float32()) / picture,

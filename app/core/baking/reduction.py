@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -44,7 +46,8 @@ def symmetrise(
     """
     shape = (len(matrix), texels.height, texels.width, 3)
     mirrored = matrix[twin].reshape(shape)[:, :, ::-1].reshape(matrix.shape)
-    return (matrix + mirrored) / 2, float(np.median(texel_noise(matrix, mirrored))) / np.sqrt(2)
+    noise = float(np.median(texel_noise(matrix, mirrored))) / math.sqrt(2)
+    return np.float32(0.5) * (matrix + mirrored), noise
 
 
 def texel_noise(one: Float32, two: Float32) -> NDArray[np.float64]:
@@ -54,9 +57,7 @@ def texel_noise(one: Float32, two: Float32) -> NDArray[np.float64]:
     return np.asarray(np.sqrt(difference / 2 / power))
 
 
-def compress(
-    matrix: Float32, texels: TexelColumns, rank: int
-) -> tuple[Float32, Float32, float]:
+def compress(matrix: Float32, texels: TexelColumns, rank: int) -> tuple[Float32, Float32, float]:
     """Best low-rank form of a transport matrix, every texel's picture counting alike.
 
     The texel basis is made of functions that are even or odd under mirroring, so that a mirrored

@@ -224,7 +224,7 @@ def mitsuba_mesh(name: str, mesh: Mesh, properties: dict[str, Any]) -> Any:
         props[key] = value
     made = mi.Mesh(name, len(mesh.vertices), len(mesh.faces), props, True, False)
     if mesh.colours is not None:
-        made.add_attribute("vertex_color", 3, mesh.colours.ravel())
+        made.add_attribute("vertex_color", 3, mesh.colours.ravel().tolist())
     params = mi.traverse(made)
     params["vertex_positions"] = mesh.vertices.ravel()
     params["vertex_normals"] = mesh.normals.ravel()

@@ -107,9 +107,7 @@ def _from_reflectance(name: str, reflectance: Rgb, scattering: Rgb, source: str)
     return Skin(name, scattering, (r, g, b), source=source)
 
 
-_JENSEN = (
-    "Jensen et al., A Practical Model for Subsurface Light Transport, SIGGRAPH 2001, figure 5"
-)
+_JENSEN = "Jensen et al., A Practical Model for Subsurface Light Transport, SIGGRAPH 2001, figure 5"
 _CHART = (
     "McCamy, Marcus, Davidson, A Color-Rendition Chart, Journal of Applied Photographic "
     "Engineering 2(3), 1976"

@@ -27,6 +27,7 @@ __all__ = [
     "Gathered",
     "SceneTables",
     "fit_profile",
+    "lean_scale",
     "scene_tables",
     "trace_pixels",
     "trace_plainly",
@@ -78,11 +79,16 @@ class Gathered:
     ----------
     share : (pixels, V, 3) float32
         How much of the light that enters the skin at a point reaches the pixel.
+    lean : (pixels, V, 3, 3) float32
+        First moment of the direction in which that light leaves along the backward path, in the
+        tangent plane: [..., axis, channel]. Light that comes in aslant travels on under the skin,
+        so what a pixel sees is a little shifted along the light; this is that shift.
     profile : (PROFILE_BINS, 3) float64
         Light that left the skin, by cosine of its angle to the normal.
     """
 
     share: NDArray[np.float32]
+    lean: NDArray[np.float32]
     profile: NDArray[np.float64]
 
 
@@ -110,9 +116,7 @@ def scene_tables(
     )
 
 
-def trace_pixels(
-    tables: SceneTables, pixels: NDArray[np.int32], paths: int, seed: int
-) -> Gathered:
+def trace_pixels(tables: SceneTables, pixels: NDArray[np.int32], paths: int, seed: int) -> Gathered:
     """Follow `paths` paths from each of some pixels to the places where light came in.
 
     Parameters
@@ -133,10 +137,12 @@ def trace_pixels(
     import mitsuba as mi
 
     share = dr.zeros(mi.Float, len(pixels) * tables.points * 3)
+    lean = dr.zeros(mi.Float, len(pixels) * tables.points * 9)
     profile = dr.zeros(mi.Float, PROFILE_BINS * 3)
-    _follow(tables, pixels, paths, seed, share=share, profile=profile)
+    _follow(tables, pixels, paths, seed, share=share, lean=lean, profile=profile)
     return Gathered(
-        np.array(share).reshape(len(pixels), tables.points, 3) / np.float32(paths),
+        _mean(share, paths, (len(pixels), tables.points, 3)),
+        _mean(lean, paths, (len(pixels), tables.points, 3, 3)),
         np.array(profile, np.float64).reshape(PROFILE_BINS, 3),
     )
 
@@ -163,7 +169,7 @@ def trace_plainly(
     texels = environment[0] * environment[1]
     strays = dr.zeros(mi.Float, len(pixels) * texels * 3)
     _follow(tables, pixels, paths, seed, strays=strays, environment=environment)
-    return np.array(strays).reshape(len(pixels), texels, 3) / np.float32(paths)
+    return _mean(strays, paths, (len(pixels), texels, 3))
 
 
 def _follow(
@@ -173,6 +179,7 @@ def _follow(
     seed: int,
     *,
     share: Any = None,
+    lean: Any = None,
     profile: Any = None,
     strays: Any = None,
     environment: tuple[int, int] = (0, 0),
@@ -184,7 +191,7 @@ def _follow(
     lanes = len(pixels) * paths
     slot = dr.arange(mi.UInt32, lanes) // paths
     pixel = dr.gather(mi.UInt32, mi.UInt32(pixels.astype(np.uint32)), slot)
-    rng = mi.PCG32(size=lanes, initstate=seed * 0x9E3779B97F4A7C15 % 2**63)
+    rng = random_lanes(lanes, seed)
     rays, _ = tables.sensor.sample_ray(
         0.0, rng.next_float32(), _film_point(pixel, rng, tables.picture), mi.Point2f(0.5)
     )
@@ -205,7 +212,9 @@ def _follow(
         scatters = inside & alive & ~hit
         density = dr.select(scatters, survive * extinction, survive)
         norm = dr.rcp(dr.maximum(_pick(density, hero), 1e-35))
-        weight = dr.select(alive, weight * density * dr.select(scatters, albedo, 1.0) * norm, weight)
+        weight = dr.select(
+            alive, weight * density * dr.select(scatters, albedo, 1.0) * norm, weight
+        )
         ratio = dr.select(alive, ratio * density * norm, ratio)
 
         escapes = alive & ~inside & ~hit
@@ -234,7 +243,9 @@ def _follow(
             # The camera's own first reflection is done exactly (`exposure.shine`). Later ones hold
             # half a per cent of the light: they count as light from their place, by the profile.
             glances = hit & ~inside & ~then_inside & (n > 0)
-            _deposit(tables, found, slot, share, value, leaves | glances)
+            normal = si.sh_frame.n
+            aslant = onward - normal * dr.dot(onward, normal)
+            _deposit(tables, found, slot, (share, lean), value, aslant, leaves | glances)
             bin_ = mi.UInt32(dr.abs(sample.wo.z) * PROFILE_BINS)
             _add(profile, dr.minimum(bin_, PROFILE_BINS - 1), value, leaves)
         inside = dr.select(on_skin, then_inside, inside)
@@ -262,7 +273,25 @@ def _follow(
         mi.UInt32(0),
     )
     dr.while_loop(state, lambda *s: s[5], body)
-    dr.eval([array for array in (share, profile, strays) if array is not None])
+    dr.eval([array for array in (share, lean, profile, strays) if array is not None])
+
+
+def random_lanes(lanes: int, seed: int) -> Any:
+    """Independent random numbers for each lane, scrambled as Mitsuba's own samplers do.
+
+    Generators that differ in their starting state alone are correlated between seeds.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    one, two = mi.sample_tea_32(mi.UInt32(seed % 2**32), dr.arange(mi.UInt32, lanes))
+    return mi.PCG32(size=lanes, initstate=mi.UInt64(one), initseq=mi.UInt64(two))
+
+
+def _mean(total: Any, paths: int, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    array: NDArray[np.float32] = np.array(total).reshape(shape)
+    array /= np.float32(paths)
+    return array
 
 
 def _film_point(pixel: Any, rng: Any, picture: int) -> Any:
@@ -307,8 +336,16 @@ def _texel_of(direction: Any, environment: tuple[int, int]) -> Any:
     return row * width + dr.minimum(mi.UInt32(u * width), width - 1)
 
 
-def _deposit(tables: SceneTables, found: Any, slot: Any, share: Any, value: Any, active: Any) -> None:
-    """Share a value among the three points around the place that was hit."""
+def _deposit(
+    tables: SceneTables,
+    found: Any,
+    slot: Any,
+    targets: tuple[Any, Any],
+    value: Any,
+    aslant: Any,
+    active: Any,
+) -> None:
+    """Share a value among the three points around the place that was hit, its lean to one."""
     import drjit as dr
     import mitsuba as mi
 
@@ -323,14 +360,24 @@ def _deposit(tables: SceneTables, found: Any, slot: Any, share: Any, value: Any,
     s, t = u - mi.Float(i), v - mi.Float(j)
     upper = s + t > 1
     shares = (
-        (dr.select(upper, s + t - 1, 1 - s - t), i + dr.select(upper, 1, 0), j + dr.select(upper, 1, 0)),
+        (
+            dr.select(upper, s + t - 1, 1 - s - t),
+            i + dr.select(upper, 1, 0),
+            j + dr.select(upper, 1, 0),
+        ),
         (dr.select(upper, 1 - t, s), i + 1, j),
         (dr.select(upper, 1 - s, t), i, j + 1),
     )
+    share, lean = targets
+    nearest, most = mi.UInt32(0), mi.Float(-1)
     for part, a, b in shares:
         entry = first + b * (level + 1) + a - dr.select(b > 0, b * (b - 1) // 2, 0)
         point = dr.gather(mi.UInt32, tables.table, entry, active)
         _add(share, slot * tables.points + point, value * part, active)
+        nearest, most = dr.select(part > most, point, nearest), dr.maximum(part, most)
+    for axis, component in enumerate((aslant.x, aslant.y, aslant.z)):
+        place = (slot * tables.points + nearest) * 3 + axis
+        _add(lean, place, value * component, active)
 
 
 def fit_profile(profile: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -354,3 +401,20 @@ def fit_profile(profile: NDArray[np.float64]) -> NDArray[np.float64]:
     integral = 2 * np.pi * coefficients @ (1 / np.array([2.0, 3.0, 4.0]))
     fitted: NDArray[np.float64] = coefficients / integral[:, None]
     return fitted
+
+
+def lean_scale(coefficients: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Factor that makes a profile times (1 + factor lean . direction) have that lean.
+
+    Parameters
+    ----------
+    coefficients : (3, 3) float64
+        From `fit_profile`.
+
+    Returns
+    -------
+    (3,) float64
+        2 / (integral of g sin^2) for each channel.
+    """
+    squared = 2 * np.pi * coefficients @ (1 / np.array([4.0, 5.0, 6.0]))
+    return np.asarray(2 / (1 - squared))

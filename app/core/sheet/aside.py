@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from app.core.sheet import pictures, plot
-from app.core.sheet.canvas import Canvas, Point
-from app.core.sheet.card import CardData
-from app.core.sheet.lettering import Lettering
 from app.core.sheet.theme import AMBER, DIM, LINE, ON_TAG, TAG, TEXT
 from app.core.sheet.words import arc_words, side_words, turn_words
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.core.sheet.canvas import Canvas, Point
+    from app.core.sheet.card import CardData
+    from app.core.sheet.lettering import Lettering
 
 __all__ = ["KEY_HEIGHT", "WIDTH", "draw_aside", "draw_key"]
 
@@ -20,9 +23,7 @@ _PICTURE: Final = 220.0
 _KEY_COLUMNS: Final = 3
 
 
-def draw_aside(
-    canvas: Canvas, at: Point, cards: Sequence[CardData], lettering: Lettering
-) -> None:
+def draw_aside(canvas: Canvas, at: Point, cards: Sequence[CardData], lettering: Lettering) -> None:
     """Draw the count and the best style.
 
     Parameters
@@ -73,7 +74,7 @@ def _draw_best(canvas: Canvas, at: Point, data: CardData, lettering: Lettering) 
 
 
 def _draw_turn(canvas: Canvas, at: Point, data: CardData, lettering: Lettering) -> None:
-    """The turn in large figures, and which way to walk."""
+    """Draw the turn in large figures, and which way to walk."""
     x, y = at
     style = data.style
     size, direction = turn_words(style.turn_refined_deg)
@@ -95,9 +96,7 @@ def _draw_turn(canvas: Canvas, at: Point, data: CardData, lettering: Lettering) 
     _paragraph(canvas, (x, y + 100), words, WIDTH, lettering, 14)
 
 
-def draw_key(
-    canvas: Canvas, at: Point, width: float, limit: float, lettering: Lettering
-) -> None:
+def draw_key(canvas: Canvas, at: Point, width: float, limit: float, lettering: Lettering) -> None:
     """Draw what the parts of a card mean.
 
     Parameters

@@ -7,14 +7,17 @@ same clean edges for every shape, without a drawing library beyond OpenCV.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Final, TypeAlias
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.sheet.theme import SCALE, Colour
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
 
 __all__ = ["FINE", "Box", "Canvas", "Mask", "Point", "circle_points"]
 
@@ -159,7 +162,7 @@ class Canvas:
             Lengths of a dash and of a gap.
         """
         length, run = 0.0, [points[0]]
-        for before, here in zip(points, points[1:], strict=False):
+        for before, here in pairwise(points):
             length += math.dist(before, here)
             if length % (on + off) < on:
                 run.append(here)
@@ -182,9 +185,7 @@ class Canvas:
         radius : float, optional
             Of the corners.
         """
-        rows, columns, cover = self._cover(
-            box, lambda mask, at: _round(mask, at, box, radius)
-        )
+        rows, columns, cover = self._cover(box, lambda mask, at: _round(mask, at, box, radius))
         region = self.pixels[rows, columns].astype(np.float32)
         mixed = region + cover[..., np.newaxis] * (display * 255.0 - region)
         self.pixels[rows, columns] = (mixed + 0.5).astype(np.uint8)
@@ -240,7 +241,9 @@ class Canvas:
         high, wide = self.pixels.shape[:2]
         rows = slice(min(max(top, 0), high), min(max(top + size[1], 0), high))
         columns = slice(min(max(left, 0), wide), min(max(left + size[0], 0), wide))
-        inside = cover[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
+        inside = cover[
+            rows.start - top : rows.stop - top, columns.start - left : columns.stop - left
+        ]
         return rows, columns, inside
 
 

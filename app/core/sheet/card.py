@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core.colour import FloatImage
 from app.core.sheet import pictures, plot
-from app.core.sheet.canvas import Canvas, Point
-from app.core.sheet.lettering import Lettering
 from app.core.sheet.theme import AMBER, CTL, DIM, LINE, PANEL, TEXT
 from app.core.sheet.words import SheetStyle, arc_words, side_words, turn_words
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from app.core.colour import FloatImage
+    from app.core.sheet.canvas import Canvas, Point
+    from app.core.sheet.lettering import Lettering
 
 __all__ = ["WIDTH", "CardData", "draw_card", "height_of"]
 

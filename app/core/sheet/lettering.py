@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from functools import lru_cache
-from pathlib import Path
-from typing import Final, Literal, TypeAlias
+from functools import cache
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import cv2
 
 from app.core.paths import resources
 from app.core.sheet.canvas import FINE, Canvas, Mask
 from app.core.sheet.theme import SCALE, TEXT, Colour
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
 
 __all__ = ["Anchor", "Lettering", "Weight"]
 
@@ -166,7 +168,9 @@ class Lettering:
             kept = kept[:-1]
         return f"{kept.rstrip()}…"
 
-    def _runs(self, text: str, size: float, weight: Weight) -> tuple[list[tuple[float, str]], float]:
+    def _runs(
+        self, text: str, size: float, weight: Weight
+    ) -> tuple[list[tuple[float, str]], float]:
         """Split a line where its letters are kerned: offsets with text, and the whole width.
 
         OpenCV places letters by their advance only, hence each run starts where the last one
@@ -198,7 +202,7 @@ class Lettering:
         return _load_face(str(self._folder / _FILES[weight]))
 
 
-@lru_cache(maxsize=None)
+@cache
 def _load_face(path: str) -> cv2.FontFace:
     """Load a font file, once and for good.
 

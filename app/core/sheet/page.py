@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from app.core.colour import FloatImage
-from app.core.environment import Environment
 from app.core.sheet import aside, card, place
 from app.core.sheet.canvas import Canvas, Point
 from app.core.sheet.lettering import Lettering
 from app.core.sheet.theme import AMBER, BG, DIM, TEXT
 from app.core.sheet.words import SheetStyle, head_words
 from app.core.styles import load_styles
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from app.core.colour import FloatImage
+    from app.core.environment import Environment
 
 __all__ = ["draw_sheet"]
 
@@ -88,9 +92,7 @@ def draw_sheet(
         places = {style.name: style.place for style in load_styles()}
     order = sorted(results, key=lambda style: (not style.attainable, -style.match))
     cards = [
-        card.CardData(
-            style, targets[style.name], pictures[style.name], coverage, places, limit
-        )
+        card.CardData(style, targets[style.name], pictures[style.name], coverage, places, limit)
         for style in order
     ]
     flags = place.make_flags(order, places, lettering)
@@ -117,7 +119,9 @@ def draw_sheet(
 
 def _draw_header(canvas: Canvas, title: str, subtitle: str, lettering: Lettering) -> None:
     inner = _WIDTH - 2 * _MARGIN
-    name = lettering.shorten(" ".join(title.split()), 28, inner - 220, 700)
+    # Names of places are mostly names of files.
+    plain = " ".join(title.replace("_", " ").split())
+    name = lettering.shorten(plain, 28, inner - 220, 700)
     lettering.draw(canvas, (_MARGIN, 58), name, 28, 700, TEXT)
     lettering.draw(canvas, (_MARGIN, 82), subtitle, 14, 400, DIM)
     right = _WIDTH - _MARGIN
@@ -127,7 +131,7 @@ def _draw_header(canvas: Canvas, title: str, subtitle: str, lettering: Lettering
 
 
 def _draw_logo(canvas: Canvas, centre: Point) -> None:
-    """A head lit from one side: half a disc of light in a ring."""
+    """Draw a head lit from one side: half a disc of light in a ring."""
     x, y = centre
     angles = np.linspace(0.0, np.pi, 49)
     half = [(x + 8.5 * float(np.sin(a)), y - 8.5 * float(np.cos(a))) for a in angles]

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
 
 from app.core import colour
-from app.core.colour import FloatImage
-from app.core.environment import Environment
 from app.core.sheet.theme import WELL
+
+if TYPE_CHECKING:
+    from app.core.colour import FloatImage
+    from app.core.environment import Environment
 
 __all__ = ["greyed", "panorama", "portrait"]
 
@@ -42,7 +44,7 @@ def portrait(picture: FloatImage, coverage: FloatImage, size: tuple[int, int]) -
     well = colour.srgb_decode(np.asarray(WELL) / 255.0)
     # Edges are mixed in linear light, as a camera would; scaling is done on what is shown, where
     # steps look even and a bright rim does not ring.
-    shown = colour.shoulder(np.minimum(values * gain, 1e4)) + (1.0 - cover) * well
+    shown = colour.develop(values, gain) + (1.0 - cover) * well
     return _scaled(colour.srgb_encode(shown), size)
 
 
@@ -86,7 +88,8 @@ def panorama(environment: Environment, turn_deg: float, size: tuple[int, int]) -
     """
     radiance = environment.radiance
     if radiance.shape[1] > _WIDEST:
-        radiance = cv2.resize(radiance, (_WIDEST, _WIDEST // 2), interpolation=cv2.INTER_AREA)
+        small = cv2.resize(radiance, (_WIDEST, _WIDEST // 2), interpolation=cv2.INTER_AREA)
+        radiance = np.asarray(small, np.float32)
     if environment.repairs.total:
         radiance = _filled(radiance)
     rolled = np.roll(radiance, -round(turn_deg / 360.0 * radiance.shape[1]), axis=1)
@@ -102,7 +105,8 @@ def _filled(radiance: FloatImage) -> FloatImage:
     total = cv2.boxFilter(radiance * lit, -1, around, normalize=False)
     count = cv2.boxFilter(lit, -1, around, normalize=False)
     mean = total / np.maximum(count, 1.0)
-    return np.where(dark[..., np.newaxis], mean, radiance).astype(np.float32)
+    filled: FloatImage = np.where(dark[..., np.newaxis], mean, radiance).astype(np.float32)
+    return filled
 
 
 def _scaled(display: FloatImage, size: tuple[int, int]) -> FloatImage:
@@ -111,7 +115,8 @@ def _scaled(display: FloatImage, size: tuple[int, int]) -> FloatImage:
         resized = cv2.resize(display, (columns, rows), interpolation=cv2.INTER_AREA)
     else:
         resized = _mitchell(_mitchell(display, rows).swapaxes(0, 1), columns).swapaxes(0, 1)
-    return np.clip(resized, 0.0, 1.0, dtype=np.float32)
+    clipped: FloatImage = np.clip(resized, 0.0, 1.0).astype(np.float32)
+    return clipped
 
 
 def _mitchell(picture: FloatImage, rows: int) -> FloatImage:

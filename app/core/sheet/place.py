@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from app.core.environment import Environment
 from app.core.sheet import pictures
-from app.core.sheet.canvas import Canvas, Point
-from app.core.sheet.lettering import Anchor, Lettering, Weight
 from app.core.sheet.theme import AMBER, BG, CTL, DIM, ON_TAG, TAG, TEXT, Colour
 from app.core.sheet.words import SheetStyle, side_words, signed
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from app.core.environment import Environment
+    from app.core.sheet.canvas import Canvas, Point
+    from app.core.sheet.lettering import Anchor, Lettering, Weight
 
 __all__ = ["HEIGHT", "WIDTH", "Flag", "draw_flags", "draw_panorama", "lanes_height", "make_flags"]
 
@@ -130,9 +133,7 @@ def draw_panorama(
     return top + HEIGHT
 
 
-def draw_flags(
-    canvas: Canvas, at: Point, flags: Sequence[Flag], lettering: Lettering
-) -> None:
+def draw_flags(canvas: Canvas, at: Point, flags: Sequence[Flag], lettering: Lettering) -> None:
     """Draw the turns of the styles under the panorama.
 
     Parameters
@@ -163,7 +164,7 @@ def draw_flags(
 
 
 def _draw_degrees(canvas: Canvas, at: Point, degrees: int, lettering: Lettering) -> None:
-    """A number on the scale; the outermost two stay inside its ends."""
+    """Draw a number on the scale; the outermost two stay inside its ends."""
     ends: dict[int, Anchor] = {-180: "left", 180: "right"}
     style: tuple[Weight, Colour] = (600, TEXT) if degrees == 0 else (400, DIM)
     anchor = ends.get(degrees, "middle")
@@ -171,7 +172,7 @@ def _draw_degrees(canvas: Canvas, at: Point, degrees: int, lettering: Lettering)
 
 
 def _draw_front(canvas: Canvas, at: Point, lettering: Lettering) -> None:
-    """Where the photographer stands at turn 0: a line with a dark edge, and a tag."""
+    """Mark where the photographer stands at turn 0: a line with a dark edge, and a tag."""
     x, y = at
     line = [(x, y), (x, y + HEIGHT)]
     canvas.stroke(line, TAG, 3.0, opacity=0.6)
@@ -180,4 +181,3 @@ def _draw_front(canvas: Canvas, at: Point, lettering: Lettering) -> None:
     width = lettering.width(words, 12, 600) + 16
     canvas.panel((x - width / 2.0, y + HEIGHT - 40, width, 24), TAG, 4.0)
     lettering.draw(canvas, (x, y + HEIGHT - 24), words, 12, 600, ON_TAG, "middle")
-

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from app.core.sheet.canvas import Box, Canvas, Point, circle_points
 from app.core.sheet.theme import AMBER, CTL, DIM, LINE, PANEL, TEXT, TRACK, Colour
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 __all__ = ["meter", "not_possible_icon", "polar", "turn_icon"]
 

@@ -1,0 +1,151 @@
+"""The command line: which commands there are, and what becomes of their errors.
+
+Exit codes: 0 done, 2 bad usage or input (one sentence on stderr), 130 interrupted. Answers go
+to stdout, everything else to stderr, so ``--json`` leaves exactly one JSON object on stdout.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import io
+import os
+import sys
+from typing import TYPE_CHECKING, Final, NoReturn
+
+from app import __version__
+from app.core.errors import Cancelled, CoreError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["COMMANDS", "build_parser", "main"]
+
+COMMANDS: Final = {
+    "solve": "find the best turn for each style in a panorama",
+    "render": "picture of the head under an environment",
+    "styles": "list the styles and their lamps",
+    "bake": "compute the light transport of a head",
+    "bench": "time the hot paths against a plain implementation",
+}
+"""Every command with its one line of help; ``app.commands.<name>`` does the work."""
+
+_DONE = 0
+_BAD_INPUT = 2
+_INTERRUPTED = 130
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one sentence, without the usage in front."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(_BAD_INPUT, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
+def build_parser(command: str | None = None) -> argparse.ArgumentParser:
+    """Make the parser for one command line.
+
+    A command's own options need its module, and with it the libraries it stands on, so only
+    the module of the command that is going to run is imported; the others are names with a
+    line of help.
+
+    Parameters
+    ----------
+    command : str, optional
+        Name of the command that is going to run, a key of `COMMANDS`.
+
+    Returns
+    -------
+    argparse.ArgumentParser
+        Its result has ``run``, a callable that takes the result and returns the exit code,
+        when `command` was given.
+    """
+    parser = _Parser(
+        prog="turnlight",
+        description="How far to turn so that a place lights a face like a studio style.",
+        epilog="turnlight COMMAND --help says more about a command.",
+    )
+    parser.add_argument("--version", action="version", version=f"turnlight {__version__}")
+    subparsers = parser.add_subparsers(metavar="COMMAND", dest="command")
+    for name, line in COMMANDS.items():
+        if name == command:
+            importlib.import_module(f"app.commands.{name}").add_parser(subparsers)
+        else:
+            subparsers.add_parser(name, help=line, add_help=False)
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and turn its errors into a sentence and an exit code.
+
+    Parameters
+    ----------
+    argv : Sequence[str], optional
+        Arguments without the program's name; those of the process by default.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 2 bad usage or input, 130 interrupted.
+    """
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    _prepare_streams()
+    try:
+        code = _dispatch(arguments)
+        # A reader that has gone away must show here, not while the interpreter ends.
+        sys.stdout.flush()
+    except SystemExit as stop:
+        return stop.code if isinstance(stop.code, int) else _BAD_INPUT
+    except (KeyboardInterrupt, Cancelled):
+        print("Stopped.", file=sys.stderr)
+        return _INTERRUPTED
+    except CoreError as error:
+        print(f"turnlight: {error}", file=sys.stderr)
+        return _BAD_INPUT
+    except BrokenPipeError:
+        _discard_output()
+        return _DONE
+    except OSError as error:
+        print(f"turnlight: {_sentence(error)}", file=sys.stderr)
+        return _BAD_INPUT
+    return code
+
+
+def _dispatch(arguments: list[str]) -> int:
+    # Options before the command take no value, so the first plain word is the command.
+    command = next((word for word in arguments if not word.startswith("-")), None)
+    if command != "bake":
+        # The products here are small: waking a second BLAS thread costs more than it brings, and
+        # on a busy machine very much more. It must be said before numpy is imported.
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    parser = build_parser(command)
+    args = parser.parse_args(arguments)
+    if args.command is None:
+        parser.print_help()
+        return _DONE
+    code: int = args.run(args)
+    return code
+
+
+def _prepare_streams() -> None:
+    """Write UTF-8 where the system's own encoding cannot carry degree signs and names."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            encoding = None if stream.isatty() else "utf-8"
+            stream.reconfigure(encoding=encoding, errors="replace")
+
+
+def _discard_output() -> None:
+    """Point stdout at nothing, so that the interpreter's last flush cannot fail again."""
+    try:
+        descriptor = sys.stdout.fileno()
+    except (OSError, ValueError):
+        return
+    nothing = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nothing, descriptor)
+    os.close(nothing)
+
+
+def _sentence(error: OSError) -> str:
+    reason = (error.strerror or str(error) or type(error).__name__).rstrip(".")
+    return f"{error.filename}: {reason}." if error.filename else f"{reason}."

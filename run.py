@@ -1,0 +1,315 @@
+#!/usr/bin/env python3
+"""Set Turnlight up in this folder and start it. Needs Python 3.11 or newer and nothing else.
+
+python3 run.py                  a first look: the bundled courtyard, all styles
+python3 run.py test [ARGS]      all checks and tests but the long ones; ARGS go to pytest
+python3 run.py test --slow      the long tests
+python3 run.py ARGS             everything else goes to turnlight, e.g. solve my-place.exr
+
+The first start makes an environment in .venv/ and installs into it; later ones start at once.
+"""
+
+import collections
+import contextlib
+import hashlib
+import importlib.util
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+if sys.version_info < (3, 11):  # noqa: UP036 - older ones get this far and must be told
+    sys.stderr.write(
+        "Turnlight needs Python 3.11 or newer, and this is Python {}.{} ({}).\n"
+        "Install a newer one, for example from https://www.python.org/downloads/, "
+        "and start run.py with it.\n".format(*sys.version_info[:2], sys.executable)
+    )
+    sys.exit(2)
+
+ROOT = Path(__file__).resolve().parent
+SCENE = ROOT / "resources" / "demo" / "scenes" / "courtyard.exr"
+SHEET = "turnlight-sheet.png"
+UNUSABLE, OFFLINE, INTERRUPTED = 2, 3, 130
+
+# What pip says when it cannot reach the index, on the three systems.
+NO_NETWORK = (
+    "ConnectTimeoutError",
+    "Failed to establish a new connection",
+    "NameResolutionError",
+    "Network is unreachable",
+    "ProxyError",
+    "Read timed out",
+    "Temporary failure in name resolution",
+    "getaddrinfo failed",
+    "nodename nor servname",
+)
+
+
+class SetupError(Exception):
+    """The environment cannot be made; carries a sentence for the user and an exit code."""
+
+    def __init__(self, message: str, code: int = UNUSABLE) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+def say(text: str) -> None:
+    """Tell the user what is going on, on stderr, so that stdout stays turnlight's own."""
+    print(text, file=sys.stderr, flush=True)
+
+
+class Environment:
+    """The virtual environment in the clone, and the stamp that says it is complete.
+
+    The stamp is written last and removed before anything is changed, so an environment without
+    one is half made. It holds what the environment was made from, the extras in it, and the
+    names in its library folder, so that a missing package shows without starting Python.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self.folder = root / ".venv"
+        self.stamp = self.folder / "turnlight.json"
+        windows = os.name == "nt"
+        self.python = self.folder / ("Scripts/python.exe" if windows else "bin/python")
+
+    def ensure(self, extra: str = "") -> Path:
+        """Make, complete or repair the environment where needed.
+
+        Parameters
+        ----------
+        extra : str, optional
+            Extra of the project that must be in it, "test" or none.
+
+        Returns
+        -------
+        Path
+            The environment's Python.
+
+        Raises
+        ------
+        SetupError
+            When that is not possible here.
+        """
+        stamp = self.read_stamp()
+        if stamp is None:
+            if os.path.lexists(self.folder):
+                say("The environment in .venv is incomplete or damaged; making it anew.")
+                self.remove()
+            self.create()
+            extras = set()
+        else:
+            extras = set(stamp["extras"])
+            if stamp["source"] == self.source() and (not extra or extra in extras):
+                return self.python
+        self.install(extras | ({extra} if extra else set()))
+        return self.python
+
+    def read_stamp(self) -> dict | None:  # type: ignore[type-arg]
+        """Read the stamp, or None when the environment is missing, moved or damaged."""
+        try:
+            stamp = json.loads(self.stamp.read_text(encoding="utf-8"))
+            whole = (
+                self.python.is_file()
+                and stamp["place"] == self.place()
+                and set(stamp["library"]) <= self.library()
+                and isinstance(stamp["source"], str)
+                and isinstance(stamp["extras"], list)
+            )
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+        return stamp if whole else None
+
+    def place(self) -> list[str]:
+        """Return the folder and the Python it belongs to; neither can change under it."""
+        return [str(self.folder), sys.version]
+
+    def source(self) -> str:
+        """Return the checksum of the files that say what to install."""
+        digest = hashlib.sha256()
+        for name in ("pyproject.toml", "constraints.txt"):
+            digest.update((self.root / name).read_bytes())
+        return digest.hexdigest()
+
+    def library(self) -> set[str]:
+        """Return the names of what is installed, as they lie in the library folder."""
+        pattern = "Lib/site-packages" if os.name == "nt" else "lib/python*/site-packages"
+        names = (path.name for folder in self.folder.glob(pattern) for path in folder.iterdir())
+        return {name for name in names if name != "__pycache__"}
+
+    def remove(self) -> None:
+        """Delete the environment, whatever is there in its place."""
+        try:
+            if self.folder.is_dir() and not self.folder.is_symlink():
+                shutil.rmtree(self.folder)
+            else:
+                self.folder.unlink()
+        except OSError as error:
+            raise SetupError(
+                f"Cannot delete {self.folder} ({error.strerror}). "
+                "Close what uses it, delete it by hand, and run this again."
+            ) from error
+
+    def create(self) -> None:
+        """Make an empty environment with pip in it."""
+        if not all(importlib.util.find_spec(name) for name in ("venv", "ensurepip")):
+            raise SetupError(
+                f"This Python ({sys.executable}) comes without venv, which Turnlight needs to "
+                "install itself. On Debian and Ubuntu: sudo apt install python3-venv"
+            )
+        say("Making an environment in .venv ...")
+        # Inside another environment, or this very one, the Python behind it is wanted.
+        base = getattr(sys, "_base_executable", None) or sys.executable
+        made = subprocess.run(
+            [base, "-m", "venv", str(self.folder)], stdout=sys.stderr.fileno(), check=False
+        )
+        if made.returncode:
+            raise SetupError(f"Python could not make an environment in {self.folder} (see above).")
+
+    def install(self, extras: set[str]) -> None:
+        """Install the project and what it needs, and write the stamp."""
+        say("Installing Turnlight and its libraries; the first time this takes some minutes ...")
+        self.stamp.unlink(missing_ok=True)
+        names = ",".join(sorted(extras))
+        code, last = follow(
+            [
+                str(self.python), "-m", "pip", "install", "--disable-pip-version-check",
+                "--no-input", "--progress-bar", "off", "-c", "constraints.txt",
+                "-e", f".[{names}]" if names else ".",
+            ],
+            self.root,
+        )  # fmt: skip
+        if code:
+            raise explain(last)
+        stamp = {
+            "place": self.place(),
+            "source": self.source(),
+            "extras": sorted(extras),
+            "library": sorted(self.library()),
+        }
+        self.stamp.write_text(json.dumps(stamp, indent=1), encoding="utf-8")
+        say("Installed.")
+
+
+def follow(command: list[str], folder: Path) -> tuple[int, str]:
+    """Run pip, showing what takes long on stderr; return its exit code and its last lines."""
+    last: collections.deque[str] = collections.deque(maxlen=60)
+    with subprocess.Popen(
+        command,
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        encoding="utf-8",
+        errors="replace",
+    ) as process:
+        assert process.stdout is not None
+        for line in process.stdout:
+            # The long waits; of the rest only a failure is of interest.
+            if line.lstrip().startswith(("Downloading ", "Installing ")):
+                say("  " + line.strip())
+            last.append(line)
+    output = "".join(last)
+    if process.returncode:
+        say(output)
+    return process.returncode, output
+
+
+def explain(output: str) -> SetupError:
+    """Turn the end of pip's output into a sentence."""
+    if any(sign in output for sign in NO_NETWORK):
+        return SetupError(
+            "The libraries could not be downloaded: no connection to the package index. "
+            "Go online once and run the same command again.",
+            OFFLINE,
+        )
+    if "No space left on device" in output:
+        return SetupError("The disk is full; Turnlight and its libraries need about 2 GB.")
+    if "No matching distribution" in output:
+        return SetupError(
+            "A library is not available for this Python or system (see above); "
+            "Python 3.11, 3.12 and 3.13 on 64-bit Linux, macOS and Windows are supported."
+        )
+    return SetupError("The installation failed; the reason stands above.")
+
+
+def call(command: list[str], folder: Path | None = None) -> int:
+    """Run a command to its end and return its exit code, as a shell would count it."""
+    with subprocess.Popen(command, cwd=folder) as process:
+        # Who stops this script means what it runs.
+        previous = signal.signal(signal.SIGTERM, lambda *_: process.terminate())
+        try:
+            while True:
+                # Ctrl-C reaches the command too, which then ends in its own way.
+                with contextlib.suppress(KeyboardInterrupt):
+                    code = process.wait()
+                    break
+        finally:
+            signal.signal(signal.SIGTERM, previous)
+    return code if code >= 0 else 128 - code
+
+
+def turnlight(python: Path, arguments: list[str]) -> int:
+    """Run turnlight in the user's own folder."""
+    # -P: a folder called "app" that the user happens to stand in is not ours.
+    return call([str(python), "-P", "-m", "app", *arguments])
+
+
+def first_look(python: Path) -> int:
+    """Solve the bundled courtyard and write the sheet where the user will find it."""
+    folder = Path.cwd()
+    if not os.access(folder, os.W_OK):
+        folder = Path(tempfile.gettempdir())
+    sheet = folder / SHEET
+    code = turnlight(python, ["solve", str(SCENE), "--sheet", str(sheet)])
+    if code == 0:
+        print(f"\nThe pictures are in {sheet}")
+        print("Your own place: python3 run.py solve PANORAMA.exr --sheet sheet.png")
+    return code
+
+
+def test(python: Path, arguments: list[str]) -> int:
+    """Run the checks and tests; pytest comes last, so its closing line is the last line."""
+    run = [str(python), "-m"]
+    if "--slow" in arguments:
+        rest = [word for word in arguments if word != "--slow"]
+        return call([*run, "pytest", "-m", "slow", *rest], ROOT)
+    checks = {
+        "lint": ["ruff", "check", "."],
+        "format": ["ruff", "format", "--check", "."],
+        "types": ["mypy"],
+    }
+    codes = []
+    for name, command in checks.items():
+        print(f"{name}: {' '.join(command)}", flush=True)
+        codes.append(call([*run, *command], ROOT))
+        if codes[-1]:
+            print(f"{name}: FAILED", flush=True)
+    # Some of the tests alone say nothing about coverage.
+    coverage = [] if arguments else ["--cov", "--cov-report=term"]
+    codes.append(call([*run, "pytest", "-m", "not slow", *coverage, *arguments], ROOT))
+    return next((code for code in codes if code), 0)
+
+
+def main(arguments: list[str]) -> int:
+    """Set up, then do what was asked; return the exit code."""
+    testing = arguments[:1] == ["test"]
+    try:
+        python = Environment(ROOT).ensure("test" if testing else "")
+    except SetupError as error:
+        say(str(error))
+        return error.code
+    except KeyboardInterrupt:
+        say("Stopped. Run the same command again to go on.")
+        return INTERRUPTED
+    if testing:
+        return test(python, arguments[1:])
+    return turnlight(python, arguments) if arguments else first_look(python)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

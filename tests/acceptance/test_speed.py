@@ -1,0 +1,73 @@
+"""The speed bars, as `turnlight bench` and a whole process show them.
+
+Ratios hold on any machine. The absolute times belong to a machine with two current cores; a
+slower or busier one is allowed four times as much before it fails the test.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from app.core.paths import resources
+
+ROOT = Path(__file__).resolve().parents[2]
+SLACK = 4.0
+RATIOS = {"solve.quality": 100.0, "solve.match": 100.0, "solve.match.product": 20.0}
+SECONDS = {
+    "solve.quality": 0.05e-3,
+    "solve.match": 0.5e-3,
+    "preintegrate.full": 1e-3,
+    "preintegrate.stroke": 0.1e-3,
+    "render.rgb": 3e-3,
+}
+
+pytestmark = pytest.mark.slow
+
+
+def _turnlight(*words: str) -> subprocess.CompletedProcess[str]:
+    # One thread: threads that wait for each other on a busy machine measure the others' work.
+    environ = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    return subprocess.run(
+        [sys.executable, "-m", "app", *words],
+        cwd=ROOT,
+        env=environ,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=True,
+    )
+
+
+@cache
+def _rows() -> dict[str, dict[str, float]]:
+    found = json.loads(_turnlight("bench", "--json").stdout)
+    return {row["name"]: row for row in found["rows"]}
+
+
+@pytest.mark.parametrize("name", RATIOS)
+def test_ratios(name: str) -> None:
+    assert _rows()[name]["ratio"] >= RATIOS[name]
+
+
+@pytest.mark.parametrize("name", SECONDS)
+def test_seconds(name: str) -> None:
+    assert _rows()[name]["seconds"] <= SLACK * SECONDS[name]
+    assert _rows()[name]["limit_seconds"] > 0
+
+
+def test_solve_as_a_whole_process() -> None:
+    scene = sorted((resources() / "demo" / "scenes").glob("*.exr"))[0]
+    times = []
+    for _ in range(3):
+        start = time.perf_counter()
+        _turnlight("solve", str(scene), "--json")
+        times.append(time.perf_counter() - start)
+    assert min(times) <= 1.5

@@ -1,0 +1,105 @@
+"""``turnlight`` as a process: streams, interruption, speed of the help."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+TURNLIGHT = [sys.executable, "-P", "-m", "app"]
+
+
+def environment(**changes: str) -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": str(ROOT), **changes}
+
+
+def turnlight(*arguments: str, cwd: Path, **changes: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*TURNLIGHT, *arguments],
+        cwd=cwd,
+        env=environment(**changes),
+        capture_output=True,
+        encoding="utf-8",
+        timeout=120,
+        check=False,
+    )
+
+
+def test_works_from_any_folder_even_beside_another_app(tmp_path: Path) -> None:
+    (tmp_path / "app").mkdir()
+    (tmp_path / "app" / "__init__.py").write_text("raise SystemExit(9)")
+    done = turnlight("styles", "--json", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    names = [style["name"] for style in json.loads(done.stdout)["styles"]]
+    assert {"butterfly", "left-rembrandt", "right-loop-rim"} <= set(names)
+
+
+def test_help_needs_no_library(tmp_path: Path) -> None:
+    code = (
+        "import sys; from app.cli import main; code = main(['--help']);"
+        "heavy = {'numpy', 'cv2', 'OpenImageIO', 'mitsuba', 'PySide6'} & set(sys.modules);"
+        "sys.exit(f'{heavy} imported' if heavy else code)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", code],
+        cwd=tmp_path,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    for name in ("solve", "render", "styles", "bake", "bench"):
+        assert name in done.stdout
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252", "utf-8"])
+def test_answers_are_utf_8_whatever_the_system_says(tmp_path: Path, encoding: str) -> None:
+    done = turnlight("styles", cwd=tmp_path, PYTHONIOENCODING=encoding, PYTHONUTF8="0")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "°" in done.stdout
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a shell and its pipes")
+def test_reader_that_goes_away_is_no_error(tmp_path: Path) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    with subprocess.Popen(
+        [*TURNLIGHT, "styles"],
+        cwd=tmp_path,
+        env=environment(),
+        stdout=writing,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        os.close(writing)
+        _, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors) == (0, "")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends SIGINT")
+def test_ctrl_c_is_130_without_a_traceback(tmp_path: Path) -> None:
+    with subprocess.Popen(
+        [*TURNLIGHT, "bench"],
+        cwd=tmp_path,
+        env=environment(PYTHONUNBUFFERED="1"),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # Children of a shell's background job inherit "ignore".
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    ) as process:
+        assert process.stderr is not None
+        assert "%" in process.stderr.readline()
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in errors
+    assert errors.endswith("Stopped.\n")

@@ -1,0 +1,205 @@
+"""`turnlight solve` as a user meets it: table, JSON, sheet, and what it says of bad input."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.cli import main
+from app.core.angles import wrap
+from app.core.images import write_exr
+from app.core.pack import pack_path, save_pack
+from app.core.transport import save_transport
+from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
+
+KEYS = {
+    "name",
+    "title",
+    "turn_deg",
+    "turn_refined_deg",
+    "direction",
+    "quality_curve",
+    "match_curve",
+    "strength_curve",
+    "match",
+    "strength",
+    "attainable",
+    "reason",
+    "arc_deg",
+    "peaks",
+}
+
+
+@pytest.fixture(scope="module")
+def head(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A head of the user's own: transport and pack beside each other."""
+    path = tmp_path_factory.mktemp("heads") / "sphere.npz"
+    digest = save_transport(path, lambert_sphere_transport())
+    pack = synthetic_pack()
+    header = dataclasses.replace(pack.header, transport_sha256=digest)
+    save_pack(pack_path(path), dataclasses.replace(pack, header=header))
+    return str(path)
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """One lamp at azimuth 30, height 35, with a little fill."""
+    path = tmp_path_factory.mktemp("places") / "yard.exr"
+    light = lamp_environment(30.0, 35.0, 8.0, (64, 128), fill=0.02)
+    write_exr(path, np.repeat(light[..., None], 3, axis=2).astype(np.float32))
+    return str(path)
+
+
+def _solve(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:
+    assert main(["solve", *words, "--json"]) == 0
+    out = capsys.readouterr().out
+    values: dict[str, Any] = json.loads(out)
+    return values
+
+
+def test_json_has_the_documented_keys(
+    capsys: pytest.CaptureFixture[str], head: str, place: str
+) -> None:
+    values = _solve(capsys, place, "--head", head)
+    assert values["objective"] == "picture"
+    assert values["head"] == head
+    assert 0 < values["seconds"] < 60
+    assert len(values["styles"]) == 18
+    for style in values["styles"]:
+        assert style.keys() >= KEYS
+        for curve in ("quality_curve", "match_curve", "strength_curve"):
+            assert len(style[curve]) == 64
+        index = round(style["turn_deg"] / 5.625) % 64
+        assert style["match"] == style["match_curve"][index]
+        assert style["strength"] == style["strength_curve"][index]
+        assert style["attainable"] == (style["match"] >= 45 and style["strength"] >= 20)
+        assert (style["reason"] is None) == style["attainable"]
+        assert len(style["arc_deg"]) == 2
+        assert {"turn_deg", "quality", "arc_deg"} <= style["peaks"][0].keys()
+        assert style["peaks"][0]["turn_deg"] == style["turn_deg"]
+
+
+def test_the_turn_of_a_lamp(capsys: pytest.CaptureFixture[str], head: str, place: str) -> None:
+    values = _solve(capsys, place, "--head", head, "--style", "left-loop", "right-loop")
+    left, right = values["styles"]
+    assert left["turn_refined_deg"] == pytest.approx(65.0, abs=2.0)
+    assert left["direction"] == "clockwise"
+    assert right["turn_refined_deg"] == pytest.approx(-5.0, abs=2.0)
+    assert right["direction"] == "counter-clockwise"
+
+
+def test_the_front_moves_turns_and_curves(
+    capsys: pytest.CaptureFixture[str], head: str, place: str
+) -> None:
+    words = (place, "--head", head, "--style", "left-split")
+    (plain,) = _solve(capsys, *words)["styles"]
+    (moved,) = _solve(capsys, *words, "--front", "90")["styles"]
+    assert moved["turn_deg"] == wrap(plain["turn_deg"] - 90)
+    assert moved["match_curve"] == plain["match_curve"][16:] + plain["match_curve"][:16]
+
+
+def test_the_paper_objective_and_its_own_rule(
+    capsys: pytest.CaptureFixture[str], head: str, place: str
+) -> None:
+    words = (place, "--head", head, "--objective", "paper")
+    values = _solve(capsys, *words, "--epsilon-c", "0.5")
+    assert values["objective"] == "paper"
+    assert values["epsilon_c"] == 0.5
+    for style in values["styles"]:
+        assert style["quality"] == max(style["quality_curve"])
+        assert style["attainable_paper"] == (style["quality_max"] >= 0.5)
+
+
+def test_the_table_is_aligned_and_says_why(
+    capsys: pytest.CaptureFixture[str], head: str, place: str
+) -> None:
+    assert main(["solve", place, "--head", head, "--epsilon-c", "1"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    (top,) = [line for line in lines if line.startswith("style")]
+    assert [word for word in top.split() if word != "C"][:6] == [
+        "style",
+        "side",
+        "turn",
+        "direction",
+        "match",
+        "strength",
+    ]
+    rows = lines[lines.index(top) + 1 :][:18]
+    column = top.index("direction")
+    assert all(row[column - 1] == " " for row in rows)
+    below = next(row for row in rows if row.startswith("Below "))
+    assert "No strong light from below here: match" in below
+    assert lines[-1].startswith(f"{sum(len(r.rstrip()) < top.index('reason') for r in rows)} of 18")
+
+
+def test_the_sheet_is_a_picture(
+    capsys: pytest.CaptureFixture[str], head: str, place: str, tmp_path: Path
+) -> None:
+    sheet = tmp_path / "sheet.png"
+    assert main(["solve", place, "--head", head, "--sheet", str(sheet)]) == 0
+    capsys.readouterr()
+    assert sheet.read_bytes().startswith(b"\x89PNG")
+    assert [p.name for p in tmp_path.iterdir()] == ["sheet.png"]
+
+
+def test_solving_needs_the_pack_only(
+    capsys: pytest.CaptureFixture[str], place: str, tmp_path: Path
+) -> None:
+    save_pack(tmp_path / "alone.styles.npz", synthetic_pack())
+    values = _solve(capsys, place, "--head", str(tmp_path / "alone.npz"))
+    assert len(values["styles"]) == 18
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["{place}", "--style", "disco"], "no style"),
+        (["{place}", "--head", "nobody"], "no head"),
+        (["{place}", "--head", "nowhere.npz"], "no style pack"),
+        (["{folder}/nothing.exr"], "nothing.exr"),
+        (["{folder}/text.hdr"], "text.hdr"),
+        (["{place}", "--front", "nan"], "finite"),
+        (["{place}", "--objective", "best"], "invalid choice"),
+        (["{place}", "--sheet", "{folder}/none/sheet.png"], "no folder"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_exit_code_2(
+    capsys: pytest.CaptureFixture[str],
+    head: str,
+    place: str,
+    tmp_path: Path,
+    words: list[str],
+    sentence: str,
+) -> None:
+    (tmp_path / "text.hdr").write_text("this is no picture")
+    before = sorted(tmp_path.rglob("*"))
+    filled = [word.format(place=place, folder=tmp_path) for word in words]
+    chosen = [] if "--head" in filled else ["--head", head]
+    try:
+        code = main(["solve", *filled, *chosen])
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    captured = capsys.readouterr()
+    assert code == 2
+    assert captured.out == ""
+    assert sentence in captured.err
+    assert len(captured.err.strip().splitlines()) == 1
+    assert "Traceback" not in captured.err
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_pack_of_another_transport_gives_no_sheet(
+    capsys: pytest.CaptureFixture[str], place: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "mixed.npz"
+    save_transport(path, lambert_sphere_transport())
+    save_pack(pack_path(path), synthetic_pack())
+    sheet = tmp_path / "sheet.png"
+    assert main(["solve", place, "--head", str(path), "--sheet", str(sheet)]) == 2
+    assert "another transport" in capsys.readouterr().err
+    assert not sheet.exists()

@@ -1,0 +1,40 @@
+"""The documentation points at what exists and speaks of this project alone."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from app.cli import COMMANDS
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = sorted(
+    [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), *(ROOT / "resources").rglob("*.md")]
+)
+LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_links_lead_somewhere(page: Path) -> None:
+    targets = LINK.findall(page.read_text(encoding="utf-8"))
+    local = [target for target in targets if "://" not in target and "mailto:" not in target]
+    assert not [target for target in local if not (page.parent / target).exists()]
+
+
+def test_readme_opens_with_what_it_does_and_shows_every_command() -> None:
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert text.index("how far to turn") < text.index("docs/images/sheet.png") < text.index("##")
+    for name in COMMANDS:
+        assert f"run.py {name}" in text
+    assert "\npython3 run.py\npython3 run.py test\n" in text
+
+
+def test_scenes_have_credits() -> None:
+    folder = ROOT / "resources" / "demo" / "scenes"
+    scenes = sorted(path.name for path in folder.iterdir() if path.suffix in {".exr", ".hdr"})
+    credited = re.findall(r"^\| `([^`]+)`", (folder / "CREDITS.md").read_text("utf-8"), re.M)
+    assert scenes == credited
+    assert len(scenes) == 8
+    assert "CC0" in (folder / "CREDITS.md").read_text("utf-8")

@@ -1,0 +1,92 @@
+"""Who may import whom: the contracts of pyproject.toml, and what an import really pulls in."""
+
+from __future__ import annotations
+
+import os
+import pkgutil
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import app.commands
+import app.core
+
+ROOT = Path(__file__).resolve().parents[2]
+
+# (module, what is planted there, the contract that must notice)
+LEAKS = [
+    ("core/search.py", "import PySide6.QtCore", "no Qt below the ui"),
+    ("commands/solve.py", "import pyqtgraph", "no Qt below the ui"),
+    ("core/environment_file.py", "import requests", "no network in core"),
+    ("core/solve.py", "import mitsuba", "the renderer is for baking only"),
+    ("core/styles.py", "import app.core.baking.scene", "the renderer is for baking only"),
+    ("core/colour.py", "import app.commands.solve", "command line above ui above devices"),
+]
+
+
+def contracts(folder: Path) -> subprocess.CompletedProcess[str]:
+    command = "from importlinter.cli import lint_imports_command as main; main()"
+    return subprocess.run(
+        [sys.executable, "-c", command, "--no-cache"],
+        cwd=folder,
+        env={**os.environ, "PYTHONUTF8": "1", "NO_COLOR": "1", "COLUMNS": "200"},
+        capture_output=True,
+        encoding="utf-8",
+        timeout=120,
+        check=False,
+    )
+
+
+def test_contracts_are_kept() -> None:
+    done = contracts(ROOT)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "0 broken" in done.stdout
+
+
+@pytest.mark.parametrize(("file", "leak", "contract"), LEAKS)
+def test_contracts_notice_a_leak_inside_a_function(
+    tmp_path: Path, file: str, leak: str, contract: str
+) -> None:
+    ignored = shutil.ignore_patterns("__pycache__", "_resources")
+    shutil.copytree(ROOT / "app", tmp_path / "app", ignore=ignored)
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    with (tmp_path / "app" / file).open("a", encoding="utf-8") as stream:
+        stream.write(f"\n\ndef leak() -> None:\n    {leak}\n")
+    done = contracts(tmp_path)
+    assert done.returncode == 1
+    broken = [line for line in done.stdout.splitlines() if line.rstrip().endswith("BROKEN")]
+    assert any(line.startswith(contract) for line in broken), done.stdout
+
+
+def modules() -> list[str]:
+    found = [
+        info.name
+        for package in (app.core, app.commands)
+        for info in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
+    ]
+    assert len(found) > 20
+    return found
+
+
+def test_nothing_heavy_comes_with_core_or_commands() -> None:
+    # A fresh interpreter: in this one other tests have imported what they need.
+    code = (
+        "import importlib, sys\n"
+        "heavy = {'PySide6', 'shiboken6', 'pyqtgraph', 'mitsuba', 'drjit', 'requests', 'scipy'}\n"
+        "for name in sys.argv[1:]:\n"
+        "    importlib.import_module(name)\n"
+        "    if found := heavy & set(sys.modules):\n"
+        "        sys.exit(f'{name} imports {sorted(found)}')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, *modules()],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")

@@ -1,0 +1,42 @@
+"""Writing pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+from app.core.errors import CoreError
+from app.core.files import atomic_write
+from app.core.images import write_exr, write_png
+
+
+def test_png_keeps_every_byte(tmp_path: Path) -> None:
+    picture = np.random.default_rng(0).integers(0, 256, (7, 9, 3), np.uint8)
+    atomic_write(tmp_path / "a.png", lambda path: write_png(path, picture, 192))
+    read = oiio.ImageBuf(str(tmp_path / "a.png"))
+    np.testing.assert_array_equal(read.get_pixels("uint8"), picture)
+    assert read.spec().get_float_attribute("XResolution") == pytest.approx(192, abs=1)
+
+
+def test_exr_keeps_every_float_and_the_channel_names(tmp_path: Path) -> None:
+    picture = np.random.default_rng(0).random((7, 9, 3)).astype(np.float32) * 1e6
+    atomic_write(tmp_path / "a.exr", lambda path: write_exr(path, picture))
+    read = oiio.ImageBuf(str(tmp_path / "a.exr"))
+    np.testing.assert_array_equal(read.get_pixels("float"), picture)
+    assert tuple(read.spec().channelnames) == ("R", "G", "B")
+
+
+def test_pictures_that_are_views_are_written_as_seen(tmp_path: Path) -> None:
+    picture = np.random.default_rng(0).integers(0, 256, (6, 8, 3), np.uint8)
+    write_png(tmp_path / "a.png", picture[::-1, ::2])
+    read = oiio.ImageBuf(str(tmp_path / "a.png")).get_pixels("uint8")
+    np.testing.assert_array_equal(read, picture[::-1, ::2])
+
+
+@pytest.mark.parametrize("name", ["missing/a.png", "a.unknown"])
+def test_what_cannot_be_written_is_said(tmp_path: Path, name: str) -> None:
+    with pytest.raises(CoreError, match="Cannot write"):
+        write_png(tmp_path / name, np.zeros((2, 2, 3), np.uint8))

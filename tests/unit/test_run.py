@@ -1,0 +1,281 @@
+"""What run.py does before Turnlight runs."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+FILE = Path(__file__).resolve().parents[2] / "run.py"
+
+
+@pytest.fixture
+def run() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("run_under_test", FILE)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+class Steps:
+    """An environment whose slow steps only leave what they would leave."""
+
+    def __init__(self, run: ModuleType, root: Path) -> None:
+        self.done: list[str] = []
+        for name in ("pyproject.toml", "constraints.txt"):
+            (root / name).write_text(name, encoding="utf-8")
+        self.environment = run.Environment(root)
+        self.environment.create = self.create
+        self.run = run
+
+    def create(self) -> None:
+        self.done.append("create")
+        self.environment.python.parent.mkdir(parents=True)
+        self.environment.python.write_text("")
+        library = "Lib" if os.name == "nt" else "lib/python3.11"
+        self.library = self.environment.folder / library / "site-packages"
+        self.library.mkdir(parents=True)
+
+    def follow(self, command: list[str], folder: Path) -> tuple[int, str]:
+        self.done.append(f"install {command[-1]}")
+        assert not self.environment.stamp.exists()
+        for name in ("numpy", "cv2", "__pycache__"):
+            (self.library / name).mkdir(exist_ok=True)
+        return 0, ""
+
+    def ensure(self, extra: str = "") -> list[str]:
+        self.done.clear()
+        assert self.environment.ensure(extra) == self.environment.python
+        return list(self.done)
+
+
+@pytest.fixture
+def steps(run: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Steps:
+    made = Steps(run, tmp_path)
+    monkeypatch.setattr(run, "follow", made.follow)
+    return made
+
+
+def test_first_start_installs_and_second_does_nothing(steps: Steps) -> None:
+    assert steps.ensure() == ["create", "install ."]
+    assert steps.ensure() == []
+
+
+def test_tests_add_what_they_need_and_it_stays(steps: Steps) -> None:
+    steps.ensure()
+    assert steps.ensure("test") == ["install .[test]"]
+    assert steps.ensure("test") == []
+    assert steps.ensure() == []
+
+
+@pytest.mark.parametrize("name", ["pyproject.toml", "constraints.txt"])
+def test_changed_requirements_are_installed_with_the_same_extras(steps: Steps, name: str) -> None:
+    steps.ensure("test")
+    (steps.environment.root / name).write_text("numpy==99", encoding="utf-8")
+    assert steps.ensure() == ["install .[test]"]
+    assert steps.ensure() == []
+
+
+@pytest.mark.parametrize(
+    "damage",
+    ["stamp missing", "stamp cut", "stamp odd", "no python", "no package", "moved", "a file"],
+)
+def test_damaged_environment_is_made_anew(
+    steps: Steps, damage: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    steps.ensure("test")
+    environment = steps.environment
+    stamp = environment.stamp.read_text(encoding="utf-8")
+    left = environment.folder / "left-over"
+    left.write_text("x")
+    match damage:
+        case "stamp missing":
+            environment.stamp.unlink()
+        case "stamp cut":
+            environment.stamp.write_text(stamp[:40], encoding="utf-8")
+        case "stamp odd":
+            environment.stamp.write_text(json.dumps([1, 2]), encoding="utf-8")
+        case "no python":
+            environment.python.unlink()
+        case "no package":
+            (steps.library / "numpy").rmdir()
+        case "moved":
+            changed: dict[str, Any] = json.loads(stamp)
+            changed["place"][0] += "-before"
+            environment.stamp.write_text(json.dumps(changed), encoding="utf-8")
+        case "a file":
+            environment.folder.rename(environment.root / "aside")
+            environment.folder.write_text("x")
+    assert steps.ensure() == ["create", "install ."]
+    assert not left.exists()
+    assert "damaged" in capsys.readouterr().err
+    assert steps.ensure() == []
+
+
+def test_failed_installation_leaves_no_stamp(
+    steps: Steps, monkeypatch: pytest.MonkeyPatch, run: ModuleType
+) -> None:
+    steps.ensure()
+    monkeypatch.setattr(run, "follow", lambda command, folder: (1, "No matching distribution"))
+    with pytest.raises(run.SetupError, match="not available"):
+        steps.environment.ensure("test")
+    assert not steps.environment.stamp.exists()
+
+
+@pytest.mark.parametrize(
+    ("output", "code", "words"),
+    [
+        ("... Failed to establish a new connection: [Errno -2]", 3, "Go online once"),
+        ("... [Errno 11001] getaddrinfo failed", 3, "Go online once"),
+        ("Temporary failure in name resolution\nNo matching distribution", 3, "Go online"),
+        ("OSError: [Errno 28] No space left on device", 2, "disk is full"),
+        ("ERROR: No matching distribution found for drjit", 2, "not available for this Python"),
+        ("ERROR: something else", 2, "reason stands above"),
+    ],
+)
+def test_failures_are_explained(run: ModuleType, output: str, code: int, words: str) -> None:
+    error = run.explain(output)
+    assert error.code == code
+    assert words in str(error)
+    assert "Traceback" not in str(error)
+
+
+@pytest.mark.parametrize("missing", ["venv", "ensurepip"])
+def test_python_without_venv(
+    run: ModuleType,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    missing: str,
+) -> None:
+    monkeypatch.setattr(run, "ROOT", tmp_path)
+    monkeypatch.setattr(
+        run.importlib.util, "find_spec", lambda name: None if name == missing else "there"
+    )
+    assert run.main(["styles"]) == 2
+    assert "sudo apt install python3-venv" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_old_python_is_told_in_words() -> None:
+    source = FILE.read_text(encoding="utf-8")
+    # Syntax that an older Python cannot read would hide the sentence.
+    ast.parse(source, feature_version=(3, 7))
+    code = f"import sys; sys.version_info = (3, 9, 2); exec(open({str(FILE)!r}).read())"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 2
+    assert "needs Python 3.11 or newer, and this is Python 3.9" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_standard_library_only() -> None:
+    tree = ast.parse(FILE.read_text(encoding="utf-8"))
+    names = {
+        (node.module or "") if isinstance(node, ast.ImportFrom) else alias.name
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for alias in node.names
+    }
+    assert {name.split(".")[0] for name in names} <= sys.stdlib_module_names
+
+
+class Calls:
+    """Records the commands that run.py starts, and gives the codes it is told to."""
+
+    def __init__(self, codes: list[int] | None = None) -> None:
+        self.commands: list[list[str]] = []
+        self.codes = codes or []
+
+    def __call__(self, command: list[str], folder: Path | None = None) -> int:
+        self.commands.append(command[1:])
+        return self.codes.pop(0) if self.codes else 0
+
+
+@pytest.fixture
+def ready(run: ModuleType, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    monkeypatch.setattr(run.Environment, "ensure", lambda self, extra: Path("py"))
+    return run
+
+
+def test_without_arguments_it_solves_the_bundled_scene(
+    ready: ModuleType,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    calls = Calls()
+    monkeypatch.setattr(ready, "call", calls)
+    monkeypatch.chdir(tmp_path)
+    assert ready.main([]) == 0
+    sheet = str(tmp_path / "turnlight-sheet.png")
+    assert calls.commands == [["-P", "-m", "app", "solve", str(ready.SCENE), "--sheet", sheet]]
+    assert sheet in capsys.readouterr().out
+    assert ready.SCENE.is_file()
+
+
+def test_everything_else_goes_to_turnlight_with_its_code(
+    ready: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls = Calls([130])
+    monkeypatch.setattr(ready, "call", calls)
+    assert ready.main(["solve", "my place.exr", "--json"]) == 130
+    assert calls.commands == [["-P", "-m", "app", "solve", "my place.exr", "--json"]]
+
+
+def test_test_runs_all_checks_and_pytest_last(
+    ready: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls = Calls([0, 0, 1, 0])
+    monkeypatch.setattr(ready, "call", calls)
+    assert ready.main(["test"]) == 1
+    assert [command[1] for command in calls.commands] == ["ruff", "ruff", "mypy", "pytest"]
+    assert "--check" in calls.commands[1]
+    assert "--cov" in calls.commands[-1]
+    assert calls.commands[-1][2:4] == ["-m", "not slow"]
+
+
+def test_slow_tests_alone_and_arguments_for_pytest(
+    ready: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls = Calls()
+    monkeypatch.setattr(ready, "call", calls)
+    assert ready.main(["test", "--slow", "-x"]) == 0
+    assert calls.commands == [["-m", "pytest", "-m", "slow", "-x"]]
+    calls.commands.clear()
+    ready.main(["test", "-k", "turn"])
+    assert calls.commands[-1] == ["-m", "pytest", "-m", "not slow", "-k", "turn"]
+
+
+def test_call_passes_codes_on(run: ModuleType) -> None:
+    assert run.call([sys.executable, "-c", "raise SystemExit(3)"]) == 3
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals as exit codes")
+def test_call_counts_a_signal_as_a_shell_does(run: ModuleType) -> None:
+    code = "import os, signal; os.kill(os.getpid(), signal.SIGTERM)"
+    assert run.call([sys.executable, "-c", code]) == 143
+
+
+def test_follow_shows_the_waits_and_hides_the_rest(
+    run: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code = "print('Collecting numpy'); print('  Downloading numpy (17 MB)'); raise SystemExit({})"
+    assert run.follow([sys.executable, "-c", code.format(0)], tmp_path)[0] == 0
+    assert capsys.readouterr().err == "  Downloading numpy (17 MB)\n"
+    code_and_output = run.follow([sys.executable, "-c", code.format(7)], tmp_path)
+    assert code_and_output == (7, "Collecting numpy\n  Downloading numpy (17 MB)\n")
+    assert "Collecting numpy" in capsys.readouterr().err
