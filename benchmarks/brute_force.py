@@ -13,11 +13,13 @@ import argparse
 import json
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stock import INDOORS, ROOT, generic_head, read_light, stock_picture  # isort: skip
+
+from typing import TYPE_CHECKING
 
 from app.core.baking.backend import select_variant
 from app.core.colour import luminance
@@ -27,6 +29,9 @@ from app.core.pack import StylePack, load_named_pack
 from app.core.solve import solve_all
 from app.core.transport import Transport, load_named
 from app.core.weights import target_weights
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 TURNS = 64
 SEEDS = 2
@@ -92,7 +97,7 @@ def compare(scenes: Path, work: Path, paths: int) -> dict[str, object]:
     pixels, face = transport.pixels, transport.face
     targets = luminance(np.asarray(pack.targets, np.float64)).reshape(len(pack.styles), -1)
     weights = np.stack([target_weights(t[pixels], face) for t in targets])
-    rows = []
+    rows: list[dict[str, Any]] = []
     for name in INDOORS:
         stem = Path(name).stem
         files = [[work / f"{stem}-{t:02d}-{s}.npy" for t in range(TURNS)] for s in range(SEEDS)]
@@ -120,7 +125,7 @@ def _pairs(
     weights: NDArray[np.float64],
     pack: StylePack,
     transport: Transport,
-) -> list[dict[str, object]]:
+) -> list[dict[str, Any]]:
     quality, match = curves(pictures, weights, transport.face)
     half = [curves(np.stack([p, p]), weights, transport.face)[0] for p in pictures]
     noise = np.sqrt(np.mean((half[0] - half[1]) ** 2, axis=1)) / 2 / np.ptp(quality, axis=1)
@@ -129,7 +134,7 @@ def _pairs(
         objective: solve_all(pack, grey, objective=objective, epsilon=0.0, min_strength=0.0)
         for objective in ("paper", "picture")
     }
-    rows: list[dict[str, object]] = []
+    rows: list[dict[str, Any]] = []
     for number, style in enumerate(pack.styles):
         turns = {key: results[number].turn_deg for key, results in chosen.items()}
         index = {key: round(turn / 360 * TURNS) % TURNS for key, turn in turns.items()}

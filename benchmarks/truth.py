@@ -12,13 +12,15 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stock import INDOORS, ROOT, generic_head, read_light, stock_picture  # isort: skip
+
+from typing import TYPE_CHECKING
 
 from app.core.baking.backend import select_variant
 from app.core.baking.points import vertex_points
@@ -28,6 +30,9 @@ from app.core.baking.skin import find_skin
 from app.core.baking.walk import scene_tables, trace_plainly
 from app.core.files import atomic_write_text
 from app.core.transport import Transport, load_named, load_transport, render
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 Float64 = NDArray[np.float64]
 SHAPE = (32, 64)
@@ -79,7 +84,9 @@ def compare(ours: Float64, one: Float64, two: Float64) -> dict[str, float]:
     }
 
 
-def against_stock(transport: Transport, scenes: Path, work: Path, paths: int) -> list[dict]:
+def against_stock(
+    transport: Transport, scenes: Path, work: Path, paths: int
+) -> list[dict[str, object]]:
     """Environments and lamps against ``volpathmis``."""
     head, camera = generic_head()
     lights = {Path(name).stem: read_light(scenes / name) for name in INDOORS}
@@ -89,9 +96,7 @@ def against_stock(transport: Transport, scenes: Path, work: Path, paths: int) ->
         references = [
             kept(
                 work / f"{name} {seed}.npy",
-                lambda light=light, seed=seed: stock_picture(
-                    head, camera, "medium", light, paths, seed
-                ),
+                partial(stock_picture, head, camera, "medium", light, paths, seed),
             ).reshape(-1, 3)[transport.pixels]
             for seed in range(2)
         ]
@@ -122,7 +127,7 @@ def plain_matrix(transport: Transport, work: Path, paths: int, seed: int) -> NDA
     return kept(work / f"plain-{paths}-{seed}.npy", trace)
 
 
-def against_plain(transport: Transport, work: Path, paths: int) -> list[dict]:
+def against_plain(transport: Transport, work: Path, paths: int) -> list[dict[str, object]]:
     """Twelve single texels against plain backward path tracing of the same scene."""
     chosen = [(r, c) for r in (6, 11, 16, 21) for c in (20, 32, 45)]
     flat = [r * SHAPE[1] + c for r, c in chosen]

@@ -47,15 +47,18 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         default="generic",
         help="generic, female, male, or a closed PLY or OBJ mesh: +Y up, +Z out of the face",
     )
-    parser.add_argument("--eyes", metavar="FILE", type=Path, help="eyes of a head file, PLY or OBJ")
+    parser.add_argument("--eyes", metavar="FILE", type=Path, help="eyes that belong to a head file")
     parser.add_argument(
-        "--unit", metavar="MM", type=float, default=100.0, help="millimetres per unit of the files"
+        "--unit", metavar="MM", type=float, default=100.0, help="millimetres per unit of a file"
     )
     parser.add_argument("--skin", metavar="NAME", default="medium", help="light, medium or dark")
     parser.add_argument("--env", metavar="WxH", default="64x32", help="texels of the environment")
     parser.add_argument("--image", metavar="N", type=int, default=100, help="pixels along one side")
     parser.add_argument(
-        "--quality", default="good", choices=("draft", "quick", "good", "best"), help="default: good"
+        "--quality",
+        default="good",
+        choices=("draft", "quick", "good", "best"),
+        help="default: good",
     )
     parser.add_argument("--variant", metavar="V", default="auto", help="auto, llvm, cuda or scalar")
     parser.add_argument("--seed", type=int, default=1, help="another seed, another noise")

@@ -7,23 +7,22 @@ ship, loads in milliseconds and multiplies faster than the full matrix.
 
 from __future__ import annotations
 
-import hashlib
-import io
 import json
-import zipfile
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.archive import digest, read_arrays
 from app.core.colour import LUMINANCE_WEIGHTS
 from app.core.errors import TransportError
 from app.core.files import atomic_write
 from app.core.paths import resources
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 __all__ = [
     "FORMAT_VERSION",
@@ -246,8 +245,8 @@ def save_transport(path: Path, transport: Transport) -> str:
     they stay far from the half's smallest numbers.
     """
     arrays = _stored_arrays(transport)
-    digest = _digest(arrays)
-    header = {**asdict(transport.header), "sha256": digest}
+    checksum = digest(arrays)
+    header = {**asdict(transport.header), "sha256": checksum}
     arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
 
     def write(target: Path) -> None:
@@ -255,7 +254,7 @@ def save_transport(path: Path, transport: Transport) -> str:
             np.savez(stream, allow_pickle=False, **arrays)
 
     atomic_write(path, write)
-    return digest
+    return checksum
 
 
 def load_transport(path: Path) -> Transport:
@@ -266,10 +265,10 @@ def load_transport(path: Path) -> Transport:
     TransportError
         If the file is missing, damaged, made by a newer version, or not a transport at all.
     """
-    arrays = _read_arrays(path)
-    header, digest = _parse_header(arrays.pop("header", None), path)
+    arrays = read_arrays(path, "transport", _AGAIN, _MAX_BYTES)
+    header, checksum = _parse_header(arrays.pop("header", None), path)
     try:
-        if _digest(arrays) != digest:
+        if digest(arrays) != checksum:
             raise TransportError(f"{path.name} is damaged: its checksum does not fit.", hint=_AGAIN)
         transport = Transport(
             header=header,
@@ -277,7 +276,7 @@ def load_transport(path: Path) -> Transport:
             coverage=np.asarray(arrays["coverage"], np.float32),
             pixel_basis=_scaled(arrays["pixel_basis"], arrays["scale"]),
             texel_basis=np.asarray(arrays["texel_basis"], np.float32),
-            digest=digest,
+            digest=checksum,
         )
     except (KeyError, ValueError, TypeError) as error:
         raise TransportError(f"{path.name} is not a transport.", hint=_AGAIN) from error
@@ -305,48 +304,24 @@ def _scaled(basis: NDArray[Any], scale: NDArray[Any]) -> Float32:
     return full
 
 
-def _digest(arrays: Mapping[str, NDArray[Any]]) -> str:
-    total = hashlib.sha256()
-    for name in sorted(arrays):
-        array = np.ascontiguousarray(arrays[name])
-        total.update(f"{name}{array.dtype.str}{array.shape}".encode())
-        total.update(array.data)
-    return total.hexdigest()
-
-
-def _read_arrays(path: Path) -> dict[str, NDArray[Any]]:
-    if not path.is_file():
-        raise TransportError(f"There is no transport at {path}.", hint=_AGAIN)
-    if path.stat().st_size > _MAX_BYTES:
-        raise TransportError(f"{path.name} is too large to be a transport.", hint=_AGAIN)
-    try:
-        raw = path.read_bytes()
-        with zipfile.ZipFile(io.BytesIO(raw)) as archive:
-            if sum(entry.file_size for entry in archive.infolist()) > _MAX_BYTES:
-                raise TransportError(f"{path.name} is too large to be a transport.", hint=_AGAIN)
-        with np.load(io.BytesIO(raw), allow_pickle=False) as stored:
-            return {name: stored[name] for name in stored.files}
-    except (OSError, ValueError, EOFError, KeyError, zipfile.BadZipFile) as error:
-        raise TransportError(f"{path.name} is damaged or not a transport.", hint=_AGAIN) from error
-
-
 def _parse_header(raw: NDArray[Any] | None, path: Path) -> tuple[TransportHeader, str]:
     try:
-        if raw is None:
-            raise ValueError("no header")
-        values = json.loads(raw.tobytes().decode())
+        values = {} if raw is None else json.loads(raw.tobytes().decode())
         version = int(values["format_version"])
-        if version > FORMAT_VERSION:
-            raise TransportError(
-                f"{path.name} was made by a newer Turnlight (format {version}).",
-                hint="Update Turnlight.",
-            )
-        digest = str(values["sha256"])
+        checksum = str(values["sha256"])
+    except (ValueError, TypeError, KeyError) as error:
+        raise TransportError(f"{path.name} is not a transport.", hint=_AGAIN) from error
+    if version > FORMAT_VERSION:
+        raise TransportError(
+            f"{path.name} was made by a newer Turnlight (format {version}).",
+            hint="Update Turnlight.",
+        )
+    try:
         known = {f.name for f in fields(TransportHeader)}
         values = {name: value for name, value in values.items() if name in known}
         values["environment"] = (int(values["environment"][0]), int(values["environment"][1]))
         values["luminance_weights"] = tuple(float(w) for w in values["luminance_weights"])
-        return TransportHeader(**values), digest
+        return TransportHeader(**values), checksum
     except (ValueError, TypeError, KeyError, IndexError) as error:
         raise TransportError(f"{path.name} is not a transport.", hint=_AGAIN) from error
 
@@ -363,7 +338,7 @@ def _check_shapes(transport: Transport, path: Path) -> None:
         and transport.pixel_basis.shape == (3, count, rank)
         and transport.texel_basis.shape == (rank, height * width)
         and count > 0
-        and 0 <= int(transport.pixels.min())
+        and int(transport.pixels.min()) >= 0
         and int(transport.pixels.max()) < header.picture**2
     )
     if not fits:

@@ -22,6 +22,7 @@ HEADS = resources() / "heads"
 def sphere(levels: int = 3) -> tuple[np.ndarray, np.ndarray]:
     """An icosphere of radius 10 cm."""
     golden = (1 + math.sqrt(5)) / 2
+    v: list[tuple[float, float, float]]
     v = [(-1, golden, 0), (1, golden, 0), (-1, -golden, 0), (1, -golden, 0)]
     v += [(0, -1, golden), (0, 1, golden), (0, -1, -golden), (0, 1, -golden)]
     v += [(golden, 0, -1), (golden, 0, 1), (-golden, 0, -1), (-golden, 0, 1)]

@@ -7,11 +7,13 @@ import importlib
 import logging
 import os
 import sys
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from app.core.errors import BakeError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 __all__ = ["VARIANTS", "find_llvm", "is_wavefront", "select_variant"]
 

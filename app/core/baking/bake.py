@@ -10,12 +10,11 @@ further columns.
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import zipfile
-from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +24,6 @@ from app.core.baking.exposure import MOMENTS, expose, shine
 from app.core.baking.points import Points, place_points
 from app.core.baking.reduction import compress, mirror_pixels, symmetrise
 from app.core.baking.scene import CAMERA_DISTANCE_M, Camera, HeadMesh, build_scene, frame_head
-from app.core.baking.skin import Skin
 from app.core.baking.walk import (
     PROFILE_BINS,
     SceneTables,
@@ -35,9 +33,15 @@ from app.core.baking.walk import (
     trace_pixels,
 )
 from app.core.files import atomic_write
-from app.core.progress import Report, Token
-from app.core.styles import Style
 from app.core.transport import Transport, TransportHeader
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from app.core.baking.skin import Skin
+    from app.core.progress import Report, Token
+    from app.core.styles import Style
 
 __all__ = ["QUALITIES", "Baked", "Quality", "bake"]
 
@@ -341,7 +345,7 @@ def _finish(
 
 def _targets(styles: Sequence[Style], pictures: Float32) -> Float32:
     ends = np.cumsum([0, *(len(style.lamps) for style in styles)])
-    spans = zip(ends[:-1], ends[1:], strict=True)
+    spans = itertools.pairwise(ends)
     return np.stack([pictures[:, begin:end].sum(axis=1) for begin, end in spans])
 
 

@@ -7,15 +7,19 @@ studio styles are columns of their lamps. Everything else in baking treats them 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.baking.scene import MILLIMETRES_PER_UNIT
-from app.core.styles import StyleLamp
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from app.core.styles import StyleLamp
 
 __all__ = ["Columns", "LampColumns", "TexelColumns"]
 

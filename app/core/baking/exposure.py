@@ -8,14 +8,17 @@ combination of those moments.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from app.core.baking.columns import Columns
-from app.core.baking.points import Points
 from app.core.baking.walk import random_lanes
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from app.core.baking.columns import Columns
+    from app.core.baking.points import Points
 
 __all__ = ["MOMENTS", "expose", "shine"]
 

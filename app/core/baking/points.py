@@ -8,13 +8,16 @@ in the dark, so faces there get a finer grid of their own.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.baking.columns import TexelColumns
-from app.core.baking.scene import HeadMesh
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from app.core.baking.scene import HeadMesh
 
 __all__ = ["Points", "place_points", "vertex_points"]
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.columns import TexelColumns
+if TYPE_CHECKING:
+    from app.core.baking.columns import TexelColumns
 
 __all__ = ["compress", "mirror_pixels", "symmetrise", "texel_noise"]
 

@@ -7,14 +7,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.baking.skin import EYE_COAT, Coat, Skin
 from app.core.errors import BakeError, HeadError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
 
 __all__ = ["Camera", "HeadMesh", "Mesh", "build_scene", "export_scene", "frame_head", "load_head"]
 

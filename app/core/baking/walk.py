@@ -13,14 +13,17 @@ to be found by chance; how much light reaches a point from each direction is fou
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from app.core.baking.points import Points
 from app.core.baking.scene import MILLIMETRES_PER_UNIT, HeadMesh
-from app.core.baking.skin import Skin
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from app.core.baking.points import Points
+    from app.core.baking.skin import Skin
 
 __all__ = [
     "PROFILE_BINS",
