@@ -36,7 +36,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         Where commands are added.
     """
     parser = subparsers.add_parser(
-        "render", help="picture of the head under an environment", description=__doc__
+        "render",
+        help="picture of the head under an environment",
+        description="Render the head under an HDR panorama at any turn.",
     )
     parser.add_argument("env", metavar="ENV", type=Path, help="HDR panorama (.exr or .hdr)")
     parser.add_argument(

@@ -25,7 +25,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         Where commands are added.
     """
     parser = subparsers.add_parser(
-        "styles", help="list the styles and their lamps", description=__doc__
+        "styles",
+        help="list the styles and their lamps",
+        description="List the lighting styles and where their lamps stand.",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=run)

@@ -14,48 +14,10 @@ from app.core.baking.skin import SKINS, dipole_reflectance, find_skin
 from app.core.errors import BakeError, Cancelled, HeadError
 from app.core.paths import resources
 from app.core.progress import Token
+from tests.helpers.meshes import sphere, write_obj
 
 needs_llvm = pytest.mark.skipif(find_llvm() is None, reason="needs LLVM 16 or newer")
 HEADS = resources() / "heads"
-
-
-def sphere(levels: int = 3) -> tuple[np.ndarray, np.ndarray]:
-    """An icosphere of radius 10 cm."""
-    golden = (1 + math.sqrt(5)) / 2
-    v: list[tuple[float, float, float]]
-    v = [(-1, golden, 0), (1, golden, 0), (-1, -golden, 0), (1, -golden, 0)]
-    v += [(0, -1, golden), (0, 1, golden), (0, -1, -golden), (0, 1, -golden)]
-    v += [(golden, 0, -1), (golden, 0, 1), (-golden, 0, -1), (-golden, 0, 1)]
-    f = [(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11), (1, 5, 9), (5, 11, 4)]
-    f += [(11, 10, 2), (10, 7, 6), (7, 1, 8), (3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8)]
-    f += [(3, 8, 9), (4, 9, 5), (2, 4, 11), (6, 2, 10), (8, 6, 7), (9, 8, 1)]
-    points = [np.array(p, float) / np.linalg.norm(p) for p in v]
-    faces = f
-    for _ in range(levels):
-        middle: dict[tuple[int, int], int] = {}
-
-        def halve(a: int, b: int, middle: dict[tuple[int, int], int] = middle) -> int:
-            key = (min(a, b), max(a, b))
-            if key not in middle:
-                p = points[a] + points[b]
-                middle[key] = len(points)
-                points.append(p / np.linalg.norm(p))
-            return middle[key]
-
-        finer = []
-        for a, b, c in faces:
-            ab, bc, ca = halve(a, b), halve(b, c), halve(c, a)
-            finer += [(a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca)]
-        faces = finer
-    return np.array(points, np.float32), np.array(faces, np.uint32)
-
-
-def write_obj(path: Path, vertices: np.ndarray, faces: np.ndarray) -> Path:
-    """Write a mesh as OBJ."""
-    lines = [f"v {x:.7f} {y:.7f} {z:.7f}" for x, y, z in vertices]
-    lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces]
-    path.write_text("\n".join(lines) + "\n")
-    return path
 
 
 def test_dipole_gives_the_published_reflectance_of_skin1() -> None:
@@ -174,6 +136,7 @@ class TestWithMitsuba:
         total = trace_plainly(tables, middle, 20_000, 1, (8, 16)).sum(axis=1)
         assert total == pytest.approx(np.ones((2, 3)), abs=0.03)
 
+    @pytest.mark.slow
     def test_product_equals_plain_path_tracing(self, tmp_path: Path) -> None:
         from app.core.baking.bake import Quality, bake
         from app.core.baking.points import vertex_points
@@ -229,6 +192,7 @@ class TestWithMitsuba:
         hit = two[8:20, 8:16]
         assert hit.mean() < 0.9
 
+    @pytest.mark.slow
     def test_a_stopped_bake_goes_on_and_ends_the_same(self, tmp_path: Path) -> None:
         from app.core.baking.bake import Quality, bake
         from app.core.baking.scene import load_head

@@ -10,20 +10,21 @@ further columns.
 from __future__ import annotations
 
 import hashlib
-import itertools
 import json
-import zipfile
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.baking.backend import is_wavefront
 from app.core.baking.columns import Columns, LampColumns, TexelColumns
-from app.core.baking.exposure import MOMENTS, expose, shine
+from app.core.baking.exposure import expose, shine
+from app.core.baking.lanes import Watch, at_once, part_of, run_lanes, unwatched
 from app.core.baking.points import Points, place_points
 from app.core.baking.reduction import compress, mirror_pixels, symmetrise
 from app.core.baking.scene import CAMERA_DISTANCE_M, Camera, HeadMesh, build_scene, frame_head
+from app.core.baking.shelf import Keep, Shelf, no_keep
 from app.core.baking.walk import (
     PROFILE_BINS,
     SceneTables,
@@ -31,8 +32,8 @@ from app.core.baking.walk import (
     lean_scale,
     scene_tables,
     trace_pixels,
+    trace_profile,
 )
-from app.core.files import atomic_write
 from app.core.transport import Transport, TransportHeader
 
 if TYPE_CHECKING:
@@ -45,12 +46,15 @@ if TYPE_CHECKING:
 
 __all__ = ["QUALITIES", "Baked", "Quality", "bake"]
 
-Float32 = NDArray[np.float32]
+Float32: TypeAlias = NDArray[np.float32]
 _BATCH_PATHS = 1 << 22
 _BATCH_PIXELS = 96
+_PROFILE_PIXELS = 1000
 _PROFILE_PATHS = 512
 _COVER_STEPS = 16
 _LAYOUT = 4
+# A path through the skin takes about as long as this many shadow rays; for the time left only.
+_RAYS_IN_PATH = 50
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,17 +104,72 @@ class Baked:
 
 @dataclass(frozen=True, slots=True)
 class _Job:
-    """Everything that stays the same from batch to batch."""
+    """Everything that stays the same from part to part."""
 
     scene: Any
     tables: SceneTables
     points: Points
-    camera: Camera
-    columns: tuple[Columns, ...]
-    light: tuple[Float32, Float32, Float32]
-    lean_scale: NDArray[np.float64]
+    picture: int
+    pixels: NDArray[np.int32]
+    texels: TexelColumns
+    lamps: LampColumns | None
     quality: Quality
     seed: int
+
+    @property
+    def columns(self) -> tuple[Columns, ...]:
+        """The columns of the matrix: texels first, then lamps."""
+        return (self.texels,) if self.lamps is None else (self.texels, self.lamps)
+
+    @property
+    def shadows(self) -> tuple[int, ...]:
+        """Shadow rays along each side of a column, for texels and lamps."""
+        # A lamp is one column among thousands of texels: it can have many more rays.
+        return (self.quality.shadows, 4 * self.quality.shadows)[: len(self.columns)]
+
+    @property
+    def shadow_rays(self) -> tuple[int, ...]:
+        """Shadow rays from each point to all texels, and to all lamps."""
+        both = zip(self.columns, self.shadows, strict=True)
+        return tuple(columns.count * side**2 for columns, side in both)
+
+    @property
+    def count(self) -> int:
+        """Number of all columns."""
+        return sum(columns.count for columns in self.columns)
+
+
+@dataclass(frozen=True, slots=True)
+class _Light:
+    """What reaches the skin, and how the skin takes it.
+
+    Attributes
+    ----------
+    entering : three (V, columns) float32
+        Light that enters the skin at each point from each column, for each channel.
+    slant : (3, 3, columns) float32
+        What the lean of a pixel's share counts: [channel, axis].
+    """
+
+    entering: tuple[Float32, ...]
+    slant: Float32
+
+
+@dataclass(frozen=True, slots=True)
+class _Progress:
+    """Where the parts of a bake report to, and ask whether to go on."""
+
+    report: Report
+    token: Token
+
+    def part(self, start: float, stop: float, message: str) -> Watch:
+        """Watch of a part that takes progress from `start` to `stop`."""
+
+        def watch(share: float) -> None:
+            self.report(share, message)
+            self.token.check()
+
+        return part_of(watch, start, stop)
 
 
 def bake(
@@ -140,7 +199,7 @@ def bake(
     quality : Quality
     seed : int
     work : Path
-        Folder for finished batches; a bake that was stopped goes on from there.
+        Folder for finished parts; a bake that was stopped goes on from there.
     report, token
         Progress and cancellation.
 
@@ -155,134 +214,158 @@ def bake(
     Cancelled
         If `token` says so.
     """
-    camera = frame_head(head, picture)
-    scene = build_scene(head, skin, camera)
-    report(0.0, "Looking at the head")
-    covered = _coverage(scene, camera)
-    pixels = np.flatnonzero(covered > 0).astype(np.int32)
-    points = place_points(scene, head, seed)
-    tables = scene_tables(scene, head, skin, points, picture)
     lamps = [lamp for style in styles for lamp in style.lamps]
-    texels = TexelColumns(*environment)
-    columns: tuple[Columns, ...] = (texels,)
-    if lamps:
-        columns = (texels, LampColumns(lamps, head.eye_point))
-    report(0.01, "Measuring where light reaches the skin")
-    some = pixels[:: max(1, len(pixels) // 1000)]
-    profile = fit_profile(_look(tables, some, seed))
-    light = _light(scene, points, columns, profile, quality, seed, token)
-    scale = lean_scale(profile)
-    job = _Job(scene, tables, points, camera, columns, light, scale, quality, seed)
-    folder = work / _key(head, skin, camera, environment, quality, seed, lamps)
-    matrix = np.empty((len(pixels), texels.count + len(lamps), 3), np.float32)
-    for start, stop in _batches(len(pixels), quality.paths):
-        report(0.1 + 0.85 * start / len(pixels), "Following light through the skin")
-        token.check()
-        matrix[start:stop] = _resumable(job, pixels[start:stop], folder / f"{start}.npz", start)
+    camera = frame_head(head, picture)
+    shelf = Shelf(work / _key(head, skin, camera, environment, quality, seed, lamps))
+    progress = _Progress(report, token)
+    scene = build_scene(head, skin, camera)
+    looking = progress.part(0.0, 0.01, "Looking at the head")
+    covered = _coverage(scene, picture, part_of(looking, 0.0, 0.5))
+    points = place_points(
+        scene,
+        head,
+        seed,
+        keep=_light_shelf(shelf, "sky"),
+        watch=part_of(looking, 0.5, 1.0),
+    )
+    job = _Job(
+        scene=scene,
+        tables=scene_tables(scene, head, skin, points, picture),
+        points=points,
+        picture=picture,
+        pixels=np.flatnonzero(covered > 0).astype(np.int32),
+        texels=TexelColumns(*environment),
+        lamps=LampColumns(lamps, head.eye_point) if lamps else None,
+        quality=quality,
+        seed=seed,
+    )
+    matrix = _matrix(job, shelf, progress)
     report(0.95, "Compressing")
-    baked = _finish(head, skin, styles, camera, covered, pixels, matrix, texels, quality, seed)
-    _tidy(folder)
-    return baked
+    transport = _finish(head, skin, camera, covered, job, matrix)
+    shelf.clear()
+    return Baked(transport, _targets(styles, matrix[:, job.texels.count :]))
 
 
-def _coverage(scene: Any, camera: Camera) -> Float32:
+def _light_shelf(shelf: Shelf, prefix: str) -> Keep:
+    """Where measured light goes: it takes room, and a wavefront finds it again in no time."""
+    import mitsuba as mi
+
+    return no_keep if is_wavefront(mi) else shelf.prefixed(prefix)
+
+
+def _coverage(scene: Any, size: int, watch: Watch = unwatched) -> Float32:
     """Share of each pixel that the head covers, (N * N,), on a symmetric grid of rays."""
     import drjit as dr
     import mitsuba as mi
 
-    side = camera.size * _COVER_STEPS
-    index = dr.arange(mi.UInt32, side * side)
-    film = mi.Point2f((mi.Float(index % side) + 0.5) / side, (mi.Float(index // side) + 0.5) / side)
-    ray, _ = scene.sensors()[0].sample_ray(0.0, 0.5, film, mi.Point2f(0.5))
-    hit = np.array(scene.ray_test(ray)).reshape(camera.size, _COVER_STEPS, camera.size, -1)
-    covered: Float32 = hit.mean(axis=(1, 3), dtype=np.float32).ravel()
+    side = size * _COVER_STEPS
+    sensor = scene.sensors()[0]
+
+    def kernel(lane: Any, rng: Any) -> tuple[Any, ...]:
+        del rng
+        column, row = mi.Float(lane % side), mi.Float(lane // side)
+        film = mi.Point2f((column + 0.5) / side, (row + 0.5) / side)
+        ray, _ = sensor.sample_ray(0.0, 0.5, film, mi.Point2f(0.5))
+        return (dr.select(scene.ray_test(ray), mi.Float(1), mi.Float(0)),)
+
+    (hit,) = run_lanes(side * side, 0, kernel, watch)
+    grid = hit.reshape(size, _COVER_STEPS, size, _COVER_STEPS)
+    covered: Float32 = grid.mean(axis=(1, 3)).ravel()
     return covered
 
 
-def _look(tables: SceneTables, pixels: NDArray[np.int32], seed: int) -> NDArray[np.float64]:
-    """Exit profile of the skin, from a few paths of some pixels."""
-    total = np.zeros((PROFILE_BINS, 3))
-    for start in range(0, len(pixels), _BATCH_PIXELS):
-        part = pixels[start : start + _BATCH_PIXELS]
-        total += trace_pixels(tables, part, _PROFILE_PATHS, seed + 999 + start).profile
-    return total
+def _matrix(job: _Job, shelf: Shelf, progress: _Progress) -> Float32:
+    """Rows of the transport for all pixels, (P, columns, 3)."""
+    middle = 0.02 + 0.93 * _light_share(job)
+    measuring = "Measuring where light reaches the skin"
+    profile = _profile(job, shelf, progress.part(0.01, 0.02, measuring))
+    light = _light(job, profile, shelf, progress.part(0.02, middle, measuring))
+    matrix = np.empty((len(job.pixels), job.count, 3), np.float32)
+    following = progress.part(middle, 0.95, "Following light through the skin")
+    for start, stop in _batches(len(matrix), job.quality.paths):
+        watch = part_of(following, start / len(matrix), stop / len(matrix))
+        watch(0.0)
+
+        def batch(start: int = start, stop: int = stop, watch: Watch = watch) -> Float32:
+            return _batch(job, light, start, stop, watch)
+
+        matrix[start:stop] = shelf.keep(str(start), (stop - start, *matrix.shape[1:]), batch)
+    return matrix
 
 
-def _light(
-    scene: Any,
-    points: Points,
-    columns: Sequence[Columns],
-    profile: NDArray[np.float64],
-    quality: Quality,
-    seed: int,
-    token: Token,
-) -> tuple[Float32, Float32, Float32]:
-    """Light that enters the skin at each point from each column, (V, columns) per channel."""
-    parts = []
-    for number, column in enumerate(columns):
-        token.check()
-        # A lamp is one column among thousands of texels: it can have many more rays.
-        samples = quality.shadows if number == 0 else 4 * quality.shadows
-        moments = expose(scene, points, column, samples, seed + number)
-        weights = profile.astype(np.float32)
-        parts.append([sum(weights[c, m] * moments[m] for m in range(MOMENTS)) for c in range(3)])
-    r, g, b = (np.concatenate([part[c] for part in parts], axis=1) for c in range(3))
-    return r, g, b
+def _light_share(job: _Job) -> float:
+    """About which share of the work it is to measure the light, for the time left."""
+    light = job.points.count * sum(job.shadow_rays)
+    paths = len(job.pixels) * job.quality.paths * _RAYS_IN_PATH
+    glints = len(job.pixels) * job.quality.glints * job.count
+    return light / (light + paths + glints)
+
+
+def _profile(job: _Job, shelf: Shelf, watch: Watch) -> NDArray[np.float64]:
+    """Exit profile of the skin as fitted, (3, MOMENTS), from a few paths of some pixels."""
+    some = job.pixels[:: max(1, len(job.pixels) // _PROFILE_PIXELS)]
+
+    def trace() -> Float32:
+        total = np.zeros((PROFILE_BINS, 3))
+        for start in range(0, len(some), _BATCH_PIXELS):
+            part = some[start : start + _BATCH_PIXELS]
+            watching = part_of(watch, start / len(some), (start + len(part)) / len(some))
+            total += trace_profile(
+                job.tables, part, _PROFILE_PATHS, job.seed + 999 + start, watching
+            )
+        return total.astype(np.float32)
+
+    return fit_profile(shelf.keep("profile", (PROFILE_BINS, 3), trace).astype(np.float64))
+
+
+def _light(job: _Job, profile: NDArray[np.float64], shelf: Shelf, watch: Watch) -> _Light:
+    """Measure the light of all columns at all points."""
+    parts, weights = [], profile.astype(np.float32)
+    ends = np.cumsum([0, *job.shadow_rays]) / sum(job.shadow_rays)
+    for number, columns in enumerate(job.columns):
+        moments = expose(
+            job.scene,
+            job.points,
+            columns,
+            job.shadows[number],
+            job.seed + number,
+            keep=_light_shelf(shelf, f"light{number}"),
+            watch=part_of(watch, ends[number], ends[number + 1]),
+        )
+        parts.append([sum(a * one for a, one in zip(row, moments, strict=True)) for row in weights])
+    directions = np.concatenate([columns.directions() for columns in job.columns])
+    return _Light(
+        entering=tuple(np.concatenate(channel, axis=1) for channel in zip(*parts, strict=True)),
+        slant=lean_scale(profile).astype(np.float32)[:, None, None] * directions.T,
+    )
 
 
 def _batches(pixels: int, paths: int) -> Iterator[tuple[int, int]]:
-    step = max(1, min(_BATCH_PIXELS, _BATCH_PATHS // paths))
+    step = max(1, min(_BATCH_PIXELS, at_once(_BATCH_PATHS) // paths))
     for start in range(0, pixels, step):
         yield start, min(start + step, pixels)
 
 
-def _resumable(job: _Job, pixels: NDArray[np.int32], file: Path, start: int) -> Float32:
-    try:
-        with np.load(file, allow_pickle=False) as stored:
-            done: Float32 = stored["matrix"]
-        if done.shape == (len(pixels), sum(c.count for c in job.columns), 3):
-            return done
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
-        pass
-    matrix = _batch(job, pixels, start)
-    file.parent.mkdir(parents=True, exist_ok=True)
-
-    def write(target: Path) -> None:
-        with target.open("wb") as stream:
-            np.savez(stream, allow_pickle=False, matrix=matrix)
-
-    atomic_write(file, write)
-    return matrix
-
-
-def _batch(job: _Job, pixels: NDArray[np.int32], start: int) -> Float32:
+def _batch(job: _Job, light: _Light, start: int, stop: int, watch: Watch) -> Float32:
     """Rows of the transport for some pixels, (n, columns, 3)."""
-    gathered = trace_pixels(job.tables, pixels, job.quality.paths, job.seed * 1_000_003 + start)
+    pixels, seed = job.pixels[start:stop], job.seed * 1_000_003 + start
+    first, last = part_of(watch, 0.0, 0.5), part_of(watch, 0.5, 1.0)
+    gathered = trace_pixels(job.tables, pixels, job.quality.paths, seed, first)
     used = np.flatnonzero(gathered.share.any(axis=(0, 2)))
-    share = gathered.share[:, used]
+    share, lean = gathered.share[:, used], gathered.lean[:, used]
+    glints = job.quality.glints
     matrix = np.concatenate(
         [
-            shine(
-                job.scene,
-                job.tables.sensor,
-                job.camera.size,
-                pixels,
-                column,
-                job.quality.glints,
-                job.seed * 1_000_003 + start,
-            )
-            for column in job.columns
+            shine(job.scene, job.picture, pixels, columns, glints, seed, last)
+            for columns in job.columns
         ],
         axis=1,
     )
-    directions = np.concatenate([column.directions() for column in job.columns])
-    lean = gathered.lean[:, used]
-    for channel in range(3):
-        light = job.light[channel][used]
-        matrix[:, :, channel] += share[:, :, channel] @ light
-        for axis in range(3):
-            slant = directions[:, axis] * np.float32(job.lean_scale[channel])
-            matrix[:, :, channel] += (lean[:, :, axis, channel] @ light) * slant
+    for channel, everywhere in enumerate(light.entering):
+        entering = everywhere[used]
+        matrix[:, :, channel] += share[:, :, channel] @ entering
+        for axis, slant in enumerate(light.slant[channel]):
+            matrix[:, :, channel] += (lean[:, :, axis, channel] @ entering) * slant
     return matrix
 
 
@@ -306,54 +389,37 @@ def _key(
 
 
 def _finish(
-    head: HeadMesh,
-    skin: Skin,
-    styles: Sequence[Style],
-    camera: Camera,
-    covered: Float32,
-    pixels: NDArray[np.int32],
-    matrix: Float32,
-    texels: TexelColumns,
-    quality: Quality,
-    seed: int,
-) -> Baked:
-    coverage, pictures, full = covered[pixels], matrix[:, texels.count :], matrix[:, : texels.count]
-    noise = float("nan")
+    head: HeadMesh, skin: Skin, camera: Camera, covered: Float32, job: _Job, matrix: Float32
+) -> Transport:
+    """Symmetrise, compress and describe the columns of the texels."""
+    coverage, full, noise = covered[job.pixels], matrix[:, : job.texels.count], float("nan")
     if head.symmetric:
-        twin = mirror_pixels(pixels, camera.size)
-        full, noise = symmetrise(full, twin, texels)
+        twin = mirror_pixels(job.pixels, camera.size)
+        full, noise = symmetrise(full, twin, job.texels)
         coverage = np.float32(0.5) * (coverage + coverage[twin])
-    pixel_basis, texel_basis, truncation = compress(full, texels, quality.rank)
+    pixel_basis, texel_basis, truncation = compress(full, job.texels, job.quality.rank)
     header = TransportHeader(
         head=head.name,
         skin=skin.name,
-        environment=(texels.height, texels.width),
+        environment=(job.texels.height, job.texels.width),
         picture=camera.size,
         rank=len(texel_basis),
         fov_deg=camera.fov_deg,
         distance_m=CAMERA_DISTANCE_M,
-        paths_per_pixel=quality.paths,
-        seed=seed,
+        paths_per_pixel=job.quality.paths,
+        seed=job.seed,
         noise=noise,
         truncation=truncation,
         symmetric=head.symmetric,
     )
-    transport = Transport(header, pixels, coverage, pixel_basis, texel_basis)
-    targets = _targets(styles, pictures) if styles else np.empty((0, len(pixels), 3), np.float32)
-    return Baked(transport, targets)
+    return Transport(header, job.pixels, coverage, pixel_basis, texel_basis)
 
 
 def _targets(styles: Sequence[Style], pictures: Float32) -> Float32:
-    ends = np.cumsum([0, *(len(style.lamps) for style in styles)])
-    spans = itertools.pairwise(ends)
-    return np.stack([pictures[:, begin:end].sum(axis=1) for begin, end in spans])
-
-
-def _tidy(folder: Path) -> None:
-    for file in folder.glob("*.npz"):
-        file.unlink(missing_ok=True)
-    for path in (folder, folder.parent):
-        try:
-            path.rmdir()
-        except OSError:
-            return
+    """Pictures of the styles, (S, P, 3), from those of all their lamps, (P, lamps, 3)."""
+    targets = np.empty((len(styles), len(pictures), 3), np.float32)
+    end = 0
+    for target, style in zip(targets, styles, strict=True):
+        begin, end = end, end + len(style.lamps)
+        pictures[:, begin:end].sum(axis=1, out=target)
+    return targets

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from app.core.baking.lanes import Table
 from app.core.baking.scene import MILLIMETRES_PER_UNIT
 
 if TYPE_CHECKING:
@@ -41,19 +42,19 @@ class Columns(Protocol):
 
         Parameters
         ----------
-        column : drjit UInt32
+        column : UInt32
         position : mitsuba Point3f
             Scene units, head frame.
-        s, t : drjit Float
+        s, t : Float
             In [0, 1); uniform values cover the column's area evenly.
 
         Returns
         -------
         direction : mitsuba Vector3f
             Unit vector towards the light.
-        distance : drjit Float
+        distance : Float
             How far it is, scene units.
-        weight : drjit Float
+        weight : Float
             Radiance times solid angle (steradian) that the whole column has at the position, as
             this place of it has it.
         """
@@ -116,54 +117,40 @@ class LampColumns:
         )
         side = np.cross(toward, [0.0, 1.0, 1e-3])
         side /= np.linalg.norm(side, axis=1, keepdims=True)
-        self._axes = toward, side, np.cross(side, toward)
-        self._centres = np.array(eye_point) + toward * distance[:, None]
-        self._radius = radius
+        self._directions = toward.astype(np.float32)
+        self._axes = tuple(Table(axis) for axis in (toward, side, np.cross(side, toward)))
+        self._centres = Table(np.array(eye_point) + toward * distance[:, None])
+        self._radius = Table(radius)
         # Radiance times area, so that the weight below is irradiance-like: E = L A / d^2 = power.
-        self._intensity = np.array([lamp.power for lamp in lamps]) * distance**2
+        self._intensity = Table(np.array([lamp.power for lamp in lamps]) * distance**2)
 
     @property
     def count(self) -> int:
         """Number of lamps."""
-        return len(self._radius)
+        return len(self._directions)
 
     def directions(self) -> NDArray[np.float32]:
         """See `Columns.directions`."""
-        return self._axes[0].astype(np.float32)
+        return self._directions
 
     def sample(self, column: Any, position: Any, s: Any, t: Any) -> tuple[Any, Any, Any]:
         """See `Columns.sample`."""
         import drjit as dr
         import mitsuba as mi
 
-        toward, side, over = (_vectors(axis, column) for axis in self._axes)
+        toward, side, over = (axis.take(column) for axis in self._axes)
         disc = mi.warp.square_to_uniform_disk_concentric(mi.Point2f(s, t))
-        radius = _scalars(self._radius, column)
-        place = _vectors(self._centres, column) + (side * disc.x + over * disc.y) * radius
+        radius = self._radius.take(column)
+        place = self._centres.take(column) + (side * disc.x + over * disc.y) * radius
         offset = place - position
         squared = dr.squared_norm(offset)
         distance = dr.sqrt(squared)
         direction = offset / distance
         facing = dr.maximum(0, dr.dot(direction, toward))
-        return direction, distance, _scalars(self._intensity, column) * facing / squared
+        return direction, distance, self._intensity.take(column) * facing / squared
 
 
 def _direction(lamp: StyleLamp) -> tuple[float, float, float]:
     azimuth, elevation = math.radians(lamp.azimuth_deg), math.radians(lamp.elevation_deg)
     level = math.cos(elevation)
     return math.sin(azimuth) * level, math.sin(elevation), math.cos(azimuth) * level
-
-
-def _scalars(values: NDArray[np.float64], index: Any) -> Any:
-    import drjit as dr
-    import mitsuba as mi
-
-    return dr.gather(mi.Float, mi.Float(values.astype(np.float32)), index)
-
-
-def _vectors(values: NDArray[np.float64], index: Any) -> Any:
-    import drjit as dr
-    import mitsuba as mi
-
-    flat = np.ascontiguousarray(values, np.float32).ravel()
-    return dr.gather(mi.Vector3f, mi.Float(flat), index)

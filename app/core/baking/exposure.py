@@ -8,20 +8,32 @@ combination of those moments.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from app.core.baking.walk import random_lanes
+from app.core.baking.lanes import (
+    Table,
+    Tally,
+    Watch,
+    at_once,
+    negate,
+    part_of,
+    run_lanes,
+    unwatched,
+)
+from app.core.baking.shelf import Keep, no_keep
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from collections.abc import Callable
 
     from app.core.baking.columns import Columns
     from app.core.baking.points import Points
 
 __all__ = ["MOMENTS", "expose", "shine"]
 
+Float32: TypeAlias = NDArray[np.float32]
 MOMENTS = 3
 _OFFSET = 1e-3
 _LANES = 1 << 21
@@ -29,8 +41,15 @@ _SHORT_OF_LAMP = 0.999
 
 
 def expose(
-    scene: Any, points: Points, columns: Columns, samples: int, seed: int
-) -> NDArray[np.float32]:
+    scene: Any,
+    points: Points,
+    columns: Columns,
+    samples: int,
+    seed: int,
+    *,
+    keep: Keep = no_keep,
+    watch: Watch = unwatched,
+) -> Float32:
     """Integrate visibility times powers of the cosine of incidence over each column.
 
     Parameters
@@ -41,111 +60,57 @@ def expose(
     samples : int
         Shadow rays along each side of a column; their square is shot.
     seed : int
+    keep : Keep
+        Where finished pieces go.
+    watch : Watch
 
     Returns
     -------
     (MOMENTS, V, columns) float32
         ``[m]`` is the integral of L V mu^(m + 1), radiance times steradian.
     """
-    import drjit as dr
-    import mitsuba as mi
+    out = np.empty((MOMENTS, points.count, columns.count), np.float32)
+    step = max(1, at_once(_LANES) // columns.count)
+    for start in range(0, points.count, step):
+        stop = min(start + step, points.count)
 
-    total = len(points.positions)
-    out = np.empty((MOMENTS, total, columns.count), np.float32)
-    step = max(1, _LANES // columns.count)
-    for start in range(0, total, step):
-        stop = min(start + step, total)
-        lanes = (stop - start) * columns.count
-        index = dr.arange(mi.UInt32, lanes)
-        vertex, column = index // columns.count, index % columns.count
-        position = _gather3(points.positions[start:stop], vertex)
-        normal = _gather3(points.normals[start:stop], vertex)
-        rng = random_lanes(lanes, 31 * seed + start)
-        sums = _visible_moments(scene, position, normal, column, columns, samples, rng)
-        dr.eval(sums)
-        for m, one in enumerate(sums):
-            out[m, start:stop] = np.array(one).reshape(-1, columns.count)
+        def piece(start: int = start, stop: int = stop) -> Float32:
+            return _expose_some(
+                scene,
+                (points.positions[start:stop], points.normals[start:stop]),
+                columns,
+                samples,
+                31 * seed + start,
+                part_of(watch, start / points.count, stop / points.count),
+            )
+
+        out[:, start:stop] = keep(str(start), (MOMENTS, stop - start, columns.count), piece)
     return out
 
 
-def shine(
+def _expose_some(
     scene: Any,
-    sensor: Any,
-    picture: int,
-    pixels: NDArray[np.int32],
+    places: tuple[Float32, Float32],
     columns: Columns,
     samples: int,
     seed: int,
-) -> NDArray[np.float32]:
-    """Light that the first surface a camera ray meets reflects straight from a column.
+    watch: Watch,
+) -> Float32:
+    """Moments at some places (positions, normals), (MOMENTS, n, columns): a lane for each pair."""
+    positions, normals = map(Table, places)
 
-    Parameters
-    ----------
-    scene, sensor : mitsuba objects
-    picture : int
-        Pixels along one side.
-    pixels : (n,) int32
-        Flat row-major pixel numbers.
-    columns : Columns
-    samples : int
-        Points in each pixel; each casts one shadow ray to every column.
-    seed : int
+    def kernel(lane: Any, rng: Any) -> tuple[Any, ...]:
+        place, column = lane // columns.count, lane % columns.count
+        position, normal = positions.take(place), normals.take(place)
+        return _visible_moments(scene, position, normal, column, columns, samples, rng)
 
-    Returns
-    -------
-    (n, columns, 3) float32
-        Linear Rec. 709 radiance.
-    """
-    import drjit as dr
-    import mitsuba as mi
-
-    lanes = len(pixels) * samples
-    index = dr.arange(mi.UInt32, lanes)
-    slot, part = index // samples, index % samples
-    pixel = dr.gather(mi.UInt32, mi.UInt32(pixels.astype(np.uint32)), slot)
-    rng = random_lanes(lanes, seed + 77)
-    film = mi.Point2f(
-        (mi.Float(pixel % picture) + (mi.Float(part) + rng.next_float32()) / samples) / picture,
-        (mi.Float(pixel // picture) + rng.next_float32()) / picture,
-    )
-    ray, _ = sensor.sample_ray(0.0, 0.5, film, mi.Point2f(0.5))
-    si = scene.ray_intersect(ray)
-    bsdf = si.bsdf(ray)
-    result = dr.zeros(mi.Float, len(pixels) * columns.count * 3)
-    dr.eval(result, si, rng)
-    context = mi.BSDFContext()
-    base = slot * columns.count
-
-    def body(column: Any, rng: Any) -> tuple[Any, Any]:
-        direction, distance, weight = columns.sample(
-            column, si.p, rng.next_float32(), rng.next_float32()
-        )
-        local = si.to_local(direction)
-        faces = si.is_valid() & (dr.dot(direction, si.n) > 0) & (local.z > 0)
-        shadow = si.spawn_ray(direction)
-        shadow.maxt = distance * _SHORT_OF_LAMP
-        lit = faces & ~scene.ray_test(shadow, faces)
-        value = mi.Color3f(bsdf.eval(context, si, local, lit)) * (weight / samples)
-        for channel, one in enumerate((value.x, value.y, value.z)):
-            dr.scatter_reduce(dr.ReduceOp.Add, result, one, (base + column) * 3 + channel, lit)
-        return column + 1, rng
-
-    start = (dr.zeros(mi.UInt32, lanes), rng)
-    dr.while_loop(start, lambda column, _: column < columns.count, body)
-    dr.eval(result)
-    return np.array(result).reshape(len(pixels), columns.count, 3)
-
-
-def _gather3(table: NDArray[np.float32], index: Any) -> Any:
-    import drjit as dr
-    import mitsuba as mi
-
-    return dr.gather(mi.Vector3f, mi.Float(np.ascontiguousarray(table).ravel()), index)
+    moments = run_lanes(len(places[0]) * columns.count, seed, kernel, watch)
+    return np.stack(moments).reshape(MOMENTS, -1, columns.count)
 
 
 def _visible_moments(
     scene: Any, position: Any, normal: Any, column: Any, columns: Columns, samples: int, rng: Any
-) -> list[Any]:
+) -> tuple[Any, ...]:
     """Sum weight V mu^(m + 1) over a jittered grid inside each column."""
     import drjit as dr
     import mitsuba as mi
@@ -163,7 +128,7 @@ def _visible_moments(
         above = mu > 0
         ray = mi.Ray3f(origin, direction)
         ray.maxt = distance * _SHORT_OF_LAMP
-        free = above & ~scene.ray_test(ray, above)
+        free = above & negate(scene.ray_test(ray, above))
         term = dr.select(free, weight * mu / samples**2, 0)
         new = []
         for total in sums:
@@ -171,7 +136,92 @@ def _visible_moments(
             term = term * mu
         return (k + 1, rng, *new)
 
-    lanes = dr.width(column)
-    state = (mi.UInt32(0), rng, *(dr.zeros(mi.Float, lanes) for _ in range(MOMENTS)))
+    state = (mi.UInt32(0), rng, *(mi.Float(0) for _ in range(MOMENTS)))
     result = dr.while_loop(state, lambda k, *_: k < samples * samples, body)
-    return list(result[2:])
+    return tuple(result[2:])
+
+
+def shine(
+    scene: Any,
+    picture: int,
+    pixels: NDArray[np.int32],
+    columns: Columns,
+    samples: int,
+    seed: int,
+    watch: Watch = unwatched,
+) -> Float32:
+    """Light that the first surface a camera ray meets reflects straight from a column.
+
+    Parameters
+    ----------
+    scene : mitsuba Scene
+    picture : int
+        Pixels along one side.
+    pixels : (n,) int32
+        Flat row-major pixel numbers.
+    columns : Columns
+    samples : int
+        Points in each pixel; each casts one shadow ray to every column.
+    seed : int
+    watch : Watch
+
+    Returns
+    -------
+    (n, columns, 3) float32
+        Linear Rec. 709 radiance.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    numbers = Table(pixels.astype(np.uint32))
+    light = Tally(len(pixels) * columns.count)
+    sensor = scene.sensors()[0]
+
+    def kernel(lane: Any, rng: Any) -> tuple[Any, ...]:
+        slot, part = lane // samples, lane % samples
+        pixel = numbers.take(slot)
+        film = mi.Point2f(
+            (mi.Float(pixel % picture) + (mi.Float(part) + rng.next_float32()) / samples) / picture,
+            (mi.Float(pixel // picture) + rng.next_float32()) / picture,
+        )
+        ray, _ = sensor.sample_ray(0.0, 0.5, film, mi.Point2f(0.5))
+        si = scene.ray_intersect(ray)
+        dr.eval(si, rng)  # so that the kernel of the loop holds the shadow rays only
+
+        def add(column: Any, value: Any, lit: Any) -> None:
+            light.add(slot * columns.count + column, value / samples, lit)
+
+        _reflect(scene, si, columns, rng, add)
+        return ()
+
+    run_lanes(len(pixels) * samples, seed + 77, kernel, watch)
+    return light.sums(len(pixels), columns.count)
+
+
+def _reflect(
+    scene: Any, si: Any, columns: Columns, rng: Any, add: Callable[[Any, Any, Any], None]
+) -> None:
+    """Call ``add(column, colour, mask)`` with what a place reflects of each column."""
+    import drjit as dr
+    import mitsuba as mi
+
+    context = mi.BSDFContext()
+
+    def body(column: Any, rng: Any) -> tuple[Any, Any]:
+        direction, distance, weight = columns.sample(
+            column, si.p, rng.next_float32(), rng.next_float32()
+        )
+        local = si.to_local(direction)
+        faces = (dr.dot(direction, si.n) > 0) & (local.z > 0)
+        shadow = si.spawn_ray(direction)
+        shadow.maxt = distance * _SHORT_OF_LAMP
+        lit = faces & negate(scene.ray_test(shadow, faces))
+        value = mi.Color3f(si.bsdf().eval(context, si, local, lit)) * weight
+        add(column, value, lit)
+        return column + 1, rng
+
+    def more(column: Any, rng: Any) -> Any:
+        del rng
+        return si.is_valid() & (column < columns.count)
+
+    dr.while_loop((mi.UInt32(0), rng), more, body)

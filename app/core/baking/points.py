@@ -13,6 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from app.core.baking.columns import TexelColumns
+from app.core.baking.exposure import expose
+from app.core.baking.lanes import Watch, unwatched
+from app.core.baking.shelf import Keep, no_keep
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -72,7 +75,14 @@ def vertex_points(head: HeadMesh) -> Points:
     )
 
 
-def place_points(scene: Any, head: HeadMesh, seed: int) -> Points:
+def place_points(
+    scene: Any,
+    head: HeadMesh,
+    seed: int,
+    *,
+    keep: Keep = no_keep,
+    watch: Watch = unwatched,
+) -> Points:
     """Vertices, and a grid of `FINE` steps on every face whose corners see unlike shares of sky.
 
     Parameters
@@ -80,11 +90,13 @@ def place_points(scene: Any, head: HeadMesh, seed: int) -> Points:
     scene : mitsuba Scene
     head : HeadMesh
     seed : int
+    keep : Keep
+        Where finished pieces of the measurement go.
+    watch : Watch
     """
-    from app.core.baking.exposure import expose
-
     coarse = vertex_points(head)
-    open_sky = expose(scene, coarse, _COARSE_SKY, 2, seed)[0].sum(axis=1) / np.pi
+    moments = expose(scene, coarse, _COARSE_SKY, 2, seed, keep=keep, watch=watch)
+    open_sky = moments[0].sum(axis=1) / np.pi
     corners = coarse.table.reshape(-1, 3)
     seen = open_sky[corners]
     steep = np.flatnonzero((np.ptp(seen, axis=1) > _STEEP) & (seen.max(axis=1) > _HIDDEN))

@@ -13,15 +13,16 @@ to be found by chance; how much light reaches a point from each direction is fou
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
+from app.core.baking.finders import PROFILE_BINS, Finder, Meeting, Profile, Shares, Strays
+from app.core.baking.lanes import Table, Tally, Watch, negate, run_lanes, unwatched
 from app.core.baking.scene import MILLIMETRES_PER_UNIT, HeadMesh
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from app.core.baking.points import Points
     from app.core.baking.skin import Skin
 
@@ -34,9 +35,10 @@ __all__ = [
     "scene_tables",
     "trace_pixels",
     "trace_plainly",
+    "trace_profile",
 ]
 
-PROFILE_BINS = 64
+Float32: TypeAlias = NDArray[np.float32]
 _MAX_EVENTS = 2000
 # Below this share of what set out, paths end by chance; fainter ones are not worth their time.
 _FAINT = 0.25
@@ -48,10 +50,10 @@ class SceneTables:
 
     Attributes
     ----------
-    scene, sensor : mitsuba objects
-    skin_shape : mitsuba ShapePtr
+    scene : mitsuba Scene
+    skin_shape : mitsuba Shape
         To tell the skin from the eyes.
-    level, first, table : drjit UInt32
+    level, first, table : Table
         The grid of points of each face; see `app.core.baking.points.Points`.
     skin_faces, points : int
         Number of faces of the skin; number of points on skin and eyes together.
@@ -62,11 +64,10 @@ class SceneTables:
     """
 
     scene: Any
-    sensor: Any
     skin_shape: Any
-    level: Any
-    first: Any
-    table: Any
+    level: Table
+    first: Table
+    table: Table
     skin_faces: int
     points: int
     picture: int
@@ -86,31 +87,23 @@ class Gathered:
         First moment of the direction in which that light leaves along the backward path, in the
         tangent plane: [..., axis, channel]. Light that comes in aslant travels on under the skin,
         so what a pixel sees is a little shifted along the light; this is that shift.
-    profile : (PROFILE_BINS, 3) float64
-        Light that left the skin, by cosine of its angle to the normal.
     """
 
-    share: NDArray[np.float32]
-    lean: NDArray[np.float32]
-    profile: NDArray[np.float64]
+    share: Float32
+    lean: Float32
 
 
 def scene_tables(
     scene: Any, head: HeadMesh, skin: Skin, points: Points, picture: int
 ) -> SceneTables:
     """Collect the tables of a scene made by `app.core.baking.scene.build_scene`."""
-    import mitsuba as mi
-
-    shapes = scene.shapes()
-    skin_shape = next(shape for shape in shapes if shape.id() == "skin")
     r, g, b = (t * MILLIMETRES_PER_UNIT for t in skin.extinction)
     return SceneTables(
         scene=scene,
-        sensor=scene.sensors()[0],
-        skin_shape=mi.ShapePtr(skin_shape),
-        level=mi.UInt32(points.level),
-        first=mi.UInt32(points.first),
-        table=mi.UInt32(points.table),
+        skin_shape=next(shape for shape in scene.shapes() if shape.id() == "skin"),
+        level=Table(points.level),
+        first=Table(points.first),
+        table=Table(points.table),
         skin_faces=len(head.skin.faces),
         points=points.count,
         picture=picture,
@@ -119,7 +112,13 @@ def scene_tables(
     )
 
 
-def trace_pixels(tables: SceneTables, pixels: NDArray[np.int32], paths: int, seed: int) -> Gathered:
+def trace_pixels(
+    tables: SceneTables,
+    pixels: NDArray[np.int32],
+    paths: int,
+    seed: int,
+    watch: Watch = unwatched,
+) -> Gathered:
     """Follow `paths` paths from each of some pixels to the places where light came in.
 
     Parameters
@@ -130,24 +129,40 @@ def trace_pixels(tables: SceneTables, pixels: NDArray[np.int32], paths: int, see
     paths : int
         Paths per pixel.
     seed : int
+    watch : Watch
 
     Returns
     -------
     Gathered
         Averages over the paths.
     """
-    import drjit as dr
-    import mitsuba as mi
+    rows = len(pixels) * tables.points
+    shares = Shares(tables, Tally(rows), Tally(rows * 3))
+    _follow(tables, pixels, paths, seed, shares, watch)
+    share = shares.share.sums(len(pixels), tables.points)
+    lean = shares.lean.sums(len(pixels), tables.points, 3)
+    share /= np.float32(paths)
+    lean /= np.float32(paths)
+    return Gathered(share, lean)
 
-    share = dr.zeros(mi.Float, len(pixels) * tables.points * 3)
-    lean = dr.zeros(mi.Float, len(pixels) * tables.points * 9)
-    profile = dr.zeros(mi.Float, PROFILE_BINS * 3)
-    _follow(tables, pixels, paths, seed, share=share, lean=lean, profile=profile)
-    return Gathered(
-        _mean(share, paths, (len(pixels), tables.points, 3)),
-        _mean(lean, paths, (len(pixels), tables.points, 3, 3)),
-        np.array(profile, np.float64).reshape(PROFILE_BINS, 3),
-    )
+
+def trace_profile(
+    tables: SceneTables,
+    pixels: NDArray[np.int32],
+    paths: int,
+    seed: int,
+    watch: Watch = unwatched,
+) -> Float32:
+    """Light that leaves the skin, by cosine of its angle to the normal; parameters as above.
+
+    Returns
+    -------
+    (PROFILE_BINS, 3) float32
+        Any scale.
+    """
+    profile = Profile(Tally(PROFILE_BINS))
+    _follow(tables, pixels, paths, seed, profile, watch)
+    return profile.tally.sums(PROFILE_BINS)
 
 
 def trace_plainly(
@@ -156,7 +171,7 @@ def trace_plainly(
     paths: int,
     seed: int,
     environment: tuple[int, int],
-) -> NDArray[np.float32]:
+) -> Float32:
     """Transport of some pixels by plain backward path tracing: unbiased, and noisy.
 
     The paths are those of `trace_pixels`; each adds its weight to the texel it escapes to. This is
@@ -164,15 +179,14 @@ def trace_plainly(
 
     Returns
     -------
-    (pixels, H * W, 3) float32
+    (n, H * W, 3) float32
     """
-    import drjit as dr
-    import mitsuba as mi
-
     texels = environment[0] * environment[1]
-    strays = dr.zeros(mi.Float, len(pixels) * texels * 3)
-    _follow(tables, pixels, paths, seed, strays=strays, environment=environment)
-    return _mean(strays, paths, (len(pixels), texels, 3))
+    strays = Strays(environment, Tally(len(pixels) * texels))
+    _follow(tables, pixels, paths, seed, strays, unwatched)
+    found = strays.tally.sums(len(pixels), texels)
+    found /= np.float32(paths)
+    return found
 
 
 def _follow(
@@ -180,121 +194,153 @@ def _follow(
     pixels: NDArray[np.int32],
     paths: int,
     seed: int,
-    *,
-    share: Any = None,
-    lean: Any = None,
-    profile: Any = None,
-    strays: Any = None,
-    environment: tuple[int, int] = (0, 0),
+    finder: Finder,
+    watch: Watch,
 ) -> None:
-    """Run all paths to their ends, adding what they find to the arrays that are given."""
+    """Run all paths to their ends."""
     import drjit as dr
     import mitsuba as mi
 
-    lanes = len(pixels) * paths
-    slot = dr.arange(mi.UInt32, lanes) // paths
-    pixel = dr.gather(mi.UInt32, mi.UInt32(pixels.astype(np.uint32)), slot)
-    rng = random_lanes(lanes, seed)
-    rays, _ = tables.sensor.sample_ray(
-        0.0, rng.next_float32(), _film_point(pixel, rng, tables.picture), mi.Point2f(0.5)
-    )
-    hero = dr.minimum(mi.UInt32(rng.next_float32() * 3), 2)
-    extinction, albedo = mi.Color3f(tables.extinction), mi.Color3f(tables.albedo)
-    context = mi.BSDFContext()
+    numbers = Table(pixels.astype(np.uint32))
+    sensor = tables.scene.sensors()[0]
 
-    def body(
-        ray: Any, rng: Any, weight: Any, ratio: Any, inside: Any, alive: Any, n: Any
+    def kernel(lane: Any, rng: Any) -> tuple[Any, ...]:
+        slot = lane // paths
+        wavelength = rng.next_float32()
+        film = _film_point(numbers.take(slot), rng, tables.picture)
+        ray, _ = sensor.sample_ray(0.0, wavelength, film, mi.Point2f(0.5))
+        hero = dr.minimum(mi.UInt32(rng.next_float32() * 3), 2)
+        _Walk(tables, finder, slot, hero).run(ray, rng)
+        return ()
+
+    run_lanes(len(pixels) * paths, seed, kernel, watch)
+
+
+@dataclass(frozen=True, slots=True)
+class _Walk:
+    """The way of a path, or of all lanes' paths: free flights, surfaces and scatterings.
+
+    Attributes
+    ----------
+    tables : SceneTables
+    finder : Finder
+    slot : UInt32
+        Which of the pixels the path started from.
+    hero : UInt32
+        The channel that its free flights are drawn for.
+    """
+
+    tables: SceneTables
+    finder: Finder
+    slot: Any
+    hero: Any
+
+    def run(self, ray: Any, rng: Any) -> None:
+        """Follow the path from the camera to its end."""
+        import drjit as dr
+        import mitsuba as mi
+
+        state = (
+            mi.Ray3f(ray),
+            rng,
+            mi.Color3f(1),
+            mi.Color3f(1),
+            mi.Bool(False),
+            mi.Bool(True),
+            mi.UInt32(0),
+        )
+        dr.while_loop(state, lambda *s: s[5], self._step)
+
+    def _step(
+        self, ray: Any, rng: Any, weight: Any, ratio: Any, inside: Any, alive: Any, n: Any
     ) -> tuple[Any, ...]:
-        # Free flight in the hero channel; the other channels follow by their pdf ratios.
-        flight = -dr.log(1 - rng.next_float32()) / _pick(extinction, hero)
+        """One flight and what is at its end; `n` counts them."""
+        import drjit as dr
+        import mitsuba as mi
+
+        extinction = _pick(mi.Color3f(self.tables.extinction), self.hero)
+        flight = -dr.log(1 - rng.next_float32()) / extinction
         ray.maxt = dr.select(inside, flight, dr.inf)
-        found = tables.scene.ray_intersect_preliminary(ray, coherent=False, active=alive)
+        found = self.tables.scene.ray_intersect_preliminary(ray, coherent=False, active=alive)
         hit = found.is_valid() & alive
         travelled = dr.select(hit, found.t, flight)
-        survive = dr.select(inside, dr.exp(-extinction * travelled), mi.Color3f(1))
-        scatters = inside & alive & ~hit
-        density = dr.select(scatters, survive * extinction, survive)
-        norm = dr.rcp(dr.maximum(_pick(density, hero), 1e-35))
-        weight = dr.select(
-            alive, weight * density * dr.select(scatters, albedo, 1.0) * norm, weight
-        )
-        ratio = dr.select(alive, ratio * density * norm, ratio)
+        scatters = inside & alive & negate(hit)
+        weight, ratio = self._fly(weight, ratio, inside, alive, scatters, travelled)
 
-        escapes = alive & ~inside & ~hit
-        if strays is not None:
-            texel = _texel_of(ray.d, environment)
-            place = slot * (environment[0] * environment[1]) + texel
-            _add(strays, place, _value(weight, ratio), escapes & (n > 0))
-        alive &= ~escapes
+        escapes = alive & negate(inside) & negate(hit)
+        self.finder.escaped(self.slot, ray.d, _value(weight, ratio), escapes & (n > 0))
+        alive &= negate(escapes)
 
-        # Boundary: let the surface's own BSDF decide, as Mitsuba's integrator does.
-        si = found.compute_surface_interaction(ray, mi.RayFlags.All, hit)
-        sample, scale = si.bsdf(ray).sample(
-            context,
-            si,
-            rng.next_float32(),
-            mi.Point2f(rng.next_float32(), rng.next_float32()),
-            hit,
-        )
-        onward = si.to_world(sample.wo)
-        weight = dr.select(hit, weight * mi.Color3f(scale), weight)
-        on_skin = hit & (si.shape == tables.skin_shape)
-        then_inside = dr.select(on_skin, dr.dot(onward, si.n) < 0, inside)
-        value = _value(weight, ratio)
-        leaves = on_skin & inside & ~then_inside
-        if strays is None:
-            # The camera's own first reflection is done exactly (`exposure.shine`). Later ones hold
-            # half a per cent of the light: they count as light from their place, by the profile.
-            glances = hit & ~inside & ~then_inside & (n > 0)
-            normal = si.sh_frame.n
-            aslant = onward - normal * dr.dot(onward, normal)
-            _deposit(tables, found, slot, (share, lean), value, aslant, leaves | glances)
-            bin_ = mi.UInt32(dr.abs(sample.wo.z) * PROFILE_BINS)
-            _add(profile, dr.minimum(bin_, PROFILE_BINS - 1), value, leaves)
-        inside = dr.select(on_skin, then_inside, inside)
+        lobe = rng.next_float32()
+        facet = mi.Point2f(rng.next_float32(), rng.next_float32())
+        sphere = mi.Point2f(rng.next_float32(), rng.next_float32())
 
-        scattered = mi.warp.square_to_uniform_sphere(
-            mi.Point2f(rng.next_float32(), rng.next_float32())
-        )
-        next_hit = si.spawn_ray(onward)
-        ray.o = dr.select(hit, next_hit.o, ray.o + ray.d * travelled)
-        ray.d = dr.select(hit, onward, scattered)
+        def meet() -> tuple[Any, ...]:
+            return self._meet(ray, found, (lobe, facet), weight, ratio, inside, n)
+
+        def scatter() -> tuple[Any, ...]:
+            anywhere = mi.warp.square_to_uniform_sphere(sphere)
+            return ray(travelled), anywhere, weight, inside
+
+        place, onward, weight, inside = dr.if_stmt((), hit, meet, scatter)
+        ray.o, ray.d = place, onward
         n += 1
-        brightest = dr.max(dr.abs(value))
+        brightest = dr.max(dr.abs(_value(weight, ratio)))
         keep = dr.clip(brightest / _FAINT, 0.05, 1.0)
         alive &= (rng.next_float32() < keep) & (brightest > 0) & (n < _MAX_EVENTS)
-        weight *= dr.rcp(keep)
-        return ray, rng, weight, ratio, inside, alive, n
+        return ray, rng, weight * dr.rcp(keep), ratio, inside, alive, n
 
-    state = (
-        mi.Ray3f(rays),
-        rng,
-        mi.Color3f(1),
-        mi.Color3f(1),
-        mi.Bool(False),
-        mi.Bool(True),
-        mi.UInt32(0),
-    )
-    dr.while_loop(state, lambda *s: s[5], body)
-    dr.eval([array for array in (share, lean, profile, strays) if array is not None])
+    def _fly(
+        self, weight: Any, ratio: Any, inside: Any, alive: Any, scatters: Any, travelled: Any
+    ) -> tuple[Any, Any]:
+        """Weights after a flight drawn for the hero; the others follow by their pdf ratios."""
+        import drjit as dr
+        import mitsuba as mi
 
+        extinction, albedo = mi.Color3f(self.tables.extinction), mi.Color3f(self.tables.albedo)
+        survive = dr.select(inside, dr.exp(-extinction * travelled), mi.Color3f(1))
+        density = dr.select(scatters, survive * extinction, survive)
+        norm = dr.rcp(dr.maximum(_pick(density, self.hero), 1e-35))
+        scattered = weight * density * dr.select(scatters, albedo, 1.0) * norm
+        return (
+            dr.select(alive, scattered, weight),
+            dr.select(alive, ratio * density * norm, ratio),
+        )
 
-def random_lanes(lanes: int, seed: int) -> Any:
-    """Independent random numbers for each lane, scrambled as Mitsuba's own samplers do.
+    def _meet(
+        self,
+        ray: Any,
+        found: Any,
+        chance: tuple[Any, Any],
+        weight: Any,
+        ratio: Any,
+        inside: Any,
+        n: Any,
+    ) -> tuple[Any, ...]:
+        """Let a surface's own BSDF decide, as Mitsuba's integrator does."""
+        import drjit as dr
+        import mitsuba as mi
 
-    Generators that differ in their starting state alone are correlated between seeds.
-    """
-    import drjit as dr
-    import mitsuba as mi
-
-    one, two = mi.sample_tea_32(mi.UInt32(seed % 2**32), dr.arange(mi.UInt32, lanes))
-    return mi.PCG32(size=lanes, initstate=mi.UInt64(one), initseq=mi.UInt64(two))
-
-
-def _mean(total: Any, paths: int, shape: tuple[int, ...]) -> NDArray[np.float32]:
-    array: NDArray[np.float32] = np.array(total).reshape(shape)
-    array /= np.float32(paths)
-    return array
+        si = found.compute_surface_interaction(ray, mi.RayFlags.All)
+        sample, scale = si.bsdf().sample(mi.BSDFContext(), si, *chance)
+        onward = si.to_world(sample.wo)
+        weight = weight * mi.Color3f(scale)
+        on_skin = si.shape == self.tables.skin_shape
+        then_inside = dr.select(on_skin, dr.dot(onward, si.n) < 0, inside)
+        normal = si.sh_frame.n
+        self.finder.met(
+            Meeting(
+                slot=self.slot,
+                found=found,
+                cosine=dr.abs(sample.wo.z),
+                aslant=onward - normal * dr.dot(onward, normal),
+                value=_value(weight, ratio),
+                leaves=on_skin & inside & negate(then_inside),
+                glances=negate(inside) & negate(then_inside) & (n > 0),
+            )
+        )
+        next_ray = si.spawn_ray(onward)
+        return next_ray.o, next_ray.d, weight, then_inside
 
 
 def _film_point(pixel: Any, rng: Any, picture: int) -> Any:
@@ -318,69 +364,6 @@ def _value(weight: Any, ratio: Any) -> Any:
     import drjit as dr
 
     return weight * (3 * dr.rcp(ratio.x + ratio.y + ratio.z))
-
-
-def _add(target: Any, index: Any, value: Any, active: Any) -> None:
-    import drjit as dr
-
-    for channel, part in enumerate((value.x, value.y, value.z)):
-        dr.scatter_reduce(dr.ReduceOp.Add, target, part, index * 3 + channel, active)
-
-
-def _texel_of(direction: Any, environment: tuple[int, int]) -> Any:
-    """Texel that a direction in the head frame belongs to, at turn 0."""
-    import drjit as dr
-    import mitsuba as mi
-
-    height, width = environment
-    u = 0.5 + dr.atan2(-direction.x, direction.z) / dr.two_pi
-    v = dr.acos(dr.clip(direction.y, -1, 1)) / dr.pi
-    row = dr.minimum(mi.UInt32(v * height), height - 1)
-    return row * width + dr.minimum(mi.UInt32(u * width), width - 1)
-
-
-def _deposit(
-    tables: SceneTables,
-    found: Any,
-    slot: Any,
-    targets: tuple[Any, Any],
-    value: Any,
-    aslant: Any,
-    active: Any,
-) -> None:
-    """Share a value among the three points around the place that was hit, its lean to one."""
-    import drjit as dr
-    import mitsuba as mi
-
-    on_skin = found.shape == tables.skin_shape
-    face = found.prim_index + dr.select(on_skin, mi.UInt32(0), mi.UInt32(tables.skin_faces))
-    level = dr.gather(mi.UInt32, tables.level, face, active)
-    first = dr.gather(mi.UInt32, tables.first, face, active)
-    steps = mi.Float(level)
-    u, v = found.prim_uv.x * steps, found.prim_uv.y * steps
-    i = dr.minimum(mi.UInt32(dr.maximum(u, 0)), level - 1)
-    j = dr.minimum(mi.UInt32(dr.maximum(v, 0)), level - 1 - i)
-    s, t = u - mi.Float(i), v - mi.Float(j)
-    upper = s + t > 1
-    shares = (
-        (
-            dr.select(upper, s + t - 1, 1 - s - t),
-            i + dr.select(upper, 1, 0),
-            j + dr.select(upper, 1, 0),
-        ),
-        (dr.select(upper, 1 - t, s), i + 1, j),
-        (dr.select(upper, 1 - s, t), i, j + 1),
-    )
-    share, lean = targets
-    nearest, most = mi.UInt32(0), mi.Float(-1)
-    for part, a, b in shares:
-        entry = first + b * (level + 1) + a - dr.select(b > 0, b * (b - 1) // 2, 0)
-        point = dr.gather(mi.UInt32, tables.table, entry, active)
-        _add(share, slot * tables.points + point, value * part, active)
-        nearest, most = dr.select(part > most, point, nearest), dr.maximum(part, most)
-    for axis, component in enumerate((aslant.x, aslant.y, aslant.z)):
-        place = (slot * tables.points + nearest) * 3 + axis
-        _add(lean, place, value * component, active)
 
 
 def fit_profile(profile: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,0 +1,181 @@
+"""One kernel for many lanes: run on all of them at once where Mitsuba can, else one after another.
+
+In Mitsuba's wavefront variants (llvm, cuda) a number in a kernel is an array with an entry for
+each lane, and one call does the work of all lanes. In the scalar variant it is a plain Python
+number, and the kernel is called for each lane. A kernel that reads from a `Table`, adds to a
+`Tally`, and otherwise keeps to ``dr.while_loop``, ``dr.if_stmt``, ``dr.select`` and arithmetic
+cannot tell the difference. Only ``~`` is not for it (Python's ``~True`` is -2): see `negate`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.baking.backend import is_wavefront
+
+__all__ = ["Table", "Tally", "Watch", "at_once", "negate", "part_of", "run_lanes", "unwatched"]
+
+Float32: TypeAlias = NDArray[np.float32]
+Watch: TypeAlias = Callable[[float], None]
+"""Called with the share that is done, a few times a second where lanes run one by one; may raise
+to stop the work."""
+
+_SCALAR_SHARE = 256
+_WATCH_EVERY_S = 0.25
+
+
+class Table:
+    """Numbers or vectors that lanes look up.
+
+    Parameters
+    ----------
+    values : (n,) uint32, (n,) float or (n, 3) float
+        Float entries are kept in single precision.
+    """
+
+    __slots__ = ("_kind", "_values")
+
+    def __init__(self, values: NDArray[Any]) -> None:
+        import mitsuba as mi
+
+        whole = values.dtype.kind == "u"
+        number = mi.UInt32 if whole else mi.Float
+        self._kind = mi.Vector3f if values.ndim == 2 else number
+        values = np.ascontiguousarray(values, np.uint32 if whole else np.float32)
+        self._values: Any = number(values.ravel()) if is_wavefront(mi) else values.tolist()
+
+    def take(self, index: Any, active: Any = True) -> Any:
+        """Entry at an index: UInt32, Float or Vector3f; zero in lanes that are not active."""
+        import drjit as dr
+
+        if isinstance(self._values, list):
+            return self._kind(self._values[index] if active else 0)
+        return dr.gather(self._kind, self._values, index, active)
+
+
+class Tally:
+    """Sums of colours to which lanes add.
+
+    Parameters
+    ----------
+    rows : int
+        Number of sums.
+    """
+
+    __slots__ = ("_sums",)
+
+    def __init__(self, rows: int) -> None:
+        import drjit as dr
+        import mitsuba as mi
+
+        size = rows * 3
+        self._sums: Any = (
+            dr.zeros(mi.Float, size) if is_wavefront(mi) else np.zeros(size, np.float32)
+        )
+
+    def add(self, row: Any, colour: Any, active: Any) -> None:
+        """Add a Color3f to a row, in lanes that are active."""
+        import drjit as dr
+
+        parts = (colour.x, colour.y, colour.z)
+        if isinstance(self._sums, np.ndarray):
+            if active:
+                self._sums[3 * row : 3 * row + 3] += parts
+            return
+        for channel, part in enumerate(parts):
+            dr.scatter_reduce(dr.ReduceOp.Add, self._sums, part, row * 3 + channel, active)
+
+    def sums(self, *shape: int) -> Float32:
+        """Return what was added so far, (*shape, 3) float32; shape's product is the rows."""
+        return np.array(self._sums, np.float32).reshape(*shape, 3)
+
+
+def at_once(lanes: int) -> int:
+    """How many lanes make one piece of work: as given in a wavefront, fewer one by one."""
+    import mitsuba as mi
+
+    return lanes if is_wavefront(mi) else max(1, lanes // _SCALAR_SHARE)
+
+
+def negate(condition: Any) -> Any:
+    """Logical not, of a mask or of a Python bool."""
+    return condition ^ True
+
+
+def unwatched(share: float) -> None:
+    """Watch nothing."""
+    del share
+
+
+def part_of(watch: Watch, start: float, stop: float) -> Watch:
+    """Watch of a part that takes the whole from `start` to `stop`."""
+    return lambda share: watch(start + share * (stop - start))
+
+
+def run_lanes(
+    count: int,
+    seed: int,
+    kernel: Callable[[Any, Any], tuple[Any, ...]],
+    watch: Watch = unwatched,
+) -> tuple[Float32, ...]:
+    """Do a kernel's work for every lane.
+
+    Parameters
+    ----------
+    count : int
+        Number of lanes, at least 1.
+    seed : int
+        Of the lanes' random numbers; the same in all variants.
+    kernel : callable
+        ``kernel(lane, rng)``, a UInt32 from 0 to `count` - 1 and a PCG32; returns a tuple of Float.
+    watch : Watch
+
+    Returns
+    -------
+    tuple of (count,) float32
+        What the kernel returned, for each lane.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    watch(0.0)
+    if is_wavefront(mi):
+        lanes = dr.arange(mi.UInt32, count)
+        found = kernel(lanes, _random(lanes, seed))
+        dr.eval(*found)
+        return tuple(np.array(one, np.float32) for one in found)
+    rows: list[Float32] = []
+    seen = time.monotonic()
+    for lane in range(count):
+        if time.monotonic() > seen + _WATCH_EVERY_S:
+            watch(lane / count)
+            seen = time.monotonic()
+        found = kernel(lane, _random(lane, seed))
+        rows = rows or [np.empty(count, np.float32) for _ in found]
+        for row, one in zip(rows, found, strict=True):
+            row[lane] = one
+    return tuple(rows)
+
+
+def _random(lane: Any, seed: int) -> Any:
+    """Random numbers of each lane's own.
+
+    Scrambled as in Mitsuba's own samplers: generators that differ in their starting state alone
+    are correlated between seeds.
+    """
+    import drjit as dr
+    import mitsuba as mi
+
+    one, two = mi.sample_tea_32(mi.UInt32(seed % 2**32), lane)
+    # PCG32 counts the lanes of a wavefront by itself.
+    number = 0 if is_wavefront(mi) else lane
+    return mi.PCG32(
+        size=dr.width(lane),
+        initstate=mi.UInt64(one) + number,
+        initseq=mi.UInt64(two) + number,
+    )

@@ -1,0 +1,75 @@
+"""Finished parts of a bake, kept on disk until all are done, so that a stopped bake goes on."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.files import atomic_write
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+__all__ = ["Keep", "Shelf", "no_keep"]
+
+Float32: TypeAlias = NDArray[np.float32]
+Keep: TypeAlias = Callable[[str, tuple[int, ...], Callable[[], Float32]], Float32]
+"""``keep(name, shape, compute)``: the part of that name, computed unless it is there."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shelf:
+    """A folder of arrays.
+
+    Attributes
+    ----------
+    folder : Path
+        Made when the first part is finished.
+    """
+
+    folder: Path
+
+    def keep(self, name: str, shape: tuple[int, ...], compute: Callable[[], Float32]) -> Float32:
+        """Return a part of this shape: from the shelf, else computed and put there."""
+        file = self.folder / f"{name}.npz"
+        try:
+            with np.load(file, allow_pickle=False) as stored:
+                done: Float32 = stored["matrix"]
+            if done.shape == shape:
+                return done
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+            pass
+        part = compute()
+        self.folder.mkdir(parents=True, exist_ok=True)
+
+        def write(target: Path) -> None:
+            with target.open("wb") as stream:
+                np.savez(stream, allow_pickle=False, matrix=part)
+
+        atomic_write(file, write)
+        return part
+
+    def prefixed(self, prefix: str) -> Keep:
+        """Keep whose names start with a word of their own."""
+        return lambda name, shape, compute: self.keep(f"{prefix}-{name}", shape, compute)
+
+    def clear(self) -> None:
+        """Remove all parts, and the folder and the one around it where they are empty then."""
+        for file in self.folder.glob("*.npz"):
+            file.unlink(missing_ok=True)
+        for path in (self.folder, self.folder.parent):
+            try:
+                path.rmdir()
+            except OSError:
+                return
+
+
+def no_keep(name: str, shape: tuple[int, ...], compute: Callable[[], Float32]) -> Float32:
+    """Compute, and keep nothing."""
+    del name, shape
+    return compute()
