@@ -360,7 +360,7 @@ def test_distant_lamps_in_the_nominal_directions_match_best(tmp_path: Path) -> N
         [distant(style, *step) for style in styles for step in steps],
         environment=(4, 8),
         picture=pack().header.picture,
-        quality=Quality(paths=1024, glints=32, shadows=2, rank=8),
+        quality=Quality(paths=3072, glints=64, shadows=3, rank=8),
         seed=1,
         work=tmp_path,
         report=lambda _share, _words: None,

@@ -1,0 +1,86 @@
+"""``turnlight bake`` as a user runs it."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import pytest
+
+from app.cli import main
+from app.core.baking.backend import find_llvm
+from app.core.pack import load_pack, pack_path
+from app.core.transport import load_transport
+from tests.helpers.meshes import sphere, write_obj
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+needs_llvm = pytest.mark.skipif(find_llvm() is None, reason="needs LLVM 16 or newer")
+
+
+@needs_llvm
+def test_a_small_head_is_baked_exported_and_solved_with(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target, scene = tmp_path / "small.npz", tmp_path / "scene"
+    words = ["bake", "--env", "16x8", "--image", "12", "--quality", "draft", "--json"]
+    assert main([*words, "-o", str(target), "--export-scene", str(scene)]) == 0
+    printed = capsys.readouterr()
+    facts = json.loads(printed.out)
+    assert facts["transport"] == str(target)
+    assert 0 < facts["noise"] < 1
+    assert "100 %" in printed.err or "95 %" in printed.err
+    transport, pack = load_transport(target), load_pack(pack_path(target))
+    assert transport.environment_shape == (8, 16)
+    assert transport.size == 12
+    assert pack.header.transport_sha256 == transport.digest == facts["sha256"]
+    assert len(pack.styles) == 18
+    assert (scene / "scene.xml").is_file()
+    assert {file.name for file in (scene / "meshes").iterdir()} == {"skin.ply", "eyes.ply"}
+    assert not list(tmp_path.glob("*.bake"))
+
+
+@needs_llvm
+def test_a_head_of_ones_own_without_eyes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mesh = write_obj(tmp_path / "ball.obj", *sphere(2))
+    target = tmp_path / "ball.npz"
+    words = ["--head", str(mesh), "--skin", "dark", "--quality", "draft"]
+    assert main(["bake", *words, "--env", "8x4", "--image", "8", "-o", str(target)]) == 0
+    assert f"transport: {target}" in capsys.readouterr().out
+    header = load_transport(target).header
+    assert (header.head, header.skin) == ("ball", "dark")
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ([], "Say where to write"),
+        (["-o", "t.npz", "--env", "64x64"], "twice as wide as high"),
+        (["-o", "t.npz", "--env", "wide"], "must look like 64x32"),
+        (["-o", "t.npz", "--image", "4"], "--image must be"),
+        (["-o", "t.npz", "--seed", "-1"], "--seed must be"),
+        (["-o", "t.zip"], "is an .npz file"),
+        (["-o", "missing/t.npz"], "missing"),
+        (["-o", "t.npz", "--skin", "green"], "no skin tone"),
+        (["-o", "t.npz", "--variant", "abacus"], "no variant"),
+        (["-o", "t.npz", "--head", "nobody.ply", "--variant", "scalar"], "no head file"),
+        (["-o", "t.npz", "--head", "generic-eyes", "--variant", "scalar"], "no head file"),
+    ],
+)
+def test_bad_words_give_one_sentence_and_no_file(
+    words: list[str],
+    sentence: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["bake", *words]) == 2
+    printed = capsys.readouterr()
+    assert sentence in printed.err
+    assert "Traceback" not in printed.err
+    assert printed.out == ""
+    assert list(tmp_path.iterdir()) == []
