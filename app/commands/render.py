@@ -56,7 +56,12 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         required=True,
         help="picture to write: .png for looking at, .exr with linear light",
     )
-    parser.add_argument("--head", metavar="NAME", default="generic", help="head (default: generic)")
+    parser.add_argument(
+        "--head",
+        metavar="NAME",
+        default="generic",
+        help="head or baked T.npz (default: generic)",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=run)
 

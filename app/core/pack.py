@@ -24,7 +24,7 @@ from app.core.paths import resources
 from app.core.search import SearchTables, build_tables
 from app.core.search_basis import build_basis
 from app.core.styles import Style, StyleLamp
-from app.core.transport import Transport, load_named, load_transport, preintegrate, to_image
+from app.core.transport import Transport, load_named, preintegrate, to_image
 from app.core.weights import target_weights
 
 if TYPE_CHECKING:
@@ -315,9 +315,8 @@ def load_transport_of(pack: StylePack, head: str) -> Transport:
     """
     if head.endswith(".npz"):
         name = Path(head).name.removesuffix(_ENDING).removesuffix(".npz")
-        transport = load_transport(Path(head).with_name(f"{name}.npz"))
-    else:
-        transport = load_named(head)
+        head = str(Path(head).with_name(f"{name}.npz"))
+    transport = load_named(head)
     if transport.digest != pack.header.transport_sha256:
         raise TransportError(f"The style pack of {head!r} belongs to another transport.", _AGAIN)
     return transport

@@ -10,7 +10,8 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +21,6 @@ from app.core.colour import LUMINANCE_WEIGHTS
 from app.core.errors import TransportError
 from app.core.files import atomic_write
 from app.core.paths import resources
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 __all__ = [
     "FORMAT_VERSION",
@@ -234,8 +232,8 @@ def transport_names() -> tuple[str, ...]:
 
 
 def load_named(name: str) -> Transport:
-    """Load a shipped transport by name; see `load_transport` for the errors."""
-    return load_transport(transport_path(name))
+    """Load a shipped transport by name, or any by its path; see `load_transport` for the errors."""
+    return load_transport(Path(name) if name.endswith(".npz") else transport_path(name))
 
 
 def save_transport(path: Path, transport: Transport) -> str:
