@@ -58,54 +58,61 @@ def lamp_light(azimuth_deg: float, elevation_deg: float) -> NDArray[np.float32]:
     return np.repeat(inside[..., None], 3, axis=2).astype(np.float32)
 
 
-def compare(ours: Float64, one: Float64, two: Float64) -> dict[str, float]:
-    """Difference of a picture from two noisy references, without the references' noise.
+def compare(ours: tuple[Float64, Float64], theirs: tuple[Float64, Float64]) -> dict[str, float]:
+    """Difference of two bakes' pictures from two references, free of the noise of all four.
+
+    The errors of one bake against one reference and of the other bake against the other have
+    independent noise, so the mean of their product holds only what both bakes have wrong.
 
     Parameters
     ----------
-    ours, one, two : (P, 3) float
+    ours, theirs : two (P, 3) float
         Linear pictures on the face.
 
     Returns
     -------
     dict
         ``colour``: worst channel's relative difference of the mean; ``rmse``: RMS difference /
-        RMS, beyond the noise of the references' mean; ``noise``: that noise.
+        RMS beyond noise, 0 where noise hides it; ``rmse_2_sigma``: its upper bound at two
+        standard errors; ``noise``: of the references' mean.
     """
-    mean = (one + two) / 2
-    power = float((one * two).mean())
-    noise = float(np.square(one - two).mean()) / 4
-    error = float(np.square(ours - mean).mean())
-    colour = np.abs(ours.mean(axis=0) / mean.mean(axis=0) - 1)
+    (one, two), (first, second) = ours, theirs
+    power = float((first * second).mean())
+    products = (one - first) * (two - second) + (two - first) * (one - second)
+    squares = products.mean(axis=1) / 2
+    square, error = float(squares.mean()), float(squares.std() / np.sqrt(len(squares)))
+    colour = np.abs((one + two).mean(axis=0) / (first + second).mean(axis=0) - 1)
     return {
         "colour": float(colour.max()),
-        "rmse": float(np.sqrt(max(0.0, error - noise) / power)),
-        "noise": float(np.sqrt(noise / power)),
+        "rmse": float(np.sqrt(max(0.0, square) / power)),
+        "rmse_2_sigma": float(np.sqrt(max(0.0, square + 2 * error) / power)),
+        "noise": float(np.sqrt(np.square(first - second).mean() / 4 / power)),
     }
 
 
 def against_stock(
-    transport: Transport, scenes: Path, work: Path, paths: int
+    bakes: tuple[Transport, Transport], scenes: Path, work: Path, paths: int
 ) -> list[dict[str, object]]:
     """Environments and lamps against ``volpathmis``."""
     head, camera = generic_head()
+    transport = bakes[0]
+    # A covered pixel's background share shows the environment in stock Mitsuba: leave it out.
+    whole = transport.face & (transport.coverage > 0.999)
     lights = {Path(name).stem: read_light(scenes / name) for name in INDOORS}
     lights |= {f"lamp {a} {e}": lamp_light(a, e) for a, e in LAMPS}
     rows = []
     for name, light in lights.items():
-        references = [
+        one, two = (
             kept(
                 work / f"{name} {seed}.npy",
                 partial(stock_picture, head, camera, "medium", light, paths, seed),
-            ).reshape(-1, 3)[transport.pixels]
+            )
+            .reshape(-1, 3)[transport.pixels][whole]
+            .astype(np.float64)
             for seed in range(2)
-        ]
-        face = transport.face
-        # A covered pixel's background share shows the environment in stock Mitsuba: leave it out.
-        whole = face & (transport.coverage > 0.999)
-        ours = render(transport, light)
-        result = compare(*(p[whole].astype(np.float64) for p in (ours, *references)))
-        rows.append({"light": name, **result})
+        )
+        first, second = (render(bake, light)[whole].astype(np.float64) for bake in bakes)
+        rows.append({"light": name, **compare((first, second), (one, two))})
         print(rows[-1], flush=True)
     return rows
 
@@ -127,18 +134,24 @@ def plain_matrix(transport: Transport, work: Path, paths: int, seed: int) -> NDA
     return kept(work / f"plain-{paths}-{seed}.npy", trace)
 
 
-def against_plain(transport: Transport, work: Path, paths: int) -> list[dict[str, object]]:
+def against_plain(
+    bakes: tuple[Transport, Transport], work: Path, paths: int
+) -> list[dict[str, object]]:
     """Twelve single texels against plain backward path tracing of the same scene."""
     chosen = [(r, c) for r in (6, 11, 16, 21) for c in (20, 32, 45)]
     flat = [r * SHAPE[1] + c for r, c in chosen]
-
+    face = bakes[0].face
     one, two = (
-        plain_matrix(transport, work, paths, seed)[:, flat].astype(np.float64) for seed in (1, 2)
+        plain_matrix(bakes[0], work, paths, seed)[face][:, flat].astype(np.float64)
+        for seed in (1, 2)
     )
     rows = []
     for k, (row, column) in enumerate(chosen):
-        ours = np.stack([transport.matrix(c)[:, flat[k]] for c in range(3)], axis=-1)
-        result = compare(ours.astype(np.float64), one[:, k], two[:, k])
+        ours = tuple(
+            np.stack([bake.matrix(c)[face, flat[k]] for c in range(3)], axis=-1).astype(np.float64)
+            for bake in bakes
+        )
+        result = compare((ours[0], ours[1]), (one[:, k], two[:, k]))
         rows.append({"texel": [row, column], **result})
         print(rows[-1], flush=True)
     return rows
@@ -183,12 +196,13 @@ def main() -> None:
     args = parser.parse_args()
     select_variant("llvm")
     transport = load_named("generic")
+    bakes = transport, load_transport(args.second)
     result = {
         "transport_sha256": transport.digest,
         "paths_per_pixel": args.paths,
-        "noise": noise(transport, load_transport(args.second)),
-        "single_texels": against_plain(transport, args.work, 16 * args.paths),
-        "stock": against_stock(transport, args.scenes, args.work, args.paths),
+        "noise": noise(*bakes),
+        "single_texels": against_plain(bakes, args.work, 16 * args.paths),
+        "stock": against_stock(bakes, args.scenes, args.work, args.paths),
     }
     atomic_write_text(args.o, json.dumps(result, indent=1) + "\n")
     print(json.dumps(result["noise"]))
