@@ -47,7 +47,7 @@ def render_all(scenes: Path, work: Path, paths: int) -> None:
         light = read_light(scenes / name)
         for turn in range(TURNS):
             for seed in range(SEEDS):
-                file = work / f"{Path(name).stem}-{turn:02d}-{seed}.npy"
+                file = work / kept_name(name, paths, turn, seed)
                 if file.exists():
                     continue
                 picture = stock_picture(
@@ -59,6 +59,11 @@ def render_all(scenes: Path, work: Path, paths: int) -> None:
                 made += 1
         minutes = (time.perf_counter() - started) / 60
         print(f"{number + 1} of {len(INDOORS)} scenes, {made} pictures, {minutes:.1f} min")
+
+
+def kept_name(scene: str, paths: int, turn: int, seed: int) -> str:
+    """File of one picture; pictures of other paths are other pictures."""
+    return f"{Path(scene).stem}-{paths}-{turn:02d}-{seed}.npy"
 
 
 def curves(
@@ -100,7 +105,7 @@ def compare(scenes: Path, work: Path, paths: int) -> dict[str, object]:
     rows: list[dict[str, Any]] = []
     for name in INDOORS:
         stem = Path(name).stem
-        files = [[work / f"{stem}-{t:02d}-{s}.npy" for t in range(TURNS)] for s in range(SEEDS)]
+        files = [[work / kept_name(name, paths, t, s) for t in range(TURNS)] for s in range(SEEDS)]
         pictures = np.array(
             [
                 [luminance(np.load(f).astype(np.float64)).ravel()[pixels] for f in row]
@@ -159,7 +164,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", type=Path, required=True)
     parser.add_argument("--work", type=Path, required=True)
-    parser.add_argument("--paths", type=int, default=128)
+    parser.add_argument("--paths", type=int, default=256)
     parser.add_argument("--render-only", action="store_true")
     parser.add_argument("-o", type=Path, default=ROOT / "docs" / "brute-force.json")
     args = parser.parse_args()

@@ -104,7 +104,7 @@ def against_stock(
     for name, light in lights.items():
         one, two = (
             kept(
-                work / f"{name} {seed}.npy",
+                work / f"{name} {paths} {seed}.npy",
                 partial(stock_picture, head, camera, "medium", light, paths, seed),
             )
             .reshape(-1, 3)[transport.pixels][whole]
