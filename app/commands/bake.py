@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from app.commands.telling import Teller
 from app.core.errors import BakeError
 from app.core.files import check_target
 from app.core.paths import resources
@@ -164,7 +164,7 @@ def _bake(
         quality=quality,
         seed=args.seed,
         work=args.output.with_name(args.output.stem + ".bake"),
-        report=_Teller(started),
+        report=Teller(),
         token=Token(),
     )
     # The pack is made from the transport as it was rounded for the file, and names its checksum.
@@ -180,34 +180,3 @@ def _bake(
         "truncation": round(header.truncation, 4),
         "sha256": transport.digest,
     }
-
-
-class _Teller:
-    """Progress on stderr, with the time that is left by the rate since the long part began."""
-
-    def __init__(self, started: float) -> None:
-        self._started = started
-        self._first: tuple[float, float] | None = None
-        self._said = ""
-
-    def __call__(self, fraction: float, message: str) -> None:
-        now = time.monotonic()
-        left = ""
-        if self._first is None or fraction < self._first[0]:
-            self._first = (fraction, now)
-        gained = fraction - self._first[0]
-        if gained > 0.02 and fraction < 1:
-            seconds = (now - self._first[1]) / gained * (1 - fraction)
-            left = f", about {_duration(seconds)} left"
-        line = f"{100 * fraction:3.0f} %  {message}{left}"
-        if line != self._said:
-            print(line, file=sys.stderr, flush=True)
-            self._said = line
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 90:
-        return f"{max(5, 5 * round(seconds / 5))} s"
-    if seconds < 90 * 60:
-        return f"{round(seconds / 60)} min"
-    return f"{round(seconds / 3600)} h"

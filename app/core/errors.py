@@ -12,6 +12,7 @@ __all__ = [
     "CoreError",
     "EnvironmentFileError",
     "HeadError",
+    "ProbeError",
     "StyleError",
     "TransportError",
 ]
@@ -68,3 +69,7 @@ class Cancelled(CoreError):
 
     def __init__(self, message: str = "Cancelled.", hint: str = "") -> None:
         super().__init__(message, hint)
+
+
+class ProbeError(CoreError):
+    """A bracket of exposures cannot be read or merged."""

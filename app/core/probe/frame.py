@@ -1,0 +1,172 @@
+"""Plain data of the light probe: exposures, frames, brackets, merged light."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+__all__ = ["Bracket", "Exposure", "Frame", "LensExposure", "Merged", "Pose"]
+
+Float32: TypeAlias = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class Exposure:
+    """How much light one frame was given.
+
+    Attributes
+    ----------
+    shutter_s : float
+        Exposure time in seconds, > 0.
+    iso : float
+        Sensitivity; 100 where it is not known and the same for all frames.
+    aperture : float
+        F-number; 1 where it is not known and the same for all frames.
+    known : bool
+        Whether ISO and aperture were stated; without them there is no absolute luminance.
+    """
+
+    shutter_s: float
+    iso: float = 100.0
+    aperture: float = 1.0
+    known: bool = True
+
+    @property
+    def factor(self) -> float:
+        """Linear exposure: shutter times ISO / 100 over f-number squared; brighter is larger."""
+        return self.shutter_s * self.iso / 100.0 / self.aperture**2
+
+    @property
+    def ev(self) -> float:
+        """The same in stops; one more is a frame twice as bright."""
+        return math.log2(self.factor)
+
+    @property
+    def saturation_cd_m2(self) -> float | None:
+        """Luminance that saturates the frame, in cd/m2, None where it cannot be known.
+
+        ISO 12232 saturation: L = 78 N^2 / (q t S) with q = 0.65.
+        """
+        return 1.2 / self.factor if self.known else None
+
+
+@dataclass(frozen=True, slots=True)
+class LensExposure:
+    """What one lens of the camera did by itself (Ricoh maker note 0x0101, 0x0103)."""
+
+    shutter_s: float
+    iso: float
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Orientation that XMP (GPano) states, in degrees; the compass heading is kept, never used."""
+
+    pitch_deg: float
+    roll_deg: float
+    heading_deg: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One exposure of a bracket: what its file says, not its pixels.
+
+    Attributes
+    ----------
+    path : Path
+        The file; never written to.
+    shape : tuple[int, int]
+        Rows and columns.
+    kind : str
+        "uint8", "uint16", "half" or "float".
+    exposure : Exposure or None
+        From EXIF or from the user; None where nothing is stated.
+    camera : str
+        Model without padding, "" where not stated.
+    pose : Pose or None
+        From XMP.
+    zenith_corrected : bool or None
+        Ricoh maker note 0x0007: the camera has levelled the picture already.
+    lenses : tuple[LensExposure, ...]
+        Per-lens values of the maker note; empty where not stated.
+    tone_mapped : bool
+        The maker note says that HDR rendering or range compression was on.
+    """
+
+    path: Path
+    shape: tuple[int, int]
+    kind: str = "uint8"
+    exposure: Exposure | None = None
+    camera: str = ""
+    pose: Pose | None = None
+    zenith_corrected: bool | None = None
+    lenses: tuple[LensExposure, ...] = ()
+    tone_mapped: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Bracket:
+    """The frames of one place and time.
+
+    Attributes
+    ----------
+    frames : tuple[Frame, ...]
+        Brightest first, duplicates dropped, every one with an exposure, all of one shape.
+    stops : tuple[float, ...]
+        Exposure of each frame in stops (`Exposure.ev`), falling.
+    warnings : tuple[str, ...]
+        Sentences for the user.
+    """
+
+    frames: tuple[Frame, ...]
+    stops: tuple[float, ...]
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of every frame."""
+        return self.frames[0].shape
+
+    @property
+    def panorama(self) -> bool:
+        """Whether the frames are full 2:1 panoramas."""
+        return self.shape[1] == 2 * self.shape[0]
+
+
+@dataclass(frozen=True, slots=True)
+class Merged:
+    """Linear light of a bracket, with what the bracket could not hold.
+
+    Attributes
+    ----------
+    radiance : (H, W, 3) float32
+        Linear Rec. 709, finite, not negative. 1 is what saturates a frame of exposure
+        `reference_ev`. Where all frames are clipped, a lower bound.
+    clipped : (H, W) float32
+        Share of the texel's area whose worst channel is clipped in every frame, 0 to 1.
+    dark : (H, W) float32
+        Share of the texel's area that is black in every frame, 0 to 1.
+    reference_ev : float
+        Exposure that the unit stands for, in stops.
+    clip_level : float
+        Radiance at which the darkest frame clips.
+    cd_m2 : float or None
+        Luminance of one unit in cd/m2, None where the exposure is not known absolutely.
+    clipped_fractions : tuple[float, ...]
+        Share of the pixels clipped in each frame of the bracket, in its order.
+    """
+
+    radiance: Float32 = field(repr=False)
+    clipped: Float32 = field(repr=False)
+    dark: Float32 = field(repr=False)
+    reference_ev: float
+    clip_level: float
+    cd_m2: float | None = None
+    clipped_fractions: tuple[float, ...] = ()
