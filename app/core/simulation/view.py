@@ -1,0 +1,220 @@
+"""What an imitation camera sees: an environment enlarged to the frame's size, and rotated.
+
+The truth that a frame can be compared with is `enlarged` of the environment, and for frames of
+the environment's own size the environment itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core import sphere
+from app.core.environment import reduce_radiance
+
+if TYPE_CHECKING:
+    from app.core.colour import FloatImage
+    from app.core.probe.frame import Pose
+
+__all__ = ["View", "enlarged", "tilt_rotation", "view_of"]
+
+Float64: TypeAlias = NDArray[np.float64]
+_Taps: TypeAlias = tuple[NDArray[np.intp], NDArray[np.float32]]
+"""First of two neighbouring texels, and the share of the second; one of each per pixel."""
+
+
+def tilt_rotation(pose: Pose) -> Float64:
+    """Rotation from a tilted camera's panorama to the level one, front lens at azimuth 0.
+
+    As in files of the Theta: the camera is pitched first (front lens up), and then rolled about
+    the level axis to which its front lens had pointed (clockwise as seen from behind). What this
+    turns the front lens aside is taken back, and the compass heading is left out, so that the
+    frame's centre column stays on azimuth 0.
+
+    Parameters
+    ----------
+    pose : Pose
+        Pitch and roll in degrees.
+
+    Returns
+    -------
+    (3, 3) float64
+        Takes directions in the tilted panorama to directions in the level one, in the axes of
+        `app.core.sphere`; `sphere.remap_frame` by it levels the frame.
+    """
+    tilt = sphere.rotation(0.0, 0.0, pose.roll_deg) @ sphere.rotation(0.0, pose.pitch_deg)
+    yaw, _, _ = sphere.angles_of(tilt)
+    return np.asarray(sphere.rotation(-yaw) @ tilt)
+
+
+def enlarged(
+    environment: FloatImage, shape: tuple[int, int], *, smooth: bool = False
+) -> FloatImage:
+    """Bring an environment to another size, as frames of that size see it.
+
+    Parameters
+    ----------
+    environment : NDArray[np.float32], (H, W, 3)
+        Linear radiance, any scale.
+    shape : tuple[int, int]
+        Rows and columns wanted.
+    smooth : bool, optional
+        Whether texels are joined by straight lines (bilinear between their middles), which looks
+        like a photograph. Otherwise every texel is constant over its area and each pixel the
+        mean over its own area by solid angle: reducing the result gives the environment again.
+        Smaller sizes are always reached by that mean.
+
+    Returns
+    -------
+    NDArray[np.float32], (rows, columns, 3)
+        Linear radiance in the same scale.
+    """
+    return view_of(environment, shape, smooth=smooth).band(0, shape[0])
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """An environment as one frame sees it, ready to be sampled in bands of rows.
+
+    Attributes
+    ----------
+    shape : tuple[int, int]
+        Rows and columns of the frame.
+    texels : NDArray[np.float32]
+        The environment with one more texel at each side, over the edge and the poles; for
+        frames that are not rotated, columns are enlarged already.
+    rows : tuple
+        Which two of these rows each row of the frame mixes, and in what shares.
+    rotation : (3, 3) float64 or None
+        From directions in the frame to directions in the environment.
+    smooth : bool
+        Whether rotated frames are sampled bilinearly.
+    """
+
+    shape: tuple[int, int]
+    texels: FloatImage
+    rows: _Taps
+    rotation: Float64 | None = None
+    smooth: bool = False
+
+    def band(self, start: int, stop: int) -> FloatImage:
+        """Sample some rows.
+
+        Parameters
+        ----------
+        start, stop : int
+            First row and the one after the last.
+
+        Returns
+        -------
+        NDArray[np.float32], (stop - start, W, 3)
+            Linear radiance, a new array.
+        """
+        if self.rotation is not None:
+            return self._rotated(start, stop)
+        first, share = self.rows[0][start:stop], self.rows[1][start:stop, None, None]
+        if not share.any():
+            return self.texels[first]
+        mixed = self.texels[first + 1]
+        mixed *= share
+        mixed += self.texels[first] * (1.0 - share)
+        return mixed
+
+    def _rotated(self, start: int, stop: int) -> FloatImage:
+        height, width = self.shape
+        azimuth = 2.0 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
+        elevation = np.pi * (0.5 - (np.arange(start, stop) + 0.5) / height)
+        level = np.stack([-np.sin(azimuth), np.zeros(width), np.cos(azimuth)], axis=1)
+        across = (level @ np.asarray(self.rotation).T).astype(np.float32)
+        upward = np.asarray(self.rotation)[:, 1].astype(np.float32)
+        vectors = np.cos(elevation).astype(np.float32)[:, None, None] * across
+        vectors += np.sin(elevation).astype(np.float32)[:, None, None] * upward
+        texels = (self.texels.shape[0] - 2, self.texels.shape[1] - 2)
+        columns, rows = sphere.positions(vectors, texels)
+        how = cv2.INTER_LINEAR if self.smooth else cv2.INTER_NEAREST
+        one = np.float32(1.0)
+        sampled = cv2.remap(self.texels, columns + one, rows + one, how)
+        return np.asarray(sampled, dtype=np.float32)
+
+
+def view_of(
+    environment: FloatImage,
+    shape: tuple[int, int],
+    *,
+    smooth: bool = False,
+    rotation: Float64 | None = None,
+) -> View:
+    """Prepare an environment for sampling.
+
+    Parameters
+    ----------
+    environment : NDArray[np.float32], (H, W, 3)
+        Linear radiance, any scale.
+    shape : tuple[int, int]
+        Rows and columns of the frame.
+    smooth : bool, optional
+        See `enlarged`. Rotated frames that are not larger than the environment are always
+        sampled bilinearly.
+    rotation : (3, 3) float64, optional
+        From directions in the frame to directions in the environment; None for no rotation.
+
+    Returns
+    -------
+    View
+        To be sampled with `View.band`.
+
+    Raises
+    ------
+    ValueError
+        When the environment has no three channels, or sizes differ and one of them is not 2:1.
+    """
+    if environment.ndim != 3 or environment.shape[2] != 3:
+        raise ValueError(f"an environment is (H, W, 3), not {environment.shape}")
+    given = (environment.shape[0], environment.shape[1])
+    panoramas = given[1] == 2 * given[0] and shape[1] == 2 * shape[0]
+    if not panoramas and (given != shape or rotation is not None):
+        raise ValueError(f"only 2:1 panoramas can be resized or rotated, not {given} to {shape}")
+    texels = np.asarray(environment, dtype=np.float32)
+    if shape[0] < given[0]:
+        texels = reduce_radiance(texels, shape)
+    height, width = texels.shape[:2]
+    smooth_at = smooth or shape == (height, width)
+    around = np.concatenate([texels[:, -1:], texels, texels[:, :1]], axis=1)
+    half = width // 2
+    poles = [np.roll(texels[row : row + 1], half, axis=1) for row in (0, height - 1)]
+    over = [np.concatenate([pole[:, -1:], pole, pole[:, :1]], axis=1) for pole in poles]
+    padded = np.ascontiguousarray(np.concatenate([over[0], around, over[1]]))
+    if rotation is None:
+        padded = _mix_columns(padded, _taps(width, shape[1], smooth=smooth))
+    rows = _taps(height, shape[0], smooth=smooth, spherical=True)
+    return View(shape, padded, rows, rotation, smooth_at)
+
+
+def _mix_columns(padded: FloatImage, taps: _Taps) -> FloatImage:
+    first, share = taps
+    if not share.any():
+        return np.ascontiguousarray(padded[:, first])
+    weights = share[:, None]
+    return np.ascontiguousarray(padded[:, first] * (1.0 - weights) + padded[:, first + 1] * weights)
+
+
+def _taps(given: int, wanted: int, *, smooth: bool, spherical: bool = False) -> _Taps:
+    """Find the two texels, counted in the padded environment, that each pixel mixes."""
+    edges = np.arange(wanted + 1) * (given / wanted)
+    if smooth or given == wanted:
+        middle = 0.5 * (edges[:-1] + edges[1:]) - 0.5
+        first = np.floor(middle + 1e-9)
+        share = np.maximum(middle - first, 0.0)
+    else:
+        first = np.floor(edges[:-1] + 1e-9)
+        cut = np.minimum(np.maximum(first + 1.0, edges[:-1]), edges[1:])
+        top, cut, bottom = (
+            -np.cos(np.pi * at / given) if spherical else at for at in (edges[:-1], cut, edges[1:])
+        )
+        share = (bottom - cut) / (bottom - top)
+    share[share < 1e-9] = 0.0
+    return (first + 1).astype(np.intp), share.astype(np.float32)
