@@ -1,0 +1,111 @@
+"""What the answers would be under another light: turns chosen, and what a turn gives up.
+
+The choice is that of `app.core.solve`, for many lights at once and without refining the turn.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import EnvironmentFileError
+from app.core.peaks import best_index
+from app.core.reasons import EPSILON, MIN_STRENGTH
+from app.core.search import curves
+from app.core.solve import match_and_strength
+
+if TYPE_CHECKING:
+    from app.core.pack import StylePack
+    from app.core.solve import Objective
+
+__all__ = ["Choice", "choose", "given_up"]
+
+Bool: TypeAlias = NDArray[np.bool_]
+Float64: TypeAlias = NDArray[np.float64]
+Int64: TypeAlias = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """What decides the turn of every style under one light.
+
+    Attributes
+    ----------
+    curve : (S, 64) float64
+        The objective: match where the picture objective chooses, quality C where C does.
+    allowed : (S, 64) bool
+        Turns that may be chosen: those of sufficient strength.
+    """
+
+    curve: Float64
+    allowed: Bool
+
+    @property
+    def turns(self) -> Int64:
+        """(S,) int64: the turn chosen for each style, 0..63, as `app.core.solve` would."""
+        return np.array(
+            [best_index(c, a) for c, a in zip(self.curve, self.allowed, strict=True)], np.int64
+        )
+
+
+def choose(
+    pack: StylePack, luminance: NDArray[np.floating[Any]], objective: Objective = "picture"
+) -> Choice:
+    """Find what decides the turns under a light.
+
+    Parameters
+    ----------
+    pack : StylePack
+        Head and styles.
+    luminance : (H, W) float
+        Environment at turn 0 in the pack's size, any exposure.
+    objective : {"picture", "paper"}
+        As for `app.core.solve.solve_all`.
+
+    Returns
+    -------
+    Choice
+
+    Raises
+    ------
+    EnvironmentFileError
+        If the environment is black or not finite.
+    """
+    mean = float(np.mean(luminance, dtype=np.float64))
+    if not np.isfinite(mean) or mean <= 0:
+        raise EnvironmentFileError("The environment is black: there is no light to turn toward.")
+    found = curves(pack.tables, np.asarray(luminance, np.float64) / mean)
+    if objective == "paper":
+        return Choice(found.quality, np.ones(found.quality.shape, bool))
+    match, whole, strength = match_and_strength(pack, found)
+    every_lamp, as_whole = strength >= MIN_STRENGTH, whole >= MIN_STRENGTH
+    attainable = (every_lamp & (match >= EPSILON)).any(axis=1, keepdims=True)
+    allowed = np.where(attainable, every_lamp, as_whole)
+    weak = ~allowed.any(axis=1, keepdims=True)
+    return Choice(np.where(weak, found.quality, match), allowed | weak)
+
+
+def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
+    """Share of what a place could give that is lost by turning elsewhere.
+
+    Parameters
+    ----------
+    truth : Choice
+        Under the true light.
+    turns : (S,) int
+        The turn taken for each style, 0..63.
+
+    Returns
+    -------
+    (S,) float64
+        (best value of the objective among the turns allowed, minus its value at the turn taken)
+        over the range of the objective's curve; 0 to 1.
+    """
+    best = np.where(truth.allowed, truth.curve, -np.inf).max(axis=1)
+    taken = truth.curve[np.arange(len(truth.curve)), turns]
+    span = np.ptp(truth.curve, axis=1)
+    lost = (best - taken) / np.maximum(span, 1e-30)
+    return np.asarray(np.clip(lost, 0.0, 1.0), np.float64)
