@@ -144,15 +144,13 @@ def test_tilt_is_undone_by_its_rotation(pose: Pose) -> None:
     lamp = sphere.direction(50.0, 20.0)
     environment[looks @ lamp > np.cos(np.radians(4.0))] = 0.8 * LEVEL
     picture = develop(environment, THETA_S, EXPOSURE, tilt=pose, smooth=True)
-    # By hand, with no help from the code under test: roll about Z after pitch about X, as a
-    # Theta does, and then about Y until the front lens is back at azimuth 0.
-    p, r = np.radians([pose.pitch_deg, pose.roll_deg])
-    about_x = np.array([[1, 0, 0], [0, np.cos(p), np.sin(p)], [0, -np.sin(p), np.cos(p)]])
-    about_z = np.array([[np.cos(r), -np.sin(r), 0], [np.sin(r), np.cos(r), 0], [0, 0, 1]])
-    front = about_z @ about_x @ [0.0, 0.0, 1.0]
-    a = -np.arctan2(front[0], front[2])
-    about_y = np.array([[np.cos(a), 0, np.sin(a)], [0, 1, 0], [-np.sin(a), 0, np.cos(a)]])
-    levelling = about_y @ about_z @ about_x
+    # By hand, with no help from the code under test: the accelerometer of a Theta sees up under
+    # the pitch in one plane and under the roll in another; the front lens keeps its azimuth.
+    p, r = np.tan(np.radians([pose.pitch_deg, pose.roll_deg]))
+    up = np.array([r, 1.0, p]) / np.sqrt(1.0 + p * p + r * r)
+    front = np.array([0.0, 0.0, 1.0]) - up * up[2]
+    front /= np.linalg.norm(front)
+    levelling = np.stack([np.cross(up, front), up, front])
     assert _angle(_lamp(picture), levelling.T @ lamp) < 0.3
     assert _angle(_lamp(np.asarray(sphere.remap_frame(picture, levelling))), lamp) < 0.3
 

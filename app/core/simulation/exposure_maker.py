@@ -23,11 +23,12 @@ import cv2
 import numpy as np
 
 from app.core.probe.frame import LensExposure, Pose
+from app.core.probe.level import tilt_rotation
 from app.core.simulation.curves import SRGB, Curve
 from app.core.simulation.exif import Tags, exif_segment, pose_segment, with_segments
 from app.core.simulation.lens import bloomed, column_gains
 from app.core.simulation.sensor import add_sensor_noise, saturation_cd_m2
-from app.core.simulation.view import tilt_rotation, view_of
+from app.core.simulation.view import view_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -329,7 +330,9 @@ def _levels(camera: CameraModel, shot: Shot) -> bool:
 def _rotation(camera: CameraModel, shot: Shot) -> NDArray[np.float64] | None:
     """From directions in the frame to directions in the environment; None for neither tilt."""
     tilted = shot.tilt is not None and not _levels(camera, shot)
-    tilt = tilt_rotation(shot.tilt) if tilted and shot.tilt is not None else None
+    # Thetas state what their accelerometer says of either axis, others follow GPano.
+    gravity = "THETA" in camera.model.upper()
+    tilt = tilt_rotation(shot.tilt, gravity=gravity) if tilted and shot.tilt is not None else None
     if shot.shift is None:
         return tilt
     shift = np.asarray(shot.shift, dtype=np.float64)

@@ -18,37 +18,12 @@ from app.core.environment import reduce_radiance
 
 if TYPE_CHECKING:
     from app.core.colour import FloatImage
-    from app.core.probe.frame import Pose
 
-__all__ = ["View", "enlarged", "tilt_rotation", "view_of"]
+__all__ = ["View", "enlarged", "view_of"]
 
 Float64: TypeAlias = NDArray[np.float64]
 _Taps: TypeAlias = tuple[NDArray[np.intp], NDArray[np.float32]]
 """First of two neighbouring texels, and the share of the second; one of each per pixel."""
-
-
-def tilt_rotation(pose: Pose) -> Float64:
-    """Rotation from a tilted camera's panorama to the level one, front lens at azimuth 0.
-
-    As in files of the Theta: the camera is pitched first (front lens up), and then rolled about
-    the level axis to which its front lens had pointed (clockwise as seen from behind). What this
-    turns the front lens aside is taken back, and the compass heading is left out, so that the
-    frame's centre column stays on azimuth 0.
-
-    Parameters
-    ----------
-    pose : Pose
-        Pitch and roll in degrees.
-
-    Returns
-    -------
-    (3, 3) float64
-        Takes directions in the tilted panorama to directions in the level one, in the axes of
-        `app.core.sphere`; `sphere.remap_frame` by it levels the frame.
-    """
-    tilt = sphere.rotation(0.0, 0.0, pose.roll_deg) @ sphere.rotation(0.0, pose.pitch_deg)
-    yaw, _, _ = sphere.angles_of(tilt)
-    return np.asarray(sphere.rotation(-yaw) @ tilt)
 
 
 def enlarged(
