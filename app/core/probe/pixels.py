@@ -1,0 +1,428 @@
+"""Pixels of a bracket: decoding, small pictures and samples for the analyses.
+
+A bracket that fits is decoded once and held in memory; a larger one is read again row by row
+when it is merged, so that the size of the pictures hardly matters. Either way the analyses
+(response, alignment, what moved) see the same small pictures and the same samples.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final, Self, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.colour import srgb_encode
+from app.core.errors import ProbeError
+from app.core.probe.decoding import (
+    READ_ROWS,
+    FileRows,
+    MemoryRows,
+    Pixels,
+    RawRows,
+    RowSource,
+    bytes_per_frame,
+    decode,
+    needs_whole_decode,
+    row_bands,
+)
+from app.core.progress import Report, Token, silent
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from concurrent.futures import Future
+    from types import TracebackType
+
+    from app.core.probe.frame import Bracket, Frame
+
+__all__ = [
+    "MEMORY_BYTES",
+    "SAMPLES",
+    "FrameStack",
+    "open_frames",
+    "proxy_shape",
+    "rotated",
+    "workers",
+]
+
+Bytes: TypeAlias = NDArray[np.uint8]
+
+MEMORY_BYTES: Final = 640 << 20
+"""Decoded frames up to this size together are held in memory."""
+
+SAMPLES: Final = 20_000
+"""About how many pixels are sampled."""
+
+_REDUCTION: Final = 8
+_MIN_PROXY_WIDTH: Final = 256
+_SEED: Final = 20190820
+_LEAST_FRAMES: Final = 2
+# A value that so large a share of the pixels comes this near to is where the frame was cut.
+_PLATEAU: Final = 0.9995
+_PLATEAU_SHARE: Final = 1e-5
+_LEAST_PLATEAU: Final = 4
+
+
+@dataclass(frozen=True, slots=True)
+class FrameStack:
+    """The frames of a bracket that could be read, and what the analyses look at.
+
+    Use it as a context manager, or call `close`: large brackets keep files open.
+
+    Attributes
+    ----------
+    frames : tuple[Frame, ...]
+        Frames that could be read, brightest first.
+    stops : tuple[float, ...]
+        Their nominal exposures in stops.
+    proxies : tuple[NDArray[np.uint8], ...], (h, w, 3) each
+        Area means of the coded values, `proxy_shape` large. 16-bit codes are cut to 8 bits,
+        linear frames are coded by the sRGB curve below `top`, or below 1.
+    samples : NDArray[np.uint8], (K, N, 3)
+        The same N pixels of every frame, coded as the proxies, not averaged.
+    sample_places : NDArray[np.intp], (N, 2)
+        Row and column of each sample in the full frames.
+    top : float
+        Linear value at which float frames saturate, infinite where they do not.
+    sources : tuple[RowSource, ...]
+        Where the full pixels come from.
+    dropped : tuple[Frame, ...]
+        Frames that could not be read.
+    warnings : tuple[str, ...]
+        One sentence for each of those.
+    """
+
+    frames: tuple[Frame, ...]
+    stops: tuple[float, ...]
+    proxies: tuple[Bytes, ...] = field(repr=False)
+    samples: Bytes = field(repr=False)
+    sample_places: NDArray[np.intp] = field(repr=False)
+    top: float
+    sources: tuple[RowSource, ...] = field(repr=False)
+    dropped: tuple[Frame, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of every frame."""
+        return self.frames[0].shape
+
+    @property
+    def in_memory(self) -> bool:
+        """Whether all frames are held in memory."""
+        return all(isinstance(source, MemoryRows) for source in self.sources)
+
+    def close(self) -> None:
+        """Close the files that are open; more than once is fine."""
+        for source in self.sources:
+            source.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+@dataclass(frozen=True, slots=True)
+class _Opened:
+    """One frame after its first pass."""
+
+    source: RowSource
+    proxy: Pixels
+    samples: Pixels
+    top: float
+
+
+def workers(tasks: int) -> int:
+    """How many threads to use for so many independent tasks: at most four, at most the cores."""
+    return max(1, min(4, os.cpu_count() or 1, tasks))
+
+
+def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
+    """Size of the small pictures: an eighth, but at least 256 columns where the frame has them.
+
+    Examples
+    --------
+    >>> proxy_shape((2688, 5376)), proxy_shape((512, 1024)), proxy_shape((100, 200))
+    ((336, 672), (128, 256), (100, 200))
+    """
+    height, width = shape
+    wanted = min(width, max(_MIN_PROXY_WIDTH, round(width / _REDUCTION)))
+    return max(1, round(height * wanted / width)), wanted
+
+
+def open_frames(
+    bracket: Bracket,
+    *,
+    memory_bytes: int = MEMORY_BYTES,
+    token: Token | None = None,
+    report: Report = silent,
+) -> FrameStack:
+    """Read the pixels of a bracket once.
+
+    Parameters
+    ----------
+    bracket : Bracket
+        The frames, brightest first, of one size.
+    memory_bytes : int, optional
+        Hold the frames in memory when they take no more than this together; otherwise they are
+        read again by rows whenever they are needed.
+    token : Token, optional
+        Checked every few rows.
+    report : Report, optional
+        Told after each frame.
+
+    Returns
+    -------
+    FrameStack
+        Without the frames that are damaged or cut off, each of which is named in a warning.
+
+    Raises
+    ------
+    ProbeError
+        When fewer than two frames can be read.
+    Cancelled
+        When the token was cancelled.
+    """
+    token = token or Token()
+    hold = sum(bytes_per_frame(frame) for frame in bracket.frames) <= memory_bytes
+    places = _places(bracket.shape)
+
+    def first_pass(frame: Frame) -> _Opened | ProbeError:
+        try:
+            return _open(frame, places, hold, token)
+        except ProbeError as error:
+            return error
+
+    results = _in_threads(first_pass, bracket.frames, report)
+    good = [index for index, result in enumerate(results) if isinstance(result, _Opened)]
+    opened = [result for result in results if isinstance(result, _Opened)]
+    warnings = tuple(
+        f"{result.message} The frame is left out."
+        for result in results
+        if isinstance(result, ProbeError)
+    )
+    top = max((one.top for one in opened if one.top > 0.0), default=math.inf)
+    stack = FrameStack(
+        frames=tuple(bracket.frames[index] for index in good),
+        stops=tuple(bracket.stops[index] for index in good),
+        proxies=tuple(_coded(one.proxy, top) for one in opened),
+        samples=np.array([_coded(one.samples, top) for one in opened], np.uint8),
+        sample_places=places,
+        top=top,
+        sources=tuple(one.source for one in opened),
+        dropped=tuple(f for index, f in enumerate(bracket.frames) if index not in good),
+        warnings=warnings,
+    )
+    if len(opened) < min(_LEAST_FRAMES, len(bracket.frames)):
+        stack.close()
+        errors = [result for result in results if isinstance(result, ProbeError)]
+        raise _too_few(errors, len(opened))
+    return stack
+
+
+def rotated(
+    stack: FrameStack,
+    rotations: Sequence[NDArray[np.float64] | None],
+    *,
+    token: Token | None = None,
+    report: Report = silent,
+) -> FrameStack:
+    """Turn single frames of a stack on the sphere.
+
+    Parameters
+    ----------
+    stack : FrameStack
+        The frames; panoramas. It is used up: close the result instead.
+    rotations : Sequence[NDArray[np.float64] or None], (3, 3) each
+        For each frame what `app.core.sphere.remap_frame` takes, None for a frame that stays.
+    token : Token, optional
+        Checked for each frame.
+    report : Report, optional
+        Told after each frame.
+
+    Returns
+    -------
+    FrameStack
+        With proxies and samples taken anew; frames that stay are not touched. Where the stack is
+        not in memory a turned frame is kept in a temporary file.
+
+    Raises
+    ------
+    ProbeError
+        When a file has been damaged meanwhile or the disk is full.
+    Cancelled
+        When the token was cancelled.
+    """
+    from app.core.sphere import remap_frame
+
+    token = token or Token()
+    proxies, sources = list(stack.proxies), list(stack.sources)
+    samples = stack.samples
+    hold = stack.in_memory
+    for index, rotation in enumerate(rotations):
+        token.check()
+        if rotation is None:
+            continue
+        pixels = remap_frame(_whole(sources[index], stack.frames[index], token), rotation)
+        sources[index].close()
+        if samples is stack.samples:
+            samples = samples.copy()
+        proxies[index] = _coded(_shrink(pixels, proxy_shape(stack.shape)), stack.top)
+        samples[index] = _coded(_sampled(pixels, stack.sample_places), stack.top)
+        sources[index] = MemoryRows(pixels) if hold else RawRows(pixels)
+        report((index + 1) / len(rotations), "aligning frames")
+    return replace(stack, proxies=tuple(proxies), samples=samples, sources=tuple(sources))
+
+
+def _in_threads(
+    work: Callable[[Frame], _Opened | ProbeError],
+    frames: Sequence[Frame],
+    report: Report,
+) -> list[_Opened | ProbeError]:
+    """Run one task per frame; when one of them fails, the others' frames are let go of."""
+    results: list[_Opened | ProbeError] = []
+    with ThreadPoolExecutor(workers(len(frames))) as pool:
+        futures = [pool.submit(work, frame) for frame in frames]
+        try:
+            for index, future in enumerate(futures):
+                results.append(future.result())
+                report((index + 1) / len(frames), "reading frames")
+        except BaseException:
+            for future in futures:
+                future.cancel()
+            for future in futures:
+                _let_go(future)
+            raise
+    return results
+
+
+def _too_few(errors: Sequence[ProbeError], left: int) -> ProbeError:
+    rest = "no frame is" if left == 0 else "only one frame is"
+    names = " ".join(error.message for error in errors)
+    return ProbeError(f"{names} With {rest} left there is nothing to merge.", errors[0].hint)
+
+
+def _let_go(future: Future[_Opened | ProbeError]) -> None:
+    """Close what a task has opened after another one failed."""
+    if future.cancelled():
+        return
+    try:
+        result = future.result()
+    except Exception:  # noqa: BLE001
+        return  # the first failure is the one that is told
+    if isinstance(result, _Opened):
+        result.source.close()
+
+
+def _open(frame: Frame, places: NDArray[np.intp], hold: bool, token: Token) -> _Opened:
+    """Read a frame for the first time."""
+    if hold or needs_whole_decode(frame.path):
+        pixels = decode(frame, token)
+        source: RowSource = MemoryRows(pixels) if hold else RawRows(pixels)
+        proxy = _shrink(pixels, proxy_shape(frame.shape))
+        return _Opened(source, proxy, _sampled(pixels, places), _top(pixels))
+    rows = FileRows(frame)
+    try:
+        return _by_rows(rows, frame, places, token)
+    finally:
+        # A closed file opens itself again; until the merge nothing needs to stay open.
+        rows.close()
+
+
+def _by_rows(source: RowSource, frame: Frame, places: NDArray[np.intp], token: Token) -> _Opened:
+    """Read a frame once by rows without keeping it."""
+    height = frame.shape[0]
+    small = proxy_shape(frame.shape)
+    # Whole rows of the small picture per step, each from the rows that it covers.
+    per_step = max(1, READ_ROWS * small[0] // height)
+    proxies: list[Pixels] = []
+    samples: Pixels | None = None
+    rest: Pixels | None = None
+    done, top = 0, 0.0
+    for start, stop in row_bands(small[0], per_step):
+        token.check()
+        first, last = start * height // small[0], -(-stop * height // small[0])
+        pixels = source.rows(done, last)
+        # A row that two small rows share was read in the step before.
+        if rest is not None and first < done:
+            pixels = np.concatenate([rest[first - done :], pixels])
+        top = max(top, _top(pixels))
+        proxies.append(_shrink(pixels, (stop - start, small[1])))
+        inside = (places[:, 0] >= done) & (places[:, 0] < last)
+        if samples is None:
+            samples = np.empty((len(places), 3), pixels.dtype)
+        samples[inside] = pixels[places[inside, 0] - first, places[inside, 1]]
+        rest, done = pixels[-1:].copy(), last
+    assert samples is not None
+    return _Opened(source, np.concatenate(proxies), samples, top)
+
+
+def _whole(source: RowSource, frame: Frame, token: Token) -> Pixels:
+    """All pixels of a frame in one array."""
+    if isinstance(source, MemoryRows):
+        return source.pixels
+    first = source.rows(0, 1)
+    pixels: Pixels = np.empty((*frame.shape, 3), first.dtype)
+    for start, stop in row_bands(frame.shape[0], READ_ROWS):
+        token.check()
+        pixels[start:stop] = source.rows(start, stop)
+    return pixels
+
+
+def _places(shape: tuple[int, int]) -> NDArray[np.intp]:
+    """Rows and columns of the samples: a jittered grid, from top to bottom, always the same."""
+    height, width = shape
+    step = max(1.0, np.sqrt(height * width / SAMPLES))
+    rows, columns = max(1, int(height / step)), max(1, int(width / step))
+    jitter = np.random.default_rng(_SEED).random((2, rows, columns))
+    row = (np.arange(rows)[:, None] + jitter[0]) * (height / rows)
+    column = (np.arange(columns) + jitter[1]) * (width / columns)
+    return np.stack([row.ravel(), column.ravel()], axis=1).astype(np.intp)
+
+
+def _sampled(pixels: Pixels, places: NDArray[np.intp]) -> Pixels:
+    taken: Pixels = pixels[places[:, 0], places[:, 1]]
+    return taken
+
+
+def _top(pixels: Pixels) -> float:
+    """Where linear pixels saturate: their maximum, if more than a stray few share it, else 0."""
+    if pixels.dtype != np.float32:
+        return 0.0
+    largest = pixels.max(axis=-1)
+    finite = largest[np.isfinite(largest)]
+    top = float(finite.max(initial=0.0))
+    flat = np.count_nonzero(finite >= top * _PLATEAU)
+    return top if flat >= max(_LEAST_PLATEAU, finite.size * _PLATEAU_SHARE) else 0.0
+
+
+def _coded(pixels: Pixels, top: float) -> Bytes:
+    """Pixels of any kind as 8-bit codes."""
+    if pixels.dtype == np.uint8:
+        return pixels
+    if pixels.dtype == np.uint16:
+        # 65535 / 257 = 255: exact for 8-bit pictures that were stored as 16.
+        return ((pixels.astype(np.uint32) + 128) // 257).astype(np.uint8)
+    white = np.float32(top if math.isfinite(top) else 1.0)
+    share = np.clip(np.nan_to_num(pixels, posinf=float(white)), np.float32(0.0), white) / white
+    coded: Bytes = np.rint(srgb_encode(share) * np.float32(255.0)).astype(np.uint8)
+    return coded
+
+
+def _shrink(pixels: Pixels, shape: tuple[int, int]) -> Pixels:
+    """Area means."""
+    if pixels.shape[:2] == shape:
+        return pixels.copy()
+    return np.asarray(cv2.resize(pixels, shape[::-1], interpolation=cv2.INTER_AREA))
