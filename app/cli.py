@@ -24,6 +24,7 @@ __all__ = ["COMMANDS", "build_parser", "main"]
 COMMANDS: Final = {
     "solve": "find the best turn for each style in a panorama",
     "render": "picture of the head under an environment",
+    "merge": "merge a bracket of exposures into an environment",
     "styles": "list the styles and their lamps",
     "bake": "compute the light transport of a head",
     "bench": "time the hot paths against a plain implementation",

@@ -7,11 +7,14 @@ import time
 
 __all__ = ["Teller"]
 
+_PAUSE_S = 1.0  # between two lines about the same step
+
 
 class Teller:
     """A `Report` that prints to stderr, with the time left by the rate of the long part."""
 
     def __init__(self) -> None:
+        self._last = (-_PAUSE_S, "")
         self._first: tuple[float, float] | None = None
         self._said = ""
 
@@ -26,9 +29,10 @@ class Teller:
             seconds = (now - self._first[1]) / gained * (1 - fraction)
             left = f", about {_duration(seconds)} left"
         line = f"{100 * fraction:3.0f} %  {message}{left}"
-        if line != self._said:
+        due = message != self._last[1] or now - self._last[0] >= _PAUSE_S or fraction >= 1
+        if line != self._said and due:
             print(line, file=sys.stderr, flush=True)
-            self._said = line
+            self._said, self._last = line, (now, message)
 
 
 def _duration(seconds: float) -> str:

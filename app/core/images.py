@@ -1,4 +1,4 @@
-"""Writing pictures with OpenImageIO: PNG for looking at, OpenEXR for linear light."""
+"""Writing pictures with OpenImageIO: PNG for looking at, OpenEXR and Radiance for linear light."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from app.core.colour import FloatImage
 
-__all__ = ["write_exr", "write_png"]
+__all__ = ["write_exr", "write_hdr", "write_png"]
 
 
 def write_png(path: Path, picture: NDArray[np.uint8], pixels_per_inch: int = 0) -> None:
@@ -51,7 +51,7 @@ def write_png(path: Path, picture: NDArray[np.uint8], pixels_per_inch: int = 0) 
     _write(path, np.ascontiguousarray(picture, dtype=np.uint8), "uint8", attributes)
 
 
-def write_exr(path: Path, picture: FloatImage) -> None:
+def write_exr(path: Path, picture: FloatImage, white_cd_m2: float | None = None) -> None:
     """Write linear light as 32-bit OpenEXR.
 
     Use it through `app.core.files.atomic_write`.
@@ -62,6 +62,8 @@ def write_exr(path: Path, picture: FloatImage) -> None:
         File to fill; ends in ``.exr``.
     picture : NDArray[np.float32], (H, W, 3)
         Linear Rec. 709.
+    white_cd_m2 : float, optional
+        Luminance of the value 1 in cd/m2, for OpenEXR's attribute ``whiteLuminance``.
 
     Raises
     ------
@@ -72,7 +74,30 @@ def write_exr(path: Path, picture: FloatImage) -> None:
         "compression": "zip",
         "oiio:ColorSpace": "lin_rec709_scene",
     }
+    if white_cd_m2 is not None:
+        attributes["whiteLuminance"] = float(white_cd_m2)
     _write(path, np.ascontiguousarray(picture, dtype=np.float32), "float", attributes)
+
+
+def write_hdr(path: Path, picture: FloatImage) -> None:
+    """Write linear light as Radiance RGBE: 8 bits per channel and a common exponent.
+
+    Use it through `app.core.files.atomic_write`.
+
+    Parameters
+    ----------
+    path : Path
+        File to fill; ends in ``.hdr``.
+    picture : NDArray[np.float32], (H, W, 3)
+        Linear Rec. 709.
+
+    Raises
+    ------
+    CoreError
+        When the file cannot be written.
+    """
+    pixels = np.ascontiguousarray(picture, dtype=np.float32)
+    _write(path, pixels, "float", {"oiio:ColorSpace": "lin_rec709_scene"})
 
 
 def _write(

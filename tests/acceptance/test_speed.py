@@ -20,7 +20,12 @@ from app.core.paths import resources
 
 ROOT = Path(__file__).resolve().parents[2]
 SLACK = 4.0
-RATIOS = {"solve.quality": 100.0, "solve.match": 100.0, "solve.match.product": 20.0}
+RATIOS = {
+    "solve.quality": 100.0,
+    "solve.match": 100.0,
+    "solve.match.product": 20.0,
+    "merge.three": 3.5,
+}
 SECONDS = {
     "solve.quality": 0.05e-3,
     "solve.match": 0.5e-3,
@@ -61,6 +66,11 @@ def test_ratios(name: str) -> None:
 def test_seconds(name: str) -> None:
     assert _rows()[name]["seconds"] <= SLACK * SECONDS[name]
     assert _rows()[name]["limit_seconds"] > 0
+
+
+def test_merging_three_frames_takes_no_longer_than_decoding_them_three_times() -> None:
+    row = _rows()["merge.three"]
+    assert row["seconds"] <= 3.0 * row["limit_seconds"]
 
 
 def test_solve_as_a_whole_process() -> None:

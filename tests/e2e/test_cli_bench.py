@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from app.cli import main
-from app.core import bench
+from app.commands import bench as command
+from app.core import bench, bench_merge
 from app.core.pack import pack_path, save_pack
 from app.core.transport import save_transport
 from tests.helpers.synthetic import lambert_sphere_transport, synthetic_pack
@@ -24,6 +26,8 @@ def head(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     save_pack(pack_path(path), dataclasses.replace(pack, header=header))
     # One call each: what is tested here is what is said, not how fast it is.
     monkeypatch.setattr(bench, "_time", _once)
+    monkeypatch.setattr(bench_merge, "_ROUNDS", 1)
+    monkeypatch.setattr(command, "run_merge", partial(bench_merge.run_merge, shape=(256, 512)))
     return str(path)
 
 
@@ -38,7 +42,7 @@ def test_json(capsys: pytest.CaptureFixture[str], head: str) -> None:
     values = json.loads(captured.out)
     names = [row["name"] for row in values["rows"]]
     assert names[:2] == ["solve.quality", "solve.match"]
-    assert {"preintegrate.full", "preintegrate.stroke", "render.rgb"} < set(names)
+    assert {"preintegrate.full", "preintegrate.stroke", "render.rgb", "merge.three"} < set(names)
     for row in values["rows"]:
         assert {"name", "seconds", "baseline_seconds", "ratio", "limit_seconds"} <= row.keys()
         assert row["ratio"] == pytest.approx(row["baseline_seconds"] / row["seconds"])

@@ -150,6 +150,7 @@ def audit(
     environment: NDArray[np.floating[Any]] | None = None,
     restoration: Restoration | None = None,
     room_stops: float | None = None,
+    grid: LightGrid | None = None,
 ) -> Audit:
     """Say what is clipped in every frame and which answers depend on it.
 
@@ -166,9 +167,12 @@ def audit(
     environment : (H, W) float or None
         Luminance of `merged` reduced to the pack's size, where the caller has it already.
     restoration : Restoration or None
-        What put the sun or a lamp of `merged` back: its likely range is tried as well.
+        What put the sun or a lamp of `merged` back: its likely range is tried as well. Where
+        there is one, the sun has been looked for already.
     room_stops : float or None
         How many stops darker than its darkest frame the camera can go; None where unknown.
+    grid : LightGrid or None
+        `merged` reduced, where the caller has it already.
 
     Returns
     -------
@@ -179,9 +183,9 @@ def audit(
     ProbeError
         If `merged` is not a full panorama.
     """
-    grid = light_grid(merged)
+    grid = light_grid(merged) if grid is None else grid
     bound = float((grid.lost * grid.solid_angle).sum()) / grid.total
-    sun = find_sun(merged, lights) if bound > 0 else None
+    sun = find_sun(merged, lights, grid) if bound > 0 and restoration is None else None
     high, note = _upper(merged, grid, bound, sun)
     changes = _changes(lights, pack, objective, grid, environment, restoration)
     return Audit(

@@ -44,6 +44,8 @@ _LEVEL_DEG: Final = 0.05  # what a note with one decimal shows as 0.0
 _DIFFERENT_DEG: Final = 0.5
 _LEAN_DEG: Final = 3.0
 _STEEP: Final = 0.9  # nearer to the zenith every edge is nearly upright
+_SECTORS: Final = 12
+_MOST_SECTORS: Final = 6
 _CLEARLY: Final = 1.25  # in woods and crowds the sums differ by chance
 
 
@@ -182,14 +184,19 @@ def _most_upright(readings: list[Float64], picture: NDArray[np.uint8]) -> Float6
     if max(angle_of(reading @ readings[0].T) for reading in readings) < _DIFFERENT_DEG:
         return readings[0]
     vectors, normals, strengths = edges(picture)
+    sector = (np.arctan2(vectors[:, 0], vectors[:, 2]) / (2.0 * np.pi) + 0.5) * _SECTORS
+    place = np.clip(sector.astype(np.int64), 0, _SECTORS - 1)
     scores = []
     for reading in readings:
         up = reading[1]
         off = normals @ up / math.sin(math.radians(_LEAN_DEG))
         upright = np.clip(1.0 - off**2, 0.0, 1.0) * (np.abs(vectors @ up) < _STEEP)
-        scores.append(float(upright @ strengths))
-    best = int(np.argmax(scores))
-    return readings[best] if scores[best] > _CLEARLY * scores[0] else readings[0]
+        scores.append(np.bincount(place, upright * strengths, _SECTORS))
+    totals = [float(score.sum()) for score in scores]
+    best = int(np.argmax(totals))
+    # Edges all around must agree: those of a single thing may lean as they like.
+    wins = int((scores[best] > scores[0]).sum())
+    return readings[best if totals[best] > _CLEARLY * totals[0] and wins >= _MOST_SECTORS else 0]
 
 
 def _order(frame: Frame) -> tuple[tuple[int, str], ...]:

@@ -148,13 +148,15 @@ def light_grid(merged: Merged) -> LightGrid:
     return LightGrid(bright, clipped, lost, solid_angles((height, width))[:, None])
 
 
-def find_lights(merged: Merged) -> tuple[Light, ...]:
+def find_lights(merged: Merged, grid: LightGrid | None = None) -> tuple[Light, ...]:
     """Find the lamps of a place.
 
     Parameters
     ----------
     merged : Merged
         Full panorama.
+    grid : LightGrid, optional
+        The same reduced, where the caller has it already.
 
     Returns
     -------
@@ -167,7 +169,7 @@ def find_lights(merged: Merged) -> tuple[Light, ...]:
     ProbeError
         If it is not a full panorama, or is black.
     """
-    grid = light_grid(merged)
+    grid = light_grid(merged) if grid is None else grid
     total = grid.total
     if not total > 0:
         raise ProbeError("The panorama is black: there is no light in it.")

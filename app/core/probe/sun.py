@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
     from app.core.pack import StylePack
     from app.core.probe.frame import Merged
-    from app.core.probe.lights import Light
+    from app.core.probe.lights import Light, LightGrid
     from app.core.solve import Objective
 
 __all__ = [
@@ -113,7 +113,10 @@ class TurnRange:
 
 
 def restore(
-    merged: Merged, lights: Sequence[Light], sky: SkyWord | Literal["leave"]
+    merged: Merged,
+    lights: Sequence[Light],
+    sky: SkyWord | Literal["leave"],
+    grid: LightGrid | None = None,
 ) -> Restoration:
     """Put the sun's light back, if one of the lights is the sun.
 
@@ -125,6 +128,8 @@ def restore(
         Of `find_lights`.
     sky : {"clear", "hazy", "thin cloud", "leave"}
         What the user says of the sky; "leave" does nothing.
+    grid : LightGrid, optional
+        `merged` reduced, where the caller has it already.
 
     Returns
     -------
@@ -133,7 +138,7 @@ def restore(
         within 2.5 deg of it (the aperture of a pyrheliometer: WMO-No. 8, 2018, I.7.2.1) sums
         to the model's direct illuminance; nothing is taken away from the glow around.
     """
-    sun = find_sun(merged, lights) if sky != "leave" else None
+    sun = find_sun(merged, lights, grid) if sky != "leave" else None
     if sun is None or sky == "leave":
         reason = "The sun was left as it is." if sky == "leave" else "No clipped sun was found."
         return _nothing(merged, reason)

@@ -68,13 +68,16 @@ class Core:
     solid_angle_sr: float
 
 
-def find_sun(merged: Merged, lights: Sequence[Light]) -> Light | None:
+def find_sun(
+    merged: Merged, lights: Sequence[Light], grid: LightGrid | None = None
+) -> Light | None:
     """Return the light that is the sun, None where there is none or more than one could be."""
-    found = [light for light in lights if is_sun(light, merged)]
+    grid = light_grid(merged) if grid is None else grid
+    found = [light for light in lights if is_sun(light, merged, grid)]
     return found[0] if len(found) == 1 else None
 
 
-def is_sun(light: Light, merged: Merged) -> bool:
+def is_sun(light: Light, merged: Merged, grid: LightGrid | None = None) -> bool:
     """Decide whether a light is the sun, clipped, over an open sky.
 
     All of this must hold: it is clipped in every frame, and those reach luminances that only
@@ -89,6 +92,8 @@ def is_sun(light: Light, merged: Merged) -> bool:
         One of `find_lights`.
     merged : Merged
         The panorama it was found in.
+    grid : LightGrid, optional
+        The same reduced, where the caller has it already.
 
     Returns
     -------
@@ -106,7 +111,8 @@ def is_sun(light: Light, merged: Merged) -> bool:
     round_enough = core.roundness >= (_LEAST_ROUNDNESS if core.radius_deg > 1.0 else _ROUGH)
     if not (small and round_enough and core.elevation_deg >= _LEAST_ELEVATION_DEG):
         return False
-    return _under_open_sky(core, light_grid(merged), merged.cd_m2, clip)
+    grid = light_grid(merged) if grid is None else grid
+    return _alone(core, grid) and _under_open_sky(core, grid, merged.cd_m2, clip)
 
 
 def sun_core(light: Light, merged: Merged) -> Core:
@@ -165,6 +171,17 @@ def unit_vector(azimuth_deg: float, elevation_deg: float) -> Float64:
     return np.array([flat * math.sin(azimuth), math.sin(elevation), flat * math.cos(azimuth)])
 
 
+def _alone(core: Core, grid: LightGrid) -> bool:
+    """Whether nothing else that compares with the core is clipped."""
+    height, width = grid.luminance.shape
+    lost = np.flatnonzero(grid.clipped > 0)
+    sun = unit_vector(core.azimuth_deg, core.elevation_deg)
+    near = np.cos(np.radians(core.radius_deg + 10.0))
+    elsewhere = directions_of((height, width), lost) @ sun < near
+    others = float(grid.solid_angle.ravel()[lost[elsewhere] // width].sum())
+    return others <= _OTHERS * core.solid_angle_sr
+
+
 def _under_open_sky(core: Core, grid: LightGrid, cd_m2: float, clip: float) -> bool:
     """Whether what is around a clipped core is sky with one sun, and ground that it lights."""
     shape = grid.luminance.shape[0], grid.luminance.shape[1]
@@ -177,8 +194,7 @@ def _under_open_sky(core: Core, grid: LightGrid, cd_m2: float, clip: float) -> b
     lost, up = grid.clipped.ravel() > 0, directions[:, 1]
     around = (away > core.radius_deg + 1.0) & (away < core.radius_deg + 5.0)
     above = around & (up > sun[1]) & ~lost
-    others = float(areas[lost & (away > core.radius_deg + 10.0)].sum())
-    if others > _OTHERS * core.solid_angle_sr or not above.any():
+    if not above.any():
         return False
     sky = bright[above]
     even = np.percentile(sky, 25.0) >= max(_SKY_EVENNESS * sky.mean(), _SKY_AROUND_CD_M2)

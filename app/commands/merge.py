@@ -1,0 +1,352 @@
+"""``turnlight merge``: a bracket of exposures in, an environment out."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from app.commands.telling import Teller
+from app.core.errors import ProbeError
+from app.core.files import atomic_write, check_target
+from app.core.images import write_exr, write_hdr, write_png
+from app.core.pack import load_named_pack
+from app.core.probe.clutter import Clutter, suggest
+from app.core.probe.masks import parse_mask
+from app.core.probe.preview import preview
+from app.core.probe.probe import Probe, Wishes, measure
+
+if TYPE_CHECKING:
+    import argparse
+
+    from app.core.probe.frame import Frame
+    from app.core.probe.lights import Light
+
+__all__ = ["add_parser", "run"]
+
+_WRITERS: Final = (".exr", ".hdr")
+_SUN_WORDS: Final = {
+    "clear": "clear",
+    "hazy": "hazy",
+    "thin-cloud": "thin cloud",
+    "leave": "leave",
+}
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the ``merge`` command to the command line.
+
+    Parameters
+    ----------
+    subparsers : argparse._SubParsersAction
+        Where commands are added.
+    """
+    parser = subparsers.add_parser(
+        "merge",
+        help="merge a bracket of exposures into an environment",
+        description="Merge the exposures of a bracket, in any order, into an HDR environment; "
+        "say what was clipped and what that means for the answer.",
+    )
+    parser.add_argument(
+        "images", metavar="IMAGE", nargs="+", type=Path, help="the exposures, or one folder of them"
+    )
+    parser.add_argument(
+        "-o", "--output", metavar="ENV", type=Path, required=True, help=".exr or .hdr to write"
+    )
+    parser.add_argument(
+        "--times", metavar="T,...", help="exposure times in seconds, in the order of the files"
+    )
+    parser.add_argument(
+        "--response",
+        choices=("auto", "srgb", "recover"),
+        default="auto",
+        help="camera curve: sRGB, recovered from the bracket, or recovered only where the "
+        "measured steps disagree (default: auto)",
+    )
+    parser.add_argument(
+        "--weights",
+        choices=("noise", "reinhard"),
+        default="noise",
+        help="how frames are weighed: by their noise, or as in the paper (default: noise)",
+    )
+    parser.add_argument(
+        "--lamp-gain",
+        metavar="ID=STOPS",
+        action="append",
+        default=[],
+        help="make a lamp brighter or darker, e.g. A=3; may be repeated",
+    )
+    parser.add_argument(
+        "--lamp-lux",
+        metavar="ID=LUX",
+        action="append",
+        default=[],
+        help="illuminance of a lamp as a light meter read it, facing the lamp; may be repeated",
+    )
+    parser.add_argument(
+        "--sun",
+        choices=tuple(_SUN_WORDS),
+        default="clear",
+        help="how the sky is where the sun was clipped, or leave the sun as it is (default: clear)",
+    )
+    parser.add_argument(
+        "--mask",
+        metavar="WHAT",
+        action="append",
+        default=[],
+        help="fill what should not be there from around it: nadir:-65, box:-20,20,-90,-40, "
+        '"az,el;az,el;az,el", a PNG (white = fill), or suggested; may be repeated',
+    )
+    parser.add_argument("--preview", metavar="PNG", type=Path, help="also write a picture of it")
+    parser.add_argument(
+        "--exposure", metavar="STOPS", type=_number, default=0.0, help="exposure of the preview"
+    )
+    parser.add_argument(
+        "--full", action="store_true", help="keep the frames' own size instead of 2048 x 1024"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Merge a bracket and write the environment whole or not at all.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        As parsed by the parser of `add_parser`.
+
+    Returns
+    -------
+    int
+        0.
+
+    Raises
+    ------
+    CoreError
+        When an argument or a file is of no use; nothing is written then.
+    """
+    started = time.perf_counter()
+    _check_targets(args)
+    wishes = _wishes(args)
+    probe = measure(args.images, load_named_pack("generic"), wishes, report=Teller())
+    for line in (*probe.warnings, *probe.notes):
+        print(line, file=sys.stderr)
+    suggested = _suggested(probe, args)
+    radiance, white = probe.merged.radiance, probe.merged.cd_m2
+    if args.output.suffix.lower() == ".exr":
+        atomic_write(args.output, lambda path: write_exr(path, radiance, white))
+    else:
+        atomic_write(args.output, lambda path: write_hdr(path, radiance))
+    if args.preview is not None:
+        marks = (*probe.finished.clutter, *suggested)
+        picture = preview(probe.finished.measured, probe.finished.lights, marks, args.exposure)
+        atomic_write(args.preview, lambda path: write_png(path, picture))
+    seconds = time.perf_counter() - started
+    if args.json:
+        print(json.dumps(_facts(probe, args, suggested, seconds), ensure_ascii=False))
+    else:
+        print(_table(probe, args, suggested, seconds))
+    return 0
+
+
+def _check_targets(args: argparse.Namespace) -> None:
+    """Refuse what cannot be written before anything is read, and never write over an exposure."""
+    if args.output.suffix.lower() not in _WRITERS:
+        raise ProbeError(
+            f"Cannot write {args.output.name}: environments are .exr or .hdr.", "Change the ending."
+        )
+    targets = [args.output]
+    if args.preview is not None:
+        if args.preview.suffix.lower() != ".png":
+            raise ProbeError(f"A preview is a .png file, not {args.preview.name}.")
+        targets.append(args.preview)
+    sources = {image.resolve() for image in args.images}
+    for target in targets:
+        check_target(target)
+        if target.resolve() in sources:
+            raise ProbeError(f"{target.name} is one of the exposures; it is not written over.")
+
+
+def _wishes(args: argparse.Namespace) -> Wishes:
+    return Wishes(
+        times=None if args.times is None else tuple(_number(t) for t in args.times.split(",")),
+        response=args.response,
+        weights=args.weights,
+        full=args.full,
+        sun=_SUN_WORDS[args.sun],  # type: ignore[arg-type]
+        gains=dict(_pair(text, "--lamp-gain") for text in args.lamp_gain),
+        lux=dict(_pair(text, "--lamp-lux") for text in args.lamp_lux),
+        masks=tuple(parse_mask(text) for text in args.mask),
+    )
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ProbeError(f"{text.strip()!r} is not a number.")
+    return value
+
+
+def _pair(text: str, option: str) -> tuple[str, float]:
+    name, equals, value = text.partition("=")
+    if not (name.strip() and equals):
+        raise ProbeError(f"{option} takes a lamp and a number, like A=3, not {text!r}.")
+    return name, _number(value)
+
+
+def _suggested(probe: Probe, args: argparse.Namespace) -> tuple[Clutter, ...]:
+    """Suggest what to mask where nothing was masked."""
+    return () if args.mask or not probe.bracket.panorama else suggest(probe.finished.measured)
+
+
+def _facts(
+    probe: Probe, args: argparse.Namespace, suggested: tuple[Clutter, ...], seconds: float
+) -> dict[str, Any]:
+    finished, audit, response = probe.finished, probe.finished.audit, probe.response.response
+    fractions = probe.merged.clipped_fractions
+    rows = zip(probe.bracket.frames, probe.bracket.stops, fractions, strict=True)
+    return {
+        "file": str(args.output),
+        "size": [probe.merged.radiance.shape[1], probe.merged.radiance.shape[0]],
+        "frames": [_frame(*row) for row in rows],
+        "response": response.name,
+        "response_residual_stops": _short(response.residual_stops),
+        "cd_m2_per_unit": probe.merged.cd_m2,
+        "clipped_energy_fraction": finished.measured_clipped,
+        "clipped_energy_range": None if audit is None else list(audit.clipped_energy_range),
+        "lamps": [_lamp(light) for light in finished.lights],
+        "advice": [] if audit is None else list(audit.advice),
+        "in_doubt": [] if audit is None else list(audit.in_doubt),
+        "style_changes": [] if audit is None else [_change(c) for c in audit.style_changes],
+        "sun": _sun(probe),
+        "masked": [_clutter(each) for each in finished.clutter],
+        "suggested_masks": [_clutter(each) for each in suggested],
+        "mask_changes": [
+            {
+                "name": change.style,
+                "turn_before_deg": change.turn_before_deg,
+                "turn_after_deg": change.turn_after_deg,
+                "given_up": change.given_up,
+            }
+            for change in finished.changes
+        ],
+        "moved_share": probe.moved.share,
+        "levelled": {"pitch_deg": probe.levelling.pitch_deg, "roll_deg": probe.levelling.roll_deg},
+        "warnings": list(probe.warnings),
+        "notes": list(probe.notes),
+        "seconds": round(seconds, 3),
+    }
+
+
+def _frame(frame: Frame, ev: float, clipped: float) -> dict[str, Any]:
+    exposure = frame.exposure
+    assert exposure is not None
+    known = exposure.known
+    return {
+        "file": str(frame.path),
+        "shutter_s": exposure.shutter_s,
+        "iso": exposure.iso if known else None,
+        "aperture": exposure.aperture if known else None,
+        "ev": round(ev, 4),
+        "clipped_fraction": clipped,
+    }
+
+
+def _lamp(light: Light) -> dict[str, Any]:
+    return {
+        "id": light.id,
+        "azimuth_deg": round(light.azimuth_deg, 2),
+        "elevation_deg": round(light.elevation_deg, 2),
+        "diameter_deg": round(light.diameter_deg, 2),
+        "share": light.share,
+        "clipped": light.clipped,
+    }
+
+
+def _change(change: Any) -> dict[str, Any]:
+    return {
+        "name": change.name,
+        "turn_deg": change.turn_deg,
+        "in_doubt": change.in_doubt,
+        "worst_given_up": change.worst,
+        "cases": [
+            {
+                "lamp": case.light,
+                "stops": case.stops,
+                "turn_deg": case.turn_deg,
+                "given_up": case.given_up,
+            }
+            for case in change.cases
+        ],
+    }
+
+
+def _sun(probe: Probe) -> dict[str, Any] | None:
+    done = probe.finished.restoration
+    if done is None:
+        return None
+    return {
+        "lamp": done.light,
+        "illuminance_lux": round(done.illuminance_lux),
+        "range_lux": [round(value) for value in done.range_lux],
+    }
+
+
+def _clutter(each: Clutter) -> dict[str, Any]:
+    return {
+        "name": each.name,
+        "solid_angle_sr": each.solid_angle_sr,
+        "confidence": each.confidence,
+        "reason": each.reason,
+    }
+
+
+def _short(value: float) -> float | None:
+    return round(value, 4) if math.isfinite(value) else None
+
+
+def _table(
+    probe: Probe, args: argparse.Namespace, suggested: tuple[Clutter, ...], seconds: float
+) -> str:
+    lines = [f"{'frame':24}  {'shutter':>10}  {'ISO':>5}  {'f/':>4}  {'EV':>6}  clipped"]
+    fractions = probe.merged.clipped_fractions
+    for frame, ev, part in zip(probe.bracket.frames, probe.bracket.stops, fractions, strict=True):
+        exposure = frame.exposure
+        assert exposure is not None
+        iso, aperture = (
+            (f"{exposure.iso:g}", f"{exposure.aperture:g}") if exposure.known else ("", "")
+        )
+        lines.append(
+            f"{frame.path.name[:24]:24}  {_shutter(exposure.shutter_s):>10}  {iso:>5}  "
+            f"{aperture:>4}  {ev:+6.2f}  {100 * part:5.1f} %"
+        )
+    if probe.finished.lights:
+        lines += ["", "lamp  azimuth  elevation   size   light"]
+        lines += [_lamp_row(light) for light in probe.finished.lights]
+    audit = probe.finished.audit
+    if audit is not None:
+        lines += ["", *audit.advice] if audit.advice else []
+    lines += [f"Suggested: {each.name}. {each.reason}" for each in suggested]
+    rows, columns = probe.merged.radiance.shape[:2]
+    lines += ["", f"Wrote {args.output} ({columns} x {rows}, {seconds:.2f} s)."]
+    return "\n".join(lines)
+
+
+def _lamp_row(light: Light) -> str:
+    clipped = "  clipped: at least" if light.clipped else ""
+    return (
+        f"{light.id:4}  {light.azimuth_deg:+6.0f}°  {light.elevation_deg:+8.0f}°  "
+        f"{light.diameter_deg:4.0f}°  {100 * light.share:4.1f} %{clipped}"
+    )
+
+
+def _shutter(seconds: float) -> str:
+    """Write an exposure time as photographers do: 1/250, 0.6 s, 2 s."""
+    return f"1/{round(1 / seconds)} s" if seconds < 0.3 else f"{seconds:g} s"

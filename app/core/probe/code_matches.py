@@ -1,0 +1,352 @@
+"""Which code of a darker frame goes with which code of a brighter one.
+
+A response curve can be learned, or checked, from nothing but this relation: where the brighter
+frame of a pair says `a`, the darker one says `b` (the brightness transfer function of Grossberg
+and Nayar, "Determining the camera response from images: what is knowable?", PAMI 2003). It is
+estimated here from the joint histogram of the two frames, robustly, so that things that moved
+do not count. Where the frames do not lie on each other pixel by pixel, the joint histogram is
+smeared and the ranks are matched instead: the n-th brightest pixel of one frame goes with the
+n-th brightest of the other, wherever it lies (same paper, section 4).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["CodeMatches", "frame_pairs", "match_codes"]
+
+Floats: TypeAlias = NDArray[np.float64]
+Integers: TypeAlias = NDArray[np.int64]
+Samples: TypeAlias = NDArray[np.uint8]
+
+# Below, sensor noise and rounding distort the code; above, ringing and noise of clipped places.
+_LOWEST: Final = 6
+_HIGHEST: Final = 248
+_LOWEST_DARK: Final = 1.5
+_FEWEST: Final = 3
+# Frames further apart share hardly any well exposed place; frames closer say nothing.
+_WIDEST_STOPS: Final = 6.1
+_NARROWEST_STOPS: Final = 0.15
+# Scatter of the darker code in a well aligned pair is 1.5 to 3 with JPEG and noise, also for
+# steep curves; frames that are turned by 1 degree and more reach 4.5 to 13.
+_SMEARED: Final = 3.5
+# A tenth of the picture in one exact colour is a filled-in part, such as the grey that decoders
+# put into the missing end of a file (a flat wall that is lost with it was no evidence either).
+_FILL_SHARE: Final = 0.1
+_DARK_MARK: Final = 8
+# A black of code 4 or more that does not change over nearly a stop is no picture; just above it,
+# codes say more of flare and grain than of light.
+_RAISED: Final = 3
+_TELLING_STEP: Final = 0.9
+_OVER_BLACK: Final = 6
+# From here on code 0 in the darker frame is a missing part: even 4 stops down sRGB gives 2.
+_NEVER_BLACK: Final = 32
+_MOST_PLACES: Final = 24_000
+
+# A row is compared with the 15 on either side; codes that something which moved occupies on
+# its own lie tens of codes off and scatter by 15 and more, the relation itself bends by less
+# than 6 codes and scatters by 1 to 3, or thrice that where the curve is steep.
+_BESIDE: Final = 15
+_JUMP: Final = 6.0
+_WIDE: Final = 4.0
+_WIDE_CODES: Final = 2.0
+
+_CODES: Final = np.arange(256)
+_POWERS: Final = np.stack([_CODES**0, _CODES, _CODES**2], axis=-1).astype(np.float64)
+
+
+@dataclass(frozen=True, slots=True)
+class CodeMatches:
+    """Matching codes of pairs of frames, one row per pair, channel and code.
+
+    Attributes
+    ----------
+    bright, dark : (R,) int64
+        Frame numbers of the pair, 0 is the brightest frame.
+    channel : (R,) int64
+        0, 1, 2 for red, green, blue.
+    code : (R,) int64
+        Code in the brighter frame, 0 to 255.
+    dark_code : (R,) float64
+        Mean code of the same places in the darker frame, 0 to 255.
+    places : (R,) float64
+        How many places stand behind the row.
+    scatter : (R,) float64
+        Standard deviation of the darker code over these places, in codes.
+    turned : tuple[tuple[int, int], ...]
+        Pairs of frames (brighter, darker) that were matched by rank.
+    raised_black : bool
+        Whether no light at all has a code well above 0, as in scans of film.
+    """
+
+    bright: Integers
+    dark: Integers
+    channel: Integers
+    code: Integers
+    dark_code: Floats
+    places: Floats
+    scatter: Floats
+    turned: tuple[tuple[int, int], ...] = ()
+    raised_black: bool = False
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+        return len(self.code)
+
+    def steps(self, stops: Sequence[float]) -> Floats:
+        """Exposure step of each row in stops, brighter minus darker.
+
+        Parameters
+        ----------
+        stops : Sequence[float]
+            Exposure of each frame in stops.
+
+        Returns
+        -------
+        (R,) float64
+            Not negative for stops that fall.
+        """
+        exposure = np.asarray(stops, dtype=np.float64)
+        difference: Floats = exposure[self.bright] - exposure[self.dark]
+        return difference
+
+    def of_channel(self, channel: int) -> CodeMatches:
+        """Only the rows of one channel.
+
+        Parameters
+        ----------
+        channel : int
+            0, 1 or 2.
+
+        Returns
+        -------
+        CodeMatches
+            A part of the rows.
+        """
+        keep = self.channel == channel
+        return CodeMatches(
+            self.bright[keep],
+            self.dark[keep],
+            self.channel[keep],
+            self.code[keep],
+            self.dark_code[keep],
+            self.places[keep],
+            self.scatter[keep],
+            self.turned,
+            self.raised_black,
+        )
+
+
+def frame_pairs(stops: Sequence[float], reach: int = 2) -> list[tuple[int, int]]:
+    """Pairs of frames that can be compared.
+
+    Parameters
+    ----------
+    stops : Sequence[float]
+        Exposure of each frame in stops, falling.
+    reach : int, optional
+        1 for neighbours only, 2 for the next but one as well.
+
+    Returns
+    -------
+    list[tuple[int, int]]
+        (brighter, darker) frame numbers; pairs less than 0.15 or more than 6.1 stops apart are
+        left out.
+    """
+    return [
+        (bright, dark)
+        for bright in range(len(stops))
+        for dark in range(bright + 1, min(bright + reach + 1, len(stops)))
+        if _NARROWEST_STOPS < stops[bright] - stops[dark] <= _WIDEST_STOPS
+    ]
+
+
+def match_codes(samples: Samples, stops: Sequence[float], reach: int = 2) -> CodeMatches:
+    """Find which code of the darker frame goes with each code of the brighter one.
+
+    Parameters
+    ----------
+    samples : (K, N, 3) uint8
+        Coded values of the same N places in all K frames, brightest frame first.
+    stops : Sequence[float]
+        Exposure of each frame in stops, falling; only chooses the pairs.
+    reach : int, optional
+        See `frame_pairs`.
+
+    Returns
+    -------
+    CodeMatches
+        Empty where no frames overlap.
+
+    Raises
+    ------
+    ValueError
+        When the samples are not (K, N, 3) bytes or the number of stops is not K.
+    """
+    if samples.ndim != 3 or samples.shape[2] != 3 or samples.dtype != np.uint8:
+        raise ValueError(f"samples must be (K, N, 3) uint8, not {samples.shape} {samples.dtype}")
+    if len(stops) != samples.shape[0]:
+        raise ValueError(f"{samples.shape[0]} frames need as many stops, not {len(stops)}")
+    samples = samples[:, :: max(1, -(-samples.shape[1] // _MOST_PLACES))]
+    valid = [~_filled(frame) for frame in samples]
+    black = _black_codes(samples, stops)
+    least = [float(code + _OVER_BLACK) if code else _LOWEST_DARK for code in black]
+    columns: list[NDArray[np.float64]] = [np.empty((0, 7))]
+    turned: list[tuple[int, int]] = []
+    for bright, dark in frame_pairs(stops, reach):
+        keep = valid[bright] & valid[dark]
+        joint = _joint_histograms(samples[bright][keep], samples[dark][keep])
+        means = [_ridge(histogram) for histogram in joint]
+        if _smeared(means):
+            turned.append((bright, dark))
+            means = [_by_rank(histogram) for histogram in joint]
+        for number, mean in enumerate(means):
+            rows = _continuous(_usable(*mean, least=least[number]))
+            head = (bright, dark, number)
+            columns.append(np.column_stack([np.tile(head, (len(rows), 1)), rows]))
+    table = np.concatenate(columns)
+    whole = table[:, :4].astype(np.int64)
+    return CodeMatches(
+        bright=whole[:, 0],
+        dark=whole[:, 1],
+        channel=whole[:, 2],
+        code=whole[:, 3],
+        dark_code=table[:, 4],
+        places=table[:, 5],
+        scatter=table[:, 6],
+        turned=tuple(turned),
+        raised_black=any(black),
+    )
+
+
+def _filled(frame: Samples) -> NDArray[np.bool_]:
+    """Places of one frame that hold no picture; (N,) bool.
+
+    Pure primary colours, which mark borders (a lamp that is so colourful is no loss), and any
+    exact colour that fills a tenth of the frame.
+    """
+    red, green, blue = frame.T
+    least = np.minimum(np.minimum(red, green), blue)
+    most = np.maximum(np.maximum(red, green), blue)
+    marked = (least <= _DARK_MARK) & (most >= 255 - _DARK_MARK)
+    filled: NDArray[np.bool_] = marked | _one_colour(frame)
+    return filled
+
+
+def _one_colour(frame: Samples) -> NDArray[np.bool_]:
+    """Places that a decoder filled with one exact colour; (N,) bool."""
+    green = frame[:, 1]
+    counts = np.bincount(green, minlength=256)
+    counts[:_LOWEST] = 0
+    counts[_HIGHEST:] = 0
+    code = int(np.argmax(counts))
+    nothing = np.zeros(len(frame), dtype=bool)
+    if counts[code] <= _FILL_SHARE * len(frame):
+        return nothing
+    there = np.flatnonzero(green == code)
+    colours = frame[there].astype(np.int64)
+    packed = colours[:, 0] * 256 + colours[:, 2]
+    values, number = np.unique(packed, return_counts=True)
+    if number.max() <= _FILL_SHARE * len(frame):
+        return nothing
+    nothing[there[packed == values[np.argmax(number)]]] = True
+    return nothing
+
+
+def _black_codes(samples: Samples, stops: Sequence[float]) -> list[int]:
+    """Code of no light at all in each channel, where that is not 0: flare, scans, raised blacks.
+
+    The darkest places of the two darkest frames then have the same code, however far apart the
+    frames are; without a raised black it falls at least by a quarter for a stop.
+    """
+    if len(stops) < 2 or stops[-2] - stops[-1] < _TELLING_STEP:
+        return [0, 0, 0]
+    darkest = np.quantile(samples[-2:, ::4], 0.05, axis=1, method="nearest").astype(np.int64)
+    raised = (darkest > _RAISED) & (darkest < 64) & (np.ptp(darkest, axis=0) <= 1)
+    return [int(code) for code in np.where(raised.all(axis=0), darkest.max(axis=0), 0)]
+
+
+def _joint_histograms(bright: Samples, dark: Samples) -> list[Integers]:
+    """Count places by brighter (row) and darker (column) code, for each channel."""
+    both = bright.astype(np.uint16) << 8 | dark
+    histograms = [
+        np.bincount(both[:, channel], minlength=65536).reshape(256, 256) for channel in range(3)
+    ]
+    for histogram in histograms:
+        histogram[_NEVER_BLACK:, 0] = 0
+    return histograms
+
+
+def _ridge(histogram: Integers) -> tuple[Floats, Floats, Floats]:
+    """Mean darker code, places and scatter for each brighter code, without the stray places.
+
+    The mean of those within twice the interquartile range of the median: a median alone would
+    jump in whole codes, a plain mean would follow what moved.
+    """
+    rows = histogram[_LOWEST : _HIGHEST + 1]
+    median, low, high = _quantiles(rows, (0.5, 0.25, 0.75))
+    width = np.maximum(2.5, 2.0 * (high - low))
+    near = rows * (np.abs(_CODES - median[:, np.newaxis]) <= width[:, np.newaxis])
+    places, total, squares = (near.astype(np.float64) @ _POWERS).T
+    some = np.maximum(places, 1.0)
+    mean = total / some
+    variance = np.maximum(squares / some - mean**2, 0.0)
+    # Even a code that never varies is only known to its rounding.
+    return mean, places, np.sqrt(variance + 1.0 / 12.0)
+
+
+def _quantiles(rows: Integers, shares: tuple[float, ...]) -> list[Floats]:
+    """Quantiles of each histogram row, interpolated within the code they fall in; (R,) each."""
+    running = np.concatenate([[0], np.cumsum(rows)])  # over all rows, end to end
+    first = np.arange(len(rows)) * 256
+    before, count = running[first], running[first + 256] - running[first]
+    results = []
+    for share in shares:
+        target = before + count * share
+        # Rows without a place find the end of an earlier row; they are left out later.
+        cell = np.clip(np.searchsorted(running, target) - 1, first, first + 255)
+        inside = (target - running[cell]) / np.maximum(running[cell + 1] - running[cell], 1)
+        results.append(cell - first - 0.5 + inside)
+    return results
+
+
+def _smeared(means: list[tuple[Floats, Floats, Floats]]) -> bool:
+    """Whether the two frames of a pair do not lie on each other pixel by pixel."""
+    scatter = np.concatenate([_usable(*mean)[:, 3] for mean in means])
+    return scatter.size > 0 and float(np.median(scatter)) > _SMEARED
+
+
+def _by_rank(histogram: Integers) -> tuple[Floats, Floats, Floats]:
+    """Match the codes of two frames by rank; the same results as `_ridge`."""
+    places = histogram.sum(axis=1).astype(np.float64)
+    middle = np.cumsum(places) - places / 2.0
+    edges = np.concatenate([[0.0], np.cumsum(histogram.sum(axis=0, dtype=np.float64))])
+    rising = np.concatenate([[True], np.diff(edges) > 0.0])
+    codes = np.interp(middle, edges[rising], (np.arange(257) - 0.5)[rising])
+    inside = slice(_LOWEST, _HIGHEST + 1)
+    return codes[inside], places[inside], np.full(_HIGHEST + 1 - _LOWEST, _SMEARED)
+
+
+def _usable(mean: Floats, places: Floats, scatter: Floats, least: float = _LOWEST_DARK) -> Floats:
+    """Rows (code, darker code, places, scatter) that can be trusted; (R, 4)."""
+    keep = (places >= _FEWEST) & (mean >= least)
+    codes = _CODES[_LOWEST : _HIGHEST + 1]
+    return np.column_stack([codes, mean, places, scatter])[keep]
+
+
+def _continuous(rows: Floats) -> Floats:
+    """Leave out rows out of line: codes that hardly anything has but something that moved."""
+    if len(rows) <= 2 * _BESIDE:
+        return rows
+    rows = rows[rows[:, 3] <= _WIDE * np.median(rows[:, 3]) + _WIDE_CODES]
+    around = np.pad(rows[:, 1], _BESIDE, mode="reflect", reflect_type="odd")
+    windows = np.lib.stride_tricks.sliding_window_view(around, 2 * _BESIDE + 1)
+    off = np.abs(rows[:, 1] - np.median(windows, axis=1))
+    return rows[off <= _JUMP + 3.0 * rows[:, 3] / np.sqrt(rows[:, 2])]

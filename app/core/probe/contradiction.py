@@ -1,0 +1,211 @@
+"""Whether two frames of a bracket can be of the same thing, pixel by pixel.
+
+Through the camera's response a code of one frame says which codes a brighter frame can have
+there. Frames are compared as they are coded, which makes clipped and black codes inequalities by
+themselves: what is clipped in the darker frame must be clipped in the brighter one, and what is
+black in the brighter one must be black in the darker one. Predicting one frame of a bracket from
+another is how Grosch (Fast and Robust High Dynamic Range Image Generation with Camera and Object
+Movement, VMV 2006) and Gallo et al. (Artifact-free High Dynamic Range Imaging, ICCP 2009) find
+what moved; the tolerances here are those of area means of JPEG pictures.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = [
+    "CLIPPED",
+    "CLOSE",
+    "EDGE",
+    "LOOSE",
+    "Curve",
+    "Predictions",
+    "Tolerance",
+    "contradiction",
+    "worst",
+]
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float64: TypeAlias = NDArray[np.float64]
+
+CLIPPED: Final = 243
+"""A mean of codes over an area that contains nothing but clipped pixels is above this."""
+
+_SLOPE: Final = 0.4  # share of a smooth slope's range that counts as contrast
+
+
+class Curve(Protocol):
+    """A response, as far as it is needed here (`app.core.probe.response.Response`)."""
+
+    @property
+    def table(self) -> Float64:
+        """(3, 256) linear light of each code, monotone."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """How far frames may differ that show the same.
+
+    Proxies are means of coded values, and the curve from one exposure to a brighter one is
+    concave. So the brighter frame's mean lies under the prediction wherever the averaged area is
+    not even (Jensen's inequality), and hardly ever over it. Measured on 20 scenes, 99.9 % of the
+    pixels lie under by no more than 0.66 of the codes' range among the neighbours.
+
+    Attributes
+    ----------
+    stops : float
+        For curves that are a little wrong and lenses of unequal gain.
+    codes : float
+        For rounding and JPEG, in either frame.
+    toe : float
+        Further codes near black, where noise is cut off.
+    under, over : float
+        Share of the contrast around a pixel by which the brighter frame may lie under and over
+        the prediction. The latter is for edges that are not quite aligned.
+    either : bool
+        Whether the contrast may be in either frame, or has to be in both.
+    """
+
+    stops: float
+    codes: float
+    toe: float
+    under: float
+    over: float
+    either: bool
+
+
+LOOSE: Final = Tolerance(stops=0.17, codes=2.5, toe=2.0, under=1.0, over=0.5, either=True)
+"""What frames of a still scene do not exceed."""
+
+CLOSE: Final = Tolerance(stops=0.09, codes=2.0, toe=1.5, under=0.6, over=0.3, either=False)
+"""What they rarely exceed: for places where something is known to have moved."""
+
+EDGE: Final = Tolerance(stops=0.09, codes=2.0, toe=1.5, under=0.05, over=0.05, either=False)
+"""For the pixels next to those: what is left of them at the edge of something that moved."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Prediction:
+    """Codes (1, 256, 3) of a brighter frame for each code of a darker one."""
+
+    low: Bytes
+    middle: Bytes
+    high: Bytes
+    tolerance: Tolerance
+
+
+class Predictions:
+    """Predictions between any two frames of a bracket, made when they are needed.
+
+    Parameters
+    ----------
+    table : NDArray[np.float64], (3, 256)
+        Linear light of each code, monotone.
+    stops : sequence of float
+        Exposure of each frame in stops, not rising.
+    """
+
+    def __init__(self, table: Float64, stops: Sequence[float]) -> None:
+        ramp = np.arange(256) * 1e-9  # flat parts of a table still need an inverse
+        rising = np.maximum.accumulate(np.asarray(table, np.float64), axis=1)
+        self._table = rising / rising[:, -1:] + ramp
+        self._stops = tuple(stops)
+        self._made: dict[tuple[float, Tolerance], _Prediction] = {}
+
+    def between(self, bright: int, dark: int, tolerance: Tolerance) -> _Prediction:
+        """Predict frame `bright` from frame `dark`; the first frame is 0, the brightest."""
+        step = round(self._stops[bright] - self._stops[dark], 6)
+        key = (step, tolerance)
+        if key not in self._made:
+            self._made[key] = _predict(self._table, step, tolerance)
+        return self._made[key]
+
+
+def contradiction(bright: Bytes, dark: Bytes, expected: _Prediction) -> Bytes:
+    """Say by how much two frames cannot be of the same thing.
+
+    Parameters
+    ----------
+    bright, dark : NDArray[np.uint8], (h, w, 3)
+        Area means of the coded frames.
+    expected : prediction
+        Of the brighter frame from the darker one (`Predictions.between`).
+
+    Returns
+    -------
+    NDArray[np.uint8], (h, w)
+        Codes by which the worst channel is beyond its tolerance; 0 where the frames agree.
+    """
+    tolerance = expected.tolerance
+    under = cv2.subtract(cv2.LUT(dark, expected.low), bright)
+    over = cv2.subtract(bright, cv2.LUT(dark, expected.high))
+    shared = cv2.max if tolerance.either else cv2.min
+    contrast = shared(_contrast(bright), _contrast(cv2.LUT(dark, expected.middle)))
+    under = cv2.subtract(under, cv2.convertScaleAbs(contrast, alpha=tolerance.under))
+    over = cv2.subtract(over, cv2.convertScaleAbs(contrast, alpha=tolerance.over))
+    return worst(cv2.max(under, over))
+
+
+def worst(pixels: Any) -> Bytes:
+    """Return the largest channel of each pixel.
+
+    Parameters
+    ----------
+    pixels : NDArray[np.uint8], (h, w, 3)
+        Any codes.
+
+    Returns
+    -------
+    NDArray[np.uint8], (h, w)
+        OpenCV takes a fraction of the time that numpy takes along so short an axis.
+    """
+    red, green, blue = cv2.split(pixels)
+    return np.asarray(cv2.max(cv2.max(red, green), blue), np.uint8)
+
+
+def _predict(table: Float64, step: float, tolerance: Tolerance) -> _Prediction:
+    """Lowest, likeliest and highest code after `step` more stops, for each code."""
+    codes = np.arange(256.0)
+    slack = tolerance.codes + tolerance.toe * np.exp(-codes / 16.0)
+    low, middle, high = np.empty((3, 256, 3))
+    for channel, linear in enumerate(table):
+        low[:, channel] = _brighter(linear, codes - slack, step - tolerance.stops)
+        middle[:, channel] = _brighter(linear, codes, step)
+        high[:, channel] = _brighter(linear, codes + slack, step + tolerance.stops)
+    # What ought to be clipped may be anything above the clipping limit, and so may what a frame
+    # that is itself clipped predicts.
+    low = np.minimum(low - tolerance.codes, CLIPPED)
+    high += tolerance.codes
+    high[(high >= CLIPPED) | (codes[:, None] >= CLIPPED)] = 255.0
+    return _Prediction(_table(np.floor(low)), _table(middle), _table(np.ceil(high)), tolerance)
+
+
+def _brighter(linear: Float64, codes: Float64, stops: float) -> Float64:
+    """Codes that so many stops more would make of these."""
+    light = np.interp(codes, np.arange(256.0), linear) * 2.0**stops
+    return np.asarray(np.interp(light, linear, np.arange(256.0)), np.float64)
+
+
+def _table(codes: Float64) -> Bytes:
+    return np.asarray(np.clip(np.rint(codes), 0, 255), np.uint8)[None]
+
+
+def _contrast(frame: Any) -> Bytes:
+    """Contrast that may be hidden within a pixel, per channel, judged by its neighbours.
+
+    The range among a pixel and its neighbours, less what a smooth slope makes of it: over a slope
+    the range among two rings of neighbours is twice as large, over an edge or in a texture it is
+    hardly larger.
+    """
+    near = cv2.morphologyEx(frame, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8))
+    far = cv2.morphologyEx(frame, cv2.MORPH_GRADIENT, np.ones((5, 5), np.uint8))
+    rough = cv2.subtract(near, cv2.subtract(far, near))
+    return np.asarray(cv2.max(rough, cv2.convertScaleAbs(near, alpha=_SLOPE)), np.uint8)

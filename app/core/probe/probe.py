@@ -1,0 +1,247 @@
+"""The whole way from files to an environment: what `merge` does, and the app after a capture.
+
+    files -> bracket -> pixels -> aligned -> response -> what moved -> merged -> levelled
+          -> lamps -> sun, gains, meter readings -> clutter filled -> clip audit
+
+Every step is a module beside this one; here is only their order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.environment import from_radiance
+from app.core.errors import ProbeError
+from app.core.probe import align, moved
+from app.core.probe.bracket import read_bracket
+from app.core.probe.clutter import foot_of
+from app.core.probe.display import display_panorama
+from app.core.probe.finish import Finished, Wishes, finish
+from app.core.probe.frame import Exposure
+from app.core.probe.level import Levelling, first_shot, levelling
+from app.core.probe.merge import SIZE, merge
+from app.core.probe.pixels import FrameStack, open_frames, rotated
+from app.core.probe.response import ResponseChoice, choose_response
+from app.core.probe.theta_limits import theta_limits
+from app.core.progress import Report, Token, silent, span
+from app.core.sphere import rotate_light
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from app.core.environment import Environment
+    from app.core.pack import StylePack
+    from app.core.probe.frame import Bracket, Merged
+
+__all__ = ["Probe", "Wishes", "measure"]
+
+Float64: TypeAlias = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """The light of a place as a bracket tells it, and how far to trust that.
+
+    Attributes
+    ----------
+    bracket : Bracket
+        The frames that were used, with their true exposures.
+    response : ResponseChoice
+        Camera curve.
+    alignments : tuple[Alignment, ...]
+        Of each frame; empty for pictures that are not panoramas.
+    levelling : Levelling
+        How the panorama was levelled.
+    moved : Moved
+        What moved between the frames.
+    finished : Finished
+        The light, with everything done to it, its lamps and its audit.
+    display : (h, w, 3) uint8
+        The panorama for looking at, as measured, sRGB.
+    warnings : tuple[str, ...]
+        Sentences for the user.
+    notes : tuple[str, ...]
+        What was done, in sentences; nothing to worry about.
+    """
+
+    bracket: Bracket
+    response: ResponseChoice
+    alignments: tuple[align.Alignment, ...]
+    levelling: Levelling
+    moved: moved.Moved
+    finished: Finished
+    display: NDArray[np.uint8] = field(repr=False)
+    warnings: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def merged(self) -> Merged:
+        """The light, with everything done to it."""
+        return self.finished.merged
+
+    def environment(self, name: str) -> Environment:
+        """Return the light as an environment that can be solved.
+
+        Parameters
+        ----------
+        name : str
+            Of the place.
+
+        Raises
+        ------
+        EnvironmentFileError
+            For pictures that are not panoramas, and when everything is black.
+        """
+        return from_radiance(self.merged.radiance.copy(), name)
+
+
+def measure(
+    paths: Sequence[Path],
+    pack: StylePack,
+    wishes: Wishes | None = None,
+    *,
+    token: Token | None = None,
+    report: Report = silent,
+) -> Probe:
+    """Make an environment of a bracket.
+
+    Parameters
+    ----------
+    paths : Sequence[Path]
+        The exposures in any order, or one folder of them. They are only read.
+    pack : StylePack
+        Head and styles, for what clipped light means for the answers.
+    wishes : Wishes, optional
+        What is wanted besides.
+    token : Token, optional
+        Stops the work.
+    report : Report, optional
+        Is told how far it is.
+
+    Returns
+    -------
+    Probe
+
+    Raises
+    ------
+    ProbeError
+        When the files are no bracket, or a wish cannot be met: one sentence and what to do.
+    Cancelled
+        When the token was cancelled.
+    """
+    wishes = wishes or Wishes()
+    token = token or Token()
+    bracket = read_bracket(paths, wishes.times)
+    if not bracket.panorama and (wishes.gains or wishes.lux or wishes.masks):
+        raise ProbeError(
+            "These pictures are not full panoramas (2:1): they have no lamps or directions.",
+            "Leave out what names lamps or masks.",
+        )
+    stack = open_frames(bracket, token=token, report=span(report, 0.0, 0.35))
+    try:
+        aligned = _align(stack, token, span(report, 0.35, 0.45))
+        stack = aligned.stack
+        bracket = replace(bracket, frames=stack.frames, stops=stack.stops)
+        report(0.45, "checking the exposures")
+        response = choose_response(stack.samples, stack.stops, wishes.response)
+        motion = moved.trust(stack.proxies, response.stops, response.response)
+        level = levelling(bracket, aligned.first_rotation(bracket), aligned.picture(bracket))
+        merged = merge(
+            stack,
+            response.response,
+            response.stops,
+            scheme=wishes.weights,
+            trust=motion.masks,
+            size=None if wishes.full else SIZE,
+            token=token,
+            report=span(report, 0.5, 0.9),
+        )
+    finally:
+        stack.close()
+    token.check()
+    report(0.9, "finding lamps")
+    merged = _levelled(merged, level)
+    finished = (
+        finish(merged, pack, wishes, foot=foot_of(level.rotation), room_stops=_room(bracket))
+        if bracket.panorama
+        else Finished(merged, merged)
+    )
+    warnings = (
+        *bracket.warnings,
+        *stack.warnings,
+        *aligned.sentences,
+        *response.warnings,
+        *motion.sentences,
+    )
+    report(1.0, "done")
+    return Probe(
+        bracket=replace(bracket, stops=tuple(response.stops)),
+        response=response,
+        alignments=aligned.alignments,
+        levelling=level,
+        moved=motion,
+        finished=finished,
+        display=display_panorama(merged.radiance),
+        warnings=warnings,
+        notes=tuple(note for note in (level.note, *finished.notes) if note),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Aligned:
+    """Frames that lie on each other."""
+
+    stack: FrameStack
+    alignments: tuple[align.Alignment, ...]
+    sentences: tuple[str, ...]
+
+    def first_rotation(self, bracket: Bracket) -> Float64 | None:
+        """Return what was done to the frame that was shot first, whose pose counts."""
+        return self.alignments[first_shot(bracket)].rotation
+
+    def picture(self, bracket: Bracket) -> NDArray[np.uint8] | None:
+        """Return a small copy of the frame in which edges can be seen best, if one is needed."""
+        poses = [frame.pose for frame in bracket.frames if frame.pose is not None]
+        if not any(pose.pitch_deg or pose.roll_deg for pose in poses):
+            return None
+        return self.stack.proxies[align.reference_of(self.stack.proxies)]
+
+
+def _align(stack: FrameStack, token: Token, report: Report) -> _Aligned:
+    """Lay the frames on each other where they do not lie so already."""
+    report(0.0, "aligning frames")
+    found = align.estimate(stack.proxies, stack.stops)
+    words = align.sentences(found, [frame.path.name for frame in stack.frames])
+    turns = [one.rotation for one in found]
+    if any(turn is not None for turn in turns):
+        stack = rotated(stack, turns, token=token, report=report)
+    return _Aligned(stack, found, words)
+
+
+def _levelled(merged: Merged, level: Levelling) -> Merged:
+    """Turn merged light so that up is up."""
+    if level.rotation is None:
+        return merged
+    shares = np.stack([merged.clipped, merged.dark], axis=-1)
+    turned = rotate_light(shares, level.rotation)
+    return replace(
+        merged,
+        radiance=rotate_light(merged.radiance, level.rotation),
+        clipped=np.clip(turned[..., 0], 0.0, 1.0),
+        dark=np.clip(turned[..., 1], 0.0, 1.0),
+    )
+
+
+def _room(bracket: Bracket) -> float | None:
+    """Count the stops from the darkest frame to the darkest that the camera could have shot."""
+    known = theta_limits(bracket.frames[0].camera)
+    if known is None:
+        return None
+    limits = known.limits
+    floor = Exposure(min(limits.shutters_s), min(limits.isos), max(limits.apertures))
+    return max(min(bracket.stops) - floor.ev, 0.0)
