@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 
 from stock import INDOORS, ROOT, generic_head, read_light, stock_picture  # isort: skip
@@ -27,7 +28,7 @@ from app.core.environment import rotate
 from app.core.files import atomic_write_text
 from app.core.pack import StylePack, load_named_pack
 from app.core.solve import solve_all
-from app.core.transport import Transport, load_named
+from app.core.transport import Transport, load_named, render
 from app.core.weights import target_weights
 
 if TYPE_CHECKING:
@@ -35,6 +36,9 @@ if TYPE_CHECKING:
 
 TURNS = 64
 SEEDS = 2
+# Harmonics of a curve over the turns that are kept. A face under soft skin turns smoothly: what
+# T's own curves hold above is reported beside every pair (`above_band`); noise has as much in each.
+BAND = 12
 
 
 def render_all(scenes: Path, work: Path, paths: int) -> None:
@@ -66,6 +70,27 @@ def kept_name(scene: str, paths: int, turn: int, seed: int) -> str:
     return f"{Path(scene).stem}-{paths}-{turn:02d}-{seed}.npy"
 
 
+def head_alone(picture: NDArray[np.float64], transport: Transport) -> NDArray[np.float64]:
+    """Luminance of the head's pixels, without the environment that shows behind its outline.
+
+    Stock Mitsuba draws the environment where a pixel at the outline is not covered; T leaves that
+    out. What shows there is what the nearest pixel that sees nothing but the environment holds.
+    """
+    size = transport.size
+    coverage = np.zeros(size * size)
+    coverage[transport.pixels] = transport.coverage
+    beside = (coverage > 0).astype(np.uint8).reshape(size, size)
+    _, label = cv2.distanceTransformWithLabels(
+        beside, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    grey = luminance(picture).astype(np.float64).ravel()
+    behind = np.zeros(int(label.max()) + 1)
+    empty = beside.ravel() == 0
+    behind[label.ravel()[empty]] = grey[empty]
+    alone: NDArray[np.float64] = grey - (1.0 - coverage) * behind[label.ravel()]
+    return alone[transport.pixels]
+
+
 def curves(
     pictures: NDArray[np.float64], weights: NDArray[np.float64], face: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -91,6 +116,19 @@ def curves(
     return quality, match
 
 
+def band_limited(curves_: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Curves without the harmonics above `BAND`, which hold next to nothing but noise."""
+    spectrum = np.fft.rfft(curves_, axis=-1)
+    spectrum[..., BAND + 1 :] = 0
+    return np.asarray(np.fft.irfft(spectrum, TURNS, axis=-1))
+
+
+def above_band(curves_: NDArray[np.float64]) -> NDArray[np.float64]:
+    """RMS of what `band_limited` takes away, as a share of each curve's range."""
+    lost = curves_ - band_limited(curves_)
+    return np.asarray(np.sqrt(np.mean(lost**2, axis=-1)) / np.ptp(curves_, axis=-1))
+
+
 def given_up(curve: NDArray[np.float64], turn: int) -> float:
     """How far a turn lies under the best, as a share of the curve's range."""
     return float((curve.max() - curve[turn]) / np.ptp(curve))
@@ -106,21 +144,23 @@ def compare(scenes: Path, work: Path, paths: int) -> dict[str, object]:
     for name in INDOORS:
         stem = Path(name).stem
         files = [[work / kept_name(name, paths, t, s) for t in range(TURNS)] for s in range(SEEDS)]
-        pictures = np.array(
-            [
-                [luminance(np.load(f).astype(np.float64)).ravel()[pixels] for f in row]
-                for row in files
-            ]
-        )
+        pictures = np.array([[head_alone(np.load(f), transport) for f in row] for row in files])
         rows += _pairs(stem, read_light(scenes / name), pictures, weights, pack, transport)
     worst = {key: max(row[key] for row in rows) for key in ("quality_given_up", "match_given_up")}
     return {
         "transport_sha256": transport.digest,
         "paths_per_pixel": paths,
         "seeds": SEEDS,
+        "band": BAND,
         "worst": worst,
         "rows": rows,
     }
+
+
+def _noise(between: NDArray[np.float64], curve: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Noise of the mean of two seeds' curves from their difference, as a share of the range."""
+    square = np.mean(band_limited(between) ** 2, axis=-1)
+    return np.asarray(np.sqrt(square) / 2 / np.ptp(curve, axis=-1))
 
 
 def _pairs(
@@ -131,9 +171,13 @@ def _pairs(
     pack: StylePack,
     transport: Transport,
 ) -> list[dict[str, Any]]:
-    quality, match = curves(pictures, weights, transport.face)
-    half = [curves(np.stack([p, p]), weights, transport.face)[0] for p in pictures]
-    noise = np.sqrt(np.mean((half[0] - half[1]) ** 2, axis=1)) / 2 / np.ptp(quality, axis=1)
+    raw = curves(pictures, weights, transport.face)
+    quality, match = (band_limited(each) for each in raw)
+    apart = [curves(np.stack([p, p]), weights, transport.face)[0] for p in pictures]
+    noise = _noise(apart[0] - apart[1], quality)
+    match_noise = _noise((apart[0] - apart[1]) * raw[1] / raw[0], match)
+    own = np.stack([luminance(render(transport, rotate(light, k))) for k in range(TURNS)])
+    own_curves = curves(np.stack([own, own]).astype(np.float64), weights, transport.face)
     grey = luminance(light)
     chosen = {
         objective: solve_all(pack, grey, objective=objective, epsilon=0.0, min_strength=0.0)
@@ -154,6 +198,11 @@ def _pairs(
                 "quality_given_up": given_up(quality[number], index["paper"]),
                 "match_given_up": given_up(match[number], index["picture"]),
                 "quality_noise": float(noise[number]),
+                "match_noise": float(match_noise[number]),
+                "quality_given_up_unfiltered": given_up(raw[0][number], index["paper"]),
+                "match_given_up_unfiltered": given_up(raw[1][number], index["picture"]),
+                "quality_above_band": float(above_band(own_curves[0][number])),
+                "match_above_band": float(above_band(own_curves[1][number])),
             }
         )
     return rows

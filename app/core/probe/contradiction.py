@@ -39,8 +39,6 @@ Float64: TypeAlias = NDArray[np.float64]
 CLIPPED: Final = 243
 """A mean of codes over an area that contains nothing but clipped pixels is above this."""
 
-_SLOPE: Final = 0.4  # share of a smooth slope's range that counts as contrast
-
 
 class Curve(Protocol):
     """A response, as far as it is needed here (`app.core.probe.response.Response`)."""
@@ -199,13 +197,6 @@ def _table(codes: Float64) -> Bytes:
 
 
 def _contrast(frame: Any) -> Bytes:
-    """Contrast that may be hidden within a pixel, per channel, judged by its neighbours.
-
-    The range among a pixel and its neighbours, less what a smooth slope makes of it: over a slope
-    the range among two rings of neighbours is twice as large, over an edge or in a texture it is
-    hardly larger.
-    """
-    near = cv2.morphologyEx(frame, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8))
-    far = cv2.morphologyEx(frame, cv2.MORPH_GRADIENT, np.ones((5, 5), np.uint8))
-    rough = cv2.subtract(near, cv2.subtract(far, near))
-    return np.asarray(cv2.max(rough, cv2.convertScaleAbs(near, alpha=_SLOPE)), np.uint8)
+    """Range of the codes among a pixel and its neighbours, per channel."""
+    box = np.ones((3, 3), np.uint8)
+    return np.asarray(cv2.morphologyEx(frame, cv2.MORPH_GRADIENT, box), np.uint8)

@@ -158,8 +158,7 @@ def trust(proxies: Sequence[Bytes], stops: Sequence[float], response: Curve) -> 
     found = [_handle(place, frames, predictions, masks, area) for place in places]
     regions = [_in_picture(region, order, turn / width) for region in found if region.frames]
     by_frame: list[Float32 | None] = [None] * len(frames)
-    for place_in_order, index in enumerate(order):
-        mask = masks[place_in_order]
+    for index, mask in zip(order, masks, strict=True):
         by_frame[index] = None if mask.all() else np.roll(mask, turn, axis=1).astype(np.float32)
     touched = np.minimum.reduce(masks) == 0
     share = float(area @ np.count_nonzero(touched, axis=1))
@@ -285,6 +284,8 @@ def _settle(
         order.insert(0, needed)
     elif explained >= _MAJORITY:
         allowed = [1 - _closed(outlier, closing, inside) for outlier in outliers]
+        # Who was left out most is believed least where a vote is tied.
+        order.sort(key=lambda k: int(np.count_nonzero(outliers[k])))
     for place, frame in enumerate(order[1:], start=1):
         clash = np.zeros(inside.shape, bool)
         for believed in order[:place]:
