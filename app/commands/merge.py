@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 __all__ = ["add_parser", "run"]
 
 _WRITERS: Final = (".exr", ".hdr")
+_LEAST_SHARE: Final = 0.0005  # of the light, for a row of its own in the table
 _SUN_WORDS: Final = {
     "clear": "clear",
     "hazy": "hazy",
@@ -327,9 +328,10 @@ def _table(
             f"{frame.path.name[:24]:24}  {_shutter(exposure.shutter_s):>10}  {iso:>5}  "
             f"{aperture:>4}  {ev:+6.2f}  {100 * part:5.1f} %"
         )
-    if probe.finished.lights:
-        lines += ["", "lamp  azimuth  elevation   size   light"]
-        lines += [_lamp_row(light) for light in probe.finished.lights]
+    lamps = [light for light in probe.finished.lights if light.share >= _LEAST_SHARE]
+    if lamps:
+        lines += ["", "lamp  azimuth  elevation   size  light"]
+        lines += [_lamp_row(light) for light in lamps]
     audit = probe.finished.audit
     if audit is not None:
         lines += ["", *audit.advice] if audit.advice else []
@@ -340,10 +342,10 @@ def _table(
 
 
 def _lamp_row(light: Light) -> str:
-    clipped = "  clipped: at least" if light.clipped else ""
+    share = f"{100 * light.share:.1f} %"
     return (
         f"{light.id:4}  {light.azimuth_deg:+6.0f}°  {light.elevation_deg:+8.0f}°  "
-        f"{light.diameter_deg:4.0f}°  {100 * light.share:4.1f} %{clipped}"
+        f"{light.diameter_deg:4.0f}°  {f'at least {share}, clipped' if light.clipped else share}"
     )
 
 

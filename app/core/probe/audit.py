@@ -226,7 +226,13 @@ def _verdict(
 
 
 def _all(names: Sequence[str], changes: Sequence[StyleChange]) -> str:
-    return "every style" if len(names) == len(changes) else ", ".join(names)
+    """Name styles by what they are, or by what they are not when that is shorter."""
+    rest = [style.name for style in changes if style.name not in names]
+    if not rest:
+        return "every style"
+    if len(rest) < len(names) / 2:
+        return f"every style but {', '.join(rest)}"
+    return ", ".join(names)
 
 
 def _upper(merged: Merged, grid: LightGrid, bound: float, sun: Light | None) -> tuple[float, str]:
@@ -316,14 +322,24 @@ def _brightened(
     if float(lost.max()) > 0:
         chosen.append(("all", np.arange(lost.size, dtype=np.int32)))
         names.append("all")
-    stack = np.zeros((lost.size, len(chosen) + 1), np.float32)
-    for column, (_, texels) in enumerate(chosen):
-        stack[texels, column] = lost[texels]
-    stack[:, -1] = grid.luminance.ravel()
+    cells, weights = _cells(grid, shape)
+    size = shape[0] * shape[1]
+    maps = np.zeros((len(chosen), *shape))
+    for into, (_, texels) in zip(maps, chosen, strict=True):
+        shares = lost[texels] * weights[texels]
+        into[:] = np.bincount(cells[texels], shares, size).reshape(shape)
+    whole = reduce_radiance(grid.luminance[..., None], shape)[..., 0]
+    return names, maps, whole.astype(np.float64)
+
+
+def _cells(grid: LightGrid, shape: tuple[int, int]) -> tuple[NDArray[np.intp], Float64]:
+    """Cell of the reduced panorama that each texel is in, and its share of the cell's area."""
     height, width = grid.luminance.shape
-    reduced = reduce_radiance(stack.reshape(height, width, -1), shape)
-    maps = np.moveaxis(reduced, -1, 0).astype(np.float64)
-    return names, maps[:-1], maps[-1]
+    row, column = np.divmod(np.arange(height * width), width)
+    cells = (row * shape[0] // height) * shape[1] + column * shape[1] // width
+    areas = np.repeat(grid.solid_angle.ravel(), width)
+    whole = np.bincount(cells, areas, shape[0] * shape[1])
+    return cells, np.asarray(areas / whole[cells])
 
 
 def _parts(light: Light, grid: LightGrid) -> list[NDArray[np.int32]]:

@@ -44,9 +44,9 @@ Float32: TypeAlias = NDArray[np.float32]
 SIZE: Final = (1024, 2048)
 """Rows and columns of a merged panorama."""
 
-# Pixels per band: its planes together stay within a core's cache, and the products of the
-# reduction below the size from which the library would start threads of its own.
-_BAND_PIXELS: Final = 45_000
+# Pixels per band: many enough that the interpreter's share of the work is small, few enough that
+# the planes of a band stay near the processor.
+_BAND_PIXELS: Final = 160_000
 # Rows of all frames that are read together when they are not held in memory.
 _READ_BYTES: Final = 48 << 20
 # Bands that are being merged or wait for their turn.

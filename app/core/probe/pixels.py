@@ -59,6 +59,7 @@ SAMPLES: Final = 20_000
 """About how many pixels are sampled."""
 
 _REDUCTION: Final = 8
+_DECODERS: Final = 4
 _MIN_PROXY_WIDTH: Final = 256
 _SEED: Final = 20190820
 _LEAST_FRAMES: Final = 2
@@ -293,7 +294,8 @@ def _in_threads(
 ) -> list[_Opened | ProbeError]:
     """Run one task per frame; when one of them fails, the others' frames are let go of."""
     results: list[_Opened | ProbeError] = []
-    with ThreadPoolExecutor(workers(len(frames))) as pool:
+    # One thread per frame even on two cores: three frames then end together.
+    with ThreadPoolExecutor(min(_DECODERS, len(frames))) as pool:
         futures = [pool.submit(work, frame) for frame in frames]
         try:
             for index, future in enumerate(futures):

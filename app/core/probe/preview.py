@@ -215,7 +215,8 @@ def _draw_lamp_list(
         lettering.draw(canvas, (x + stops[1], line), signed(light.azimuth_deg), 13)
         lettering.draw(canvas, (x + stops[2], line), signed(light.elevation_deg), 13)
         share = _percent(light.share)
-        words = f"at least {share}, clipped" if light.clipped else share
+        least = "" if share.startswith("under") else "at least "
+        words = f"{least}{share}, clipped" if light.clipped else share
         lettering.draw(canvas, (x + stops[3], line), words, 13, 600 if light.clipped else 400)
     if len(lights) > len(shown):
         line = y + (len(shown) + 1) * _ROW + 12

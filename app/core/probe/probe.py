@@ -8,6 +8,7 @@ Every step is a module beside this one; here is only their order.
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -166,11 +167,13 @@ def measure(
     token.check()
     report(0.9, "finding lamps")
     merged = _levelled(merged, level)
-    finished = (
-        finish(merged, pack, wishes, foot=foot_of(level.rotation), room_stops=_room(bracket))
-        if bracket.panorama
-        else Finished(merged, merged)
-    )
+    with ThreadPoolExecutor(1) as beside:
+        display = beside.submit(display_panorama, merged.radiance)
+        finished = (
+            finish(merged, pack, wishes, foot=foot_of(level.rotation), room_stops=_room(bracket))
+            if bracket.panorama
+            else Finished(merged, merged)
+        )
     warnings = (
         *bracket.warnings,
         *stack.warnings,
@@ -186,7 +189,7 @@ def measure(
         levelling=level,
         moved=motion,
         finished=finished,
-        display=display_panorama(merged.radiance),
+        display=display.result(),
         warnings=warnings,
         notes=tuple(note for note in (level.note, *finished.notes) if note),
     )

@@ -31,7 +31,7 @@ _ALIKE: Final = 1.15
 _TRIED: Final = 5
 _REST: Final = 0.2
 _ON_THE_MARK: Final = 0.03
-_USUAL_CONTRAST: Final = 0.2
+_USUAL_CONTRAST: Final = 0.3
 
 
 @dataclass(frozen=True, slots=True)
