@@ -18,7 +18,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from stock import INDOORS, ROOT, generic_head, read_light, stock_picture  # isort: skip
+from stock import INDOORS, ROOT, as_placed, generic_head, read_light, stock_picture  # isort: skip
 
 from typing import TYPE_CHECKING
 
@@ -28,7 +28,7 @@ from app.core.environment import rotate
 from app.core.files import atomic_write_text
 from app.core.pack import StylePack, load_named_pack
 from app.core.solve import solve_all
-from app.core.transport import Transport, load_named, render
+from app.core.transport import Transport, load_named, load_transport, render
 from app.core.weights import target_weights
 
 if TYPE_CHECKING:
@@ -39,6 +39,8 @@ SEEDS = 2
 # Harmonics of a curve over the turns that are kept. A face under soft skin turns smoothly: what
 # T's own curves hold above is reported beside every pair (`above_band`); noise has as much in each.
 BAND = 12
+# Large enough for the turns; `as_placed` says what light Mitsuba makes of it.
+FINE = (512, 1024)
 
 
 def render_all(scenes: Path, work: Path, paths: int) -> None:
@@ -55,7 +57,7 @@ def render_all(scenes: Path, work: Path, paths: int) -> None:
                 if file.exists():
                     continue
                 picture = stock_picture(
-                    head, camera, "medium", rotate(light, turn), paths, turn * SEEDS + seed
+                    head, camera, "medium", rotate(light, turn), paths, turn * SEEDS + seed, FINE
                 )
                 partial = file.with_suffix(".part.npy")
                 np.save(partial, picture)
@@ -157,6 +159,44 @@ def compare(scenes: Path, work: Path, paths: int) -> dict[str, object]:
     }
 
 
+def compare_pictures(
+    bakes: tuple[Transport, Transport], scenes: Path, work: Path, paths: int
+) -> list[dict[str, Any]]:
+    """T's pictures against the rendered ones: colour, and error beyond all four pictures' noise.
+
+    The error of one bake against one seed and that of the other bake against the other seed have
+    independent noise, so the mean of their product over all turns holds what both bakes have wrong.
+    """
+    whole = bakes[0].face & (bakes[0].coverage > 0.999)
+    rows = []
+    for name in INDOORS:
+        light = as_placed(read_light(scenes / name), FINE[0])
+        squares, colours = [], []
+        for turn in range(TURNS):
+            files = [work / kept_name(name, paths, turn, seed) for seed in range(SEEDS)]
+            one, two = (
+                np.load(file).reshape(-1, 3)[bakes[0].pixels][whole].astype(np.float64)
+                for file in files
+            )
+            first, second = (
+                render(bake, rotate(light, turn))[whole].astype(np.float64) for bake in bakes
+            )
+            cross = (first - one) * (second - two) + (second - one) * (first - two)
+            squares.append(cross.mean() / 2 / (one * two).mean())
+            colours.append([(first + second).mean(axis=0), (one + two).mean(axis=0)])
+        ours, theirs = np.sum(colours, axis=0)
+        error = float(np.std(squares) / np.sqrt(TURNS))
+        rows.append(
+            {
+                "scene": Path(name).stem,
+                "colour": float(np.abs(ours / theirs - 1).max()),
+                "rmse": float(np.sqrt(max(0.0, np.mean(squares)))),
+                "rmse_2_sigma": float(np.sqrt(max(0.0, np.mean(squares) + 2 * error))),
+            }
+        )
+    return rows
+
+
 def _noise(between: NDArray[np.float64], curve: NDArray[np.float64]) -> NDArray[np.float64]:
     """Noise of the mean of two seeds' curves from their difference, as a share of the range."""
     square = np.mean(band_limited(between) ** 2, axis=-1)
@@ -214,12 +254,16 @@ def main() -> None:
     parser.add_argument("--scenes", type=Path, required=True)
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--paths", type=int, default=256)
+    parser.add_argument("--second", type=Path, help="a bake with another seed, for the pictures")
     parser.add_argument("--render-only", action="store_true")
     parser.add_argument("-o", type=Path, default=ROOT / "docs" / "brute-force.json")
     args = parser.parse_args()
     render_all(args.scenes, args.work, args.paths)
     if not args.render_only:
         result = compare(args.scenes, args.work, args.paths)
+        if args.second is not None:
+            bakes = load_named("generic"), load_transport(args.second)
+            result["pictures"] = compare_pictures(bakes, args.scenes, args.work, args.paths)
         atomic_write_text(args.o, json.dumps(result, indent=1) + "\n")
         print(json.dumps(result["worst"]))
 

@@ -87,3 +87,12 @@ def test_turns_against_brute_force() -> None:
     ]
     assert all(lost - 2.0 * noise <= 0.01 for lost, noise in values)
     assert sum(lost <= 0.01 for lost, _ in values) >= 174
+
+
+def test_pictures_against_stock_mitsuba() -> None:
+    """Five indoor scenes, all turns: colour within 1 %, error beyond noise within 3 %."""
+    rows = _read("brute-force.json")["pictures"]
+    assert len(rows) == 5
+    for row in rows:
+        assert row["colour"] <= 0.01, row["scene"]
+        assert row["rmse"] <= 0.03, row["scene"]
