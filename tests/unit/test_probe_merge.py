@@ -332,7 +332,7 @@ def test_wrong_counts_are_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("memory", [1 << 30, 0])
 def test_cancelling_and_progress(tmp_path: Path, memory: int) -> None:
-    light = uniform((0.2, 0.3, 0.4), (512, 1024))
+    light = uniform((0.2, 0.3, 0.4), (1024, 2048))
     pictures = [coded(light, stop) for stop in PAPER]
     with stack_of(tmp_path, pictures, PAPER, memory_bytes=memory) as stack:
         told: list[float] = []

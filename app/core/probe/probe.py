@@ -178,7 +178,7 @@ def measure(
         *bracket.warnings,
         *stack.warnings,
         *aligned.sentences,
-        *response.warnings,
+        *response.sentences([frame.path.name for frame in stack.frames]),
         *motion.sentences,
     )
     report(1.0, "done")
