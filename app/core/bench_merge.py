@@ -31,7 +31,7 @@ __all__ = ["run_merge"]
 
 _SCENE: Final = "interior"
 _EV100: Final = 8.0
-_ROUNDS: Final = 5
+_ROUNDS: Final = 9
 
 
 def run_merge(
