@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,23 +135,56 @@ def measure(
     Cancelled
         When the token was cancelled.
     """
-    wishes = wishes or Wishes()
-    token = token or Token()
+    wishes, token = wishes or Wishes(), token or Token()
     bracket = read_bracket(paths, wishes.times)
     if not bracket.panorama and (wishes.gains or wishes.lux or wishes.masks):
         raise ProbeError(
             "These pictures are not full panoramas (2:1): they have no lamps or directions.",
             "Leave out what names lamps or masks.",
         )
-    stack = open_frames(bracket, token=token, report=span(report, 0.0, 0.35))
-    try:
-        aligned = _align(stack, token, span(report, 0.35, 0.45))
+    found = _to_light(bracket, wishes, token, span(report, 0.0, 0.9))
+    token.check()
+    report(0.9, "finding lamps")
+    with ThreadPoolExecutor(1) as beside:
+        display = beside.submit(display_panorama, found.merged.radiance)
+        finished = _finished(found, pack, wishes)
+    report(1.0, "done")
+    return Probe(
+        bracket=found.bracket,
+        response=found.response,
+        alignments=found.alignments,
+        levelling=found.level,
+        moved=found.motion,
+        finished=finished,
+        display=display.result(),
+        warnings=found.warnings,
+        notes=tuple(note for note in (found.level.note, *finished.notes) if note),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """Merged and levelled light, and what was found out on the way."""
+
+    bracket: Bracket
+    alignments: tuple[align.Alignment, ...]
+    response: ResponseChoice
+    motion: moved.Moved
+    level: Levelling
+    merged: Merged
+    warnings: tuple[str, ...]
+
+
+def _to_light(bracket: Bracket, wishes: Wishes, token: Token, report: Report) -> _Found:
+    """Go from files to light; what was opened is closed however it ends."""
+    opened = open_frames(bracket, token=token, report=span(report, 0.0, 0.4))
+    with opened, _align(opened, token, span(report, 0.4, 0.5)) as aligned:
         stack = aligned.stack
-        bracket = replace(bracket, frames=stack.frames, stops=stack.stops)
-        report(0.45, "checking the exposures")
+        used = replace(bracket, frames=stack.frames, stops=stack.stops)
+        report(0.5, "checking the exposures")
         response = choose_response(stack.samples, stack.stops, wishes.response)
         motion = moved.trust(stack.proxies, response.stops, response.response)
-        level = levelling(bracket, aligned.first_rotation(bracket), aligned.picture(bracket))
+        level = levelling(used, aligned.first_rotation(used), aligned.picture(used))
         merged = merge(
             stack,
             response.response,
@@ -160,39 +193,32 @@ def measure(
             trust=motion.masks,
             size=None if wishes.full else SIZE,
             token=token,
-            report=span(report, 0.5, 0.9),
+            report=span(report, 0.55, 1.0),
         )
-    finally:
-        stack.close()
-    token.check()
-    report(0.9, "finding lamps")
-    merged = _levelled(merged, level)
-    with ThreadPoolExecutor(1) as beside:
-        display = beside.submit(display_panorama, merged.radiance)
-        finished = (
-            finish(merged, pack, wishes, foot=foot_of(level.rotation), room_stops=_room(bracket))
-            if bracket.panorama
-            else Finished(merged, merged)
-        )
-    warnings = (
-        *bracket.warnings,
-        *stack.warnings,
-        *aligned.sentences,
-        *response.sentences([frame.path.name for frame in stack.frames]),
-        *motion.sentences,
-    )
-    report(1.0, "done")
-    return Probe(
-        bracket=replace(bracket, stops=tuple(response.stops)),
-        response=response,
+    names = [frame.path.name for frame in stack.frames]
+    return _Found(
+        bracket=replace(used, stops=tuple(response.stops)),
         alignments=aligned.alignments,
-        levelling=level,
-        moved=motion,
-        finished=finished,
-        display=display.result(),
-        warnings=warnings,
-        notes=tuple(note for note in (level.note, *finished.notes) if note),
+        response=response,
+        motion=motion,
+        level=level,
+        merged=_levelled(merged, level),
+        warnings=(
+            *bracket.warnings,
+            *stack.warnings,
+            *aligned.sentences,
+            *response.sentences(names),
+            *motion.sentences,
+        ),
     )
+
+
+def _finished(found: _Found, pack: StylePack, wishes: Wishes) -> Finished:
+    """Do what can be done to a panorama; other pictures are left as they are."""
+    if not found.bracket.panorama:
+        return Finished(found.merged, found.merged)
+    foot = foot_of(found.level.rotation)
+    return finish(found.merged, pack, wishes, foot=foot, room_stops=_room(found.bracket))
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,6 +228,12 @@ class _Aligned:
     stack: FrameStack
     alignments: tuple[align.Alignment, ...]
     sentences: tuple[str, ...]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *failure: object) -> None:
+        self.stack.close()
 
     def first_rotation(self, bracket: Bracket) -> Float64 | None:
         """Return what was done to the frame that was shot first, whose pose counts."""
