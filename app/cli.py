@@ -1,6 +1,7 @@
 """The command line: which commands there are, and what becomes of their errors.
 
-Exit codes: 0 done, 2 bad usage or input (one sentence on stderr), 130 interrupted. Answers go
+Exit codes: 0 done, 2 bad usage or input (one sentence on stderr), 3 a camera or the network
+fails, 130 interrupted. Answers go
 to stdout, everything else to stderr, so ``--json`` leaves exactly one JSON object on stdout.
 """
 
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Final, NoReturn
 
 from app import __version__
 from app.core.errors import Cancelled, CoreError
+from app.devices.errors import DeviceError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,6 +35,7 @@ COMMANDS: Final = {
 
 _DONE = 0
 _BAD_INPUT = 2
+_DEVICE = 3
 _INTERRUPTED = 130
 
 
@@ -87,7 +90,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit code: 0 done, 2 bad usage or input, 130 interrupted.
+        Exit code: 0 done, 2 bad usage or input, 3 device or network failure, 130
+        interrupted.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     _prepare_streams()
@@ -103,6 +107,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except CoreError as error:
         print(f"turnlight: {error}", file=sys.stderr)
         return _BAD_INPUT
+    except DeviceError as error:
+        print(f"turnlight: {error}", file=sys.stderr)
+        return _DEVICE
     except BrokenPipeError:
         _discard_output()
         return _DONE

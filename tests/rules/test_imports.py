@@ -21,6 +21,8 @@ LEAKS = [
     ("core/search.py", "import PySide6.QtCore", "no Qt below the ui"),
     ("commands/solve.py", "import pyqtgraph", "no Qt below the ui"),
     ("core/environment_file.py", "import requests", "no network in core"),
+    ("devices/errors.py", "import PySide6.QtCore", "no Qt below the ui"),
+    ("devices/simulated/exchange.py", "import app.devices.osc", "an imitation camera knows"),
     ("core/solve.py", "import mitsuba", "the renderer is for baking only"),
     ("core/styles.py", "import app.core.baking.scene", "the renderer is for baking only"),
     ("core/colour.py", "import app.commands.solve", "command line above ui above devices"),

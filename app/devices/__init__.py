@@ -1,0 +1,1 @@
+"""Cameras and their simulators: everything that speaks to something outside this machine."""

@@ -1,0 +1,123 @@
+"""Time as clients and simulators see it: real, sped up, or virtual.
+
+Every wait, timeout, poll and rate in `app.devices` goes through a `Clock`, so that a capture of
+half a minute with all its timeouts can be tried hundreds of times in a second or two.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import TYPE_CHECKING, Final, Protocol
+
+if TYPE_CHECKING:
+    from app.core.progress import Token
+
+__all__ = ["Clock", "ScaledClock", "SystemClock", "VirtualClock", "wait"]
+
+_STEP_S: Final = 0.1  # a cancelled wait ends within this
+
+
+class Clock(Protocol):
+    """A source of time; seconds, monotonic, from an arbitrary start."""
+
+    def now(self) -> float:
+        """Return the time in seconds."""
+
+    def sleep(self, seconds: float) -> None:
+        """Let time pass; nothing happens for zero or less."""
+
+
+class SystemClock:
+    """The machine's own monotonic clock."""
+
+    def now(self) -> float:
+        """Return the time in seconds."""
+        return time.monotonic()
+
+    def sleep(self, seconds: float) -> None:
+        """Let time pass."""
+        if seconds > 0.0:
+            time.sleep(seconds)
+
+
+class ScaledClock:
+    """A clock that runs faster than the machine's, for trials over real connections.
+
+    Parameters
+    ----------
+    speed : float
+        Seconds of this clock in one real second, > 0.
+    """
+
+    def __init__(self, speed: float) -> None:
+        if not speed > 0.0:
+            raise ValueError("the speed of a clock must be greater than 0")
+        self._speed = speed
+
+    def now(self) -> float:
+        """Return the time in this clock's seconds."""
+        return time.monotonic() * self._speed
+
+    def sleep(self, seconds: float) -> None:
+        """Let this clock's time pass."""
+        if seconds > 0.0:
+            time.sleep(seconds / self._speed)
+
+
+class VirtualClock:
+    """Time that passes only when somebody sleeps.
+
+    Parameters
+    ----------
+    start : float, optional
+        First reading in seconds.
+
+    Examples
+    --------
+    >>> clock = VirtualClock()
+    >>> clock.sleep(3600)
+    >>> clock.now()
+    3600.0
+    """
+
+    def __init__(self, start: float = 0.0) -> None:
+        self._now = float(start)
+        self._lock = threading.Lock()
+
+    def now(self) -> float:
+        """Return the time in seconds."""
+        return self._now
+
+    def sleep(self, seconds: float) -> None:
+        """Let time pass at once."""
+        if seconds > 0.0:
+            with self._lock:
+                self._now += seconds
+
+
+def wait(clock: Clock, seconds: float, token: Token | None = None) -> None:
+    """Wait in short steps, so that cancelling is felt.
+
+    Parameters
+    ----------
+    clock : Clock
+        Whose time passes.
+    seconds : float
+        How long.
+    token : Token, optional
+        Stops the wait.
+
+    Raises
+    ------
+    Cancelled
+        When the token was cancelled.
+    """
+    end = clock.now() + seconds
+    while True:
+        if token is not None:
+            token.check()
+        left = end - clock.now()
+        if left <= 0.0:
+            return
+        clock.sleep(min(left, _STEP_S))

@@ -1,0 +1,1 @@
+"""Imitation cameras that answer over HTTP, as awkward as the real ones."""

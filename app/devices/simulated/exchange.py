@@ -1,0 +1,79 @@
+"""What passes between an imitation camera and whoever carries its words.
+
+The camera knows no sockets: it turns a `Request` into a `Reply`. A reply's body is a series of
+pieces: bytes to send, pauses to make, or the end of the connection. `server` plays them over real
+HTTP, `adapter` hands them to `requests` in the same process, on virtual time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+__all__ = ["Drop", "Pause", "Piece", "Reply", "Request"]
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What a client asks.
+
+    Attributes
+    ----------
+    method : str
+        "GET" or "POST".
+    target : str
+        Path with its query, as it stands in the request line.
+    headers : Mapping[str, str]
+        Names in lower case.
+    body : bytes
+        Whole.
+    host : str
+        Address and port the client used, for the URLs of files.
+    """
+
+    method: str
+    target: str
+    headers: Mapping[str, str] = field(default_factory=dict)
+    body: bytes = b""
+    host: str = "192.168.1.1"
+
+
+@dataclass(frozen=True, slots=True)
+class Pause:
+    """Nothing is sent for so many seconds."""
+
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Drop:
+    """The connection is cut here."""
+
+
+Piece: TypeAlias = bytes | Pause | Drop
+"""One thing that happens while a body is sent."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """What the camera answers.
+
+    Attributes
+    ----------
+    status : int
+        Of HTTP; 0 where the connection is cut before anything is said.
+    headers : tuple[tuple[str, str], ...]
+        As sent, Content-Length (right or wrong) among them where there is one.
+    pieces : Iterable[Piece]
+        The body, made while it is sent; may never end.
+    delay_s : float
+        Time before the first word.
+    """
+
+    status: int
+    headers: tuple[tuple[str, str], ...] = ()
+    pieces: Iterable[Piece] = ()
+    delay_s: float = 0.0
