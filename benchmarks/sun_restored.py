@@ -38,13 +38,13 @@ from app.core.probe.planner import CameraLimits, plan  # noqa: E402
 from app.core.probe.probe import Wishes, measure  # noqa: E402
 from app.core.probe.sky import SkyWord, direct_normal_lux  # noqa: E402
 from app.core.probe.sun import restore  # noqa: E402
-from app.core.probe.sun_finder import directions_of, unit_vector  # noqa: E402
 from app.core.probe.theta_limits import THETA_MODELS  # noqa: E402
 from app.core.probe.whatif import choose, given_up  # noqa: E402
 from app.core.simulation.bracket_maker import meter as meter_with  # noqa: E402
 from app.core.simulation.bracket_maker import write_bracket  # noqa: E402
 from app.core.simulation.cameras import camera_named  # noqa: E402
 from app.core.solve import OBJECTIVES  # noqa: E402
+from app.core.sphere import direction, directions_at  # noqa: E402
 
 Float32 = NDArray[np.float32]
 
@@ -82,8 +82,8 @@ def load(path: Path) -> Scene:
     height, width = light.shape
     row, column = np.unravel_index(int(light.argmax()), light.shape)
     elevation = 90.0 - 180.0 * (float(row) + 0.5) / height
-    sun = unit_vector(360.0 * ((float(column) + 0.5) / width - 0.5), elevation)
-    near = directions_of((height, width), np.arange(light.size)) @ sun
+    sun = direction(360.0 * ((float(column) + 0.5) / width - 0.5), elevation)
+    near = directions_at((height, width), np.arange(light.size)) @ sun
     inside = near >= math.cos(math.radians(APERTURE_DEG))
     areas = np.repeat(solid_angles((height, width)), width)
     disc = float((light.ravel() * areas)[inside].sum())

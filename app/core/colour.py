@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "FADE",
     "LUMINANCE_WEIGHTS",
+    "SHOULDER_START",
     "SKIN_LEVEL",
     "FloatImage",
     "develop",
@@ -38,8 +40,11 @@ This is the only place that states them; a transport's header repeats them for t
 SKIN_LEVEL: Final = 0.34
 """Linear display luminance that an evenly lit face is exposed to (sRGB 0.62)."""
 
-_SHOULDER_START: Final = 0.55
-_FADE: Final = 2.0
+SHOULDER_START: Final = 0.55
+"""Linear value, 1 = display white, up to which pictures are left as they are."""
+
+FADE: Final = 2.0
+"""How far over the shoulder's start a colour is halfway to white."""
 _BRIGHT_LEVEL: Final = 0.6
 # Glints on the eyes are brighter than the skin by far and must not decide the exposure.
 _GLINT_PERCENTILE: Final = 99.0
@@ -141,9 +146,9 @@ def shoulder(linear: ArrayLike) -> FloatImage:
     [0.2, 0.55, 0.834, 1.0]
     """
     x = np.maximum(np.asarray(linear, dtype=np.float32), 0.0)
-    room = 1.0 - _SHOULDER_START
-    over = np.maximum(x - _SHOULDER_START, 0.0) / room
-    result: FloatImage = (np.minimum(x, _SHOULDER_START) - room * np.expm1(-over)).astype(
+    room = 1.0 - SHOULDER_START
+    over = np.maximum(x - SHOULDER_START, 0.0) / room
+    result: FloatImage = (np.minimum(x, SHOULDER_START) - room * np.expm1(-over)).astype(
         np.float32
     )
     return result
@@ -261,8 +266,8 @@ def develop(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
     exposed = np.clip(product, 0.0, 1e4).astype(np.float32)
     largest = exposed.max(axis=-1, keepdims=True)
     level = shoulder(largest)
-    over = np.maximum(largest - _SHOULDER_START, 0.0)
-    white = over / (over + _FADE)
+    over = np.maximum(largest - SHOULDER_START, 0.0)
+    white = over / (over + FADE)
     hue = exposed / np.maximum(largest, np.float32(1e-12))
     return np.asarray(level * (hue + (1.0 - hue) * white), dtype=np.float32)
 

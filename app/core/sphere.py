@@ -26,6 +26,7 @@ __all__ = [
     "angles_of",
     "direction",
     "directions",
+    "directions_at",
     "from_vector",
     "positions",
     "remap_frame",
@@ -186,6 +187,28 @@ def directions(shape: tuple[int, int]) -> Float32:
     result[..., 1] = up[:, None]
     result[..., 2] = level[:, None] * across[1]
     return result
+
+
+def directions_at(shape: tuple[int, int], texels: NDArray[np.integer[Any]]) -> Float64:
+    """Return the unit vectors to some texels only, more exactly than `directions`.
+
+    Parameters
+    ----------
+    shape : tuple[int, int]
+        Rows and columns (H, W).
+    texels : (N,) integer
+        Row times W plus column.
+
+    Returns
+    -------
+    (N, 3) float64
+        In the panorama's axes.
+    """
+    row, column = np.divmod(texels, shape[1])
+    elevation = np.pi * (0.5 - (row + 0.5) / shape[0])
+    azimuth = 2.0 * np.pi * ((column + 0.5) / shape[1] - 0.5)
+    level = np.cos(elevation)
+    return np.stack([-level * np.sin(azimuth), np.sin(elevation), level * np.cos(azimuth)], axis=1)
 
 
 def positions(vectors: Float32, shape: tuple[int, int]) -> tuple[Float32, Float32]:

@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.probe.frame import Merged
-from app.core.probe.sun_finder import directions_of, unit_vector
+from app.core.sphere import direction, directions_at
 
 Float32 = NDArray[np.float32]
 
 
 def away_deg(shape: tuple[int, int], azimuth_deg: float, elevation_deg: float) -> Float32:
     """(H, W) angle of every texel from a direction, deg."""
-    every = directions_of(shape, np.arange(shape[0] * shape[1]))
-    cosine = np.clip(every @ unit_vector(azimuth_deg, elevation_deg), -1.0, 1.0)
+    every = directions_at(shape, np.arange(shape[0] * shape[1]))
+    cosine = np.clip(every @ direction(azimuth_deg, elevation_deg), -1.0, 1.0)
     return np.degrees(np.arccos(cosine)).reshape(shape).astype(np.float32)
 
 

@@ -35,9 +35,6 @@ WIDTH: Final = 2048
 
 _BAND_ROWS: Final = 32
 _STEPS: Final = 32767  # fine enough that the steepest part of the sRGB curve shifts by 0.1 byte
-# The curve of `colour.develop`; a test holds the two together.
-_SHOULDER_START: Final = 0.55
-_FADE: Final = 2.0
 _BRIGHTEST: Final = 1e4
 _HATCH: Final = 12  # pixels from line to line at 2,048 columns
 _INK: Final = (0x10, 0x10, 0x10)
@@ -179,7 +176,7 @@ def _tone_band(band: FloatImage, gain: float, work: FloatImage, out: Bytes) -> N
         for plane in (*planes, largest):
             np.minimum(plane, np.float32(_BRIGHTEST / gain), out=plane)
     np.multiply(largest, np.float32(gain), out=largest)
-    start, room, fade = _SHOULDER_START, 1.0 - _SHOULDER_START, _FADE
+    start, room, fade = colour.SHOULDER_START, 1.0 - colour.SHOULDER_START, colour.FADE
     np.subtract(largest, np.float32(start), out=over)
     np.maximum(over, 0.0, out=over)
     np.multiply(over, np.float32(-1.0 / room), out=level)

@@ -28,15 +28,9 @@ from app.core.probe.sky import (
     direct_normal_lux,
     sun_colour,
 )
-from app.core.probe.sun_finder import (
-    Core,
-    directions_of,
-    find_sun,
-    is_sun,
-    sun_core,
-    unit_vector,
-)
+from app.core.probe.sun_finder import Core, find_sun, is_sun, sun_core
 from app.core.probe.whatif import choose
+from app.core.sphere import direction, directions_at
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -191,7 +185,7 @@ def set_illuminance(merged: Merged, light: Light, lux: float) -> Restoration:
     height, width = merged.clipped.shape
     areas = solid_angles((height, width))[texels // width]
     light_of = luminance(merged.radiance.reshape(-1, 3)[texels]).astype(np.float64)
-    facing = directions_of((height, width), texels) @ unit_vector(
+    facing = directions_at((height, width), texels) @ direction(
         light.azimuth_deg, light.elevation_deg
     )
     part = light_of * areas * np.maximum(facing, 0.0) * merged.cd_m2

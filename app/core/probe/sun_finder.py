@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import cv2
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from app.core.environment import solid_angles
 from app.core.probe.lights import light_grid, spread_of
 from app.core.probe.sky import direct_normal_lux
+from app.core.sphere import direction, directions_at
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from app.core.probe.frame import Merged
     from app.core.probe.lights import Light, LightGrid
 
-__all__ = ["Core", "directions_of", "find_sun", "is_sun", "sun_core", "unit_vector"]
+__all__ = ["Core", "find_sun", "is_sun", "sun_core"]
 
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -155,29 +156,13 @@ def sun_core(light: Light, merged: Merged) -> Core:
     )
 
 
-def directions_of(shape: tuple[int, int], texels: NDArray[np.integer[Any]]) -> Float64:
-    """(N, 3) unit vectors of texels: right, up, front."""
-    row, column = np.divmod(texels, shape[1])
-    elevation = np.pi * (0.5 - (row + 0.5) / shape[0])
-    azimuth = 2.0 * np.pi * ((column + 0.5) / shape[1] - 0.5)
-    flat = np.cos(elevation)
-    return np.stack([flat * np.sin(azimuth), np.sin(elevation), flat * np.cos(azimuth)], axis=1)
-
-
-def unit_vector(azimuth_deg: float, elevation_deg: float) -> Float64:
-    """(3,) float64 unit vector of a direction in degrees: right, up, front."""
-    azimuth, elevation = math.radians(azimuth_deg), math.radians(elevation_deg)
-    flat = math.cos(elevation)
-    return np.array([flat * math.sin(azimuth), math.sin(elevation), flat * math.cos(azimuth)])
-
-
 def _alone(core: Core, grid: LightGrid) -> bool:
     """Whether nothing else that compares with the core is clipped."""
     height, width = grid.luminance.shape
     lost = np.flatnonzero(grid.clipped > 0)
-    sun = unit_vector(core.azimuth_deg, core.elevation_deg)
+    sun = direction(core.azimuth_deg, core.elevation_deg)
     near = np.cos(np.radians(core.radius_deg + 10.0))
-    elsewhere = directions_of((height, width), lost) @ sun < near
+    elsewhere = directions_at((height, width), lost) @ sun < near
     others = float(grid.solid_angle.ravel()[lost[elsewhere] // width].sum())
     return others <= _OTHERS * core.solid_angle_sr
 
@@ -186,8 +171,8 @@ def _under_open_sky(core: Core, grid: LightGrid, cd_m2: float, clip: float) -> b
     """Whether what is around a clipped core is sky with one sun, and ground that it lights."""
     shape = grid.luminance.shape[0], grid.luminance.shape[1]
     every = np.arange(shape[0] * shape[1])
-    directions = directions_of(shape, every)
-    sun = unit_vector(core.azimuth_deg, core.elevation_deg)
+    directions = directions_at(shape, every)
+    sun = direction(core.azimuth_deg, core.elevation_deg)
     away = np.degrees(np.arccos(np.clip(directions @ sun, -1.0, 1.0)))
     bright = grid.luminance.ravel().astype(np.float64) * cd_m2
     areas = np.broadcast_to(grid.solid_angle, shape).ravel()
