@@ -198,3 +198,12 @@ def test_lone_frames_and_ordinary_pictures_are_left_alone() -> None:
     picture = np.random.default_rng(0).integers(0, 256, (300, 400, 3), np.uint8)
     assert [a.rotation for a in estimate([picture, picture], (1, 0))] == [None, None]
     assert sentences(estimate([picture], (0,)), ["a"]) == ()
+
+
+def test_a_frame_may_be_exposed_as_the_reference_is() -> None:
+    light = _scene(NAMES[0])
+    stops = [0.0, 0.0, -2.0]
+    frames = [_shoot(light, stop, seed=k) for k, stop in enumerate(stops)]
+    found = estimate(frames, stops)
+    assert len(found) == 3
+    assert all(one.rotation is None for one in found)

@@ -100,8 +100,8 @@ def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[Alignment
     pyramids = [pyramid(frame) for frame in frames]
     middle = _best(pyramids)
     fits: dict[int, Fit] = {middle: Fit(np.eye(3), error_deg=0.0)}
-    by_distance = sorted(range(count), key=lambda k: (abs(stops[k] - stops[middle]), k))
-    for index in by_distance[1:]:
+    others = [index for index in range(count) if index != middle]
+    for index in sorted(others, key=lambda k: (abs(stops[k] - stops[middle]), k)):
         fits[index] = _through(index, middle, fits, pyramids, stops)
     return tuple(_alignment(fits[index], index == middle) for index in range(count))
 
