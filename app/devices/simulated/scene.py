@@ -1,0 +1,317 @@
+"""What an imitation camera looks at, and how it meters it by itself."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final, Unpack
+
+import cv2
+import numpy as np
+
+from app.core.probe.frame import Exposure
+from app.core.simulation.bracket_maker import meter
+from app.core.simulation.exif import with_segments
+from app.core.simulation.exposure_maker import Options, Shot, develop, jpeg, segments_of, tags_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from app.core.colour import FloatImage
+    from app.core.simulation.cameras import CameraModel
+    from app.devices.simulated.personality import Personality
+    from app.devices.simulated.replies import JsonValue
+
+__all__ = ["Scene", "Take", "automatic"]
+
+_KEPT_BYTES: Final = 384_000_000
+_FLOATING: Final = 0.03
+_THUMB_QUALITY: Final = 80
+_HAND_S: Final = 1.0 / 30.0
+_LONGEST_AUTO_S: Final = 8.0
+_CLOSING_S: Final = 1.0 / 400.0
+
+
+@dataclass(frozen=True, slots=True)
+class Take:
+    """One frame to be taken.
+
+    Attributes
+    ----------
+    exposure : Exposure
+        What the sensor gets.
+    shape : tuple[int, int]
+        Rows and columns.
+    number : int
+        Of the frame since the camera was made; its noise differs from the others'.
+    taken : str
+        Time stamp as EXIF writes it.
+    program : int
+        EXIF exposure program.
+    lens_gain : tuple[float, float]
+        Sensitivity of the front and back lens, relative to the ISO stated.
+    fixed_balance : bool
+        Whether the white balance is fixed; otherwise it floats by a few percent.
+    hdr : bool
+        Whether the camera states that it rendered for high range.
+    loose : bool
+        Whether it is stitched and levelled by itself, and so a little differently each time.
+    """
+
+    exposure: Exposure
+    shape: tuple[int, int]
+    number: int
+    taken: str
+    program: int = 1
+    lens_gain: tuple[float, float] = (1.0, 1.0)
+    fixed_balance: bool = True
+    hdr: bool = False
+    loose: bool = False
+
+
+class Scene:
+    """A place full of light.
+
+    Rendered frames are kept, so that many cameras can be tried on one scene.
+
+    Parameters
+    ----------
+    environment : NDArray[np.float32], (H, 2 H, 3)
+        Linear Rec. 709 light, `scale` cd/m2 per unit.
+    seed : int, optional
+        Of the noise.
+    jitter_deg : float, optional
+        Standard deviation of the rotation, about each axis, by which single pictures differ from
+        each other as long as stitching and levelling are left to the camera.
+    **options
+        Of `app.core.simulation.exposure_maker.Shot`: `scale`, `tilt`, `bloom` and so on.
+    """
+
+    def __init__(
+        self,
+        environment: FloatImage,
+        *,
+        seed: int = 0,
+        jitter_deg: float = 0.0,
+        **options: Unpack[Options],
+    ) -> None:
+        self.environment = np.asarray(environment, dtype=np.float32)
+        self._options = options
+        self._seed = seed
+        self._jitter = math.radians(jitter_deg)
+        self._lock = threading.Lock()
+        self._frames: OrderedDict[tuple[object, ...], bytes] = OrderedDict()
+        self._kept = 0
+        self._metered: dict[str, Exposure] = {}
+
+    @property
+    def scale(self) -> float:
+        """Luminance of one unit in cd/m2."""
+        return self._options.get("scale", 1.0)
+
+    def metered(self, camera: CameraModel) -> Exposure:
+        """Meter the place at the camera's lowest ISO and widest aperture.
+
+        Parameters
+        ----------
+        camera : CameraModel
+            The camera.
+
+        Returns
+        -------
+        Exposure
+            Its time lies on no list.
+        """
+        with self._lock:
+            known = self._metered.get(camera.name)
+        if known is None:
+            known = meter(self.environment, camera, scale=self.scale)
+            with self._lock:
+                self._metered[camera.name] = known
+        return known
+
+    def brighter_front(self) -> bool:
+        """Say whether the front lens, the middle half of the columns, sees more light."""
+        width = self.environment.shape[1]
+        middle = self.environment[:, width // 4 : width - width // 4].mean()
+        return bool(middle >= self.environment.mean())
+
+    def frame(self, camera: CameraModel, take: Take) -> bytes:
+        """Take a frame.
+
+        Parameters
+        ----------
+        camera : CameraModel
+            The camera.
+        take : Take
+            How.
+
+        Returns
+        -------
+        bytes
+            The JPEG file with all that the camera writes into it.
+        """
+        options = self._shot_options(take)
+        shot = Shot(**options)
+        key = (
+            camera.name,
+            take.exposure,
+            take.shape,
+            take.number,
+            take.lens_gain,
+            take.fixed_balance,
+            take.loose,
+        )
+        data = self._cached(key)
+        if data is None:
+            seed = int(np.random.SeedSequence([self._seed, take.number]).generate_state(1)[0])
+            picture = develop(self.environment, camera, take.exposure, seed=seed, **options)
+            data = self._keep(key, jpeg(picture, shot.quality))
+        tags = tags_of(camera, take.exposure, shot, take.shape)
+        tags = replace(tags, program=take.program, hdr_rendering=take.hdr)
+        return with_segments(data, segments_of(tags))
+
+    def thumbnail(self, camera: CameraModel, take: Take, shape: tuple[int, int]) -> bytes:
+        """Make a frame's small picture, which carries no metadata.
+
+        Parameters
+        ----------
+        camera : CameraModel
+            The camera.
+        take : Take
+            The frame.
+        shape : tuple[int, int]
+            Rows and columns.
+
+        Returns
+        -------
+        bytes
+            A JPEG file.
+        """
+        options = self._shot_options(replace(take, shape=shape))
+        options["noise"] = False
+        picture = develop(self.environment, camera, take.exposure, **options)
+        return jpeg(picture, _THUMB_QUALITY)
+
+    def _shot_options(self, take: Take) -> Options:
+        balance = (1.0, 1.0, 1.0)
+        if not take.fixed_balance:
+            drawn = np.random.default_rng([self._seed, take.number]).uniform(-1.0, 1.0, 2)
+            balance = (1.0 + _FLOATING * float(drawn[0]), 1.0, 1.0 + _FLOATING * float(drawn[1]))
+        options: Options = {
+            **self._options,
+            "shape": take.shape,
+            "lens_gain": take.lens_gain,
+            "white_balance": balance,
+            "taken": take.taken,
+        }
+        if take.loose and self._jitter:
+            angles = np.random.default_rng([self._seed, take.number, 1]).normal(size=3)
+            options["shift"] = cv2.Rodrigues(angles * self._jitter)[0].astype(np.float64)
+        return options
+
+    def _cached(self, key: tuple[object, ...]) -> bytes | None:
+        with self._lock:
+            if key in self._frames:
+                self._frames.move_to_end(key)
+            return self._frames.get(key)
+
+    def _keep(self, key: tuple[object, ...], data: bytes) -> bytes:
+        with self._lock:
+            if key not in self._frames:
+                self._frames[key] = data
+                self._kept += len(data)
+            while self._kept > _KEPT_BYTES and len(self._frames) > 1:
+                self._kept -= len(self._frames.popitem(last=False)[1])
+        return data
+
+
+def automatic(
+    scene: Scene, person: Personality, settings: Mapping[str, JsonValue]
+) -> tuple[Exposure, tuple[float, float]]:
+    """Expose as the camera's program and the user's settings want it.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is metered, unless the program is the manual one.
+    person : Personality
+        Its lists and habits.
+    settings : mapping
+        exposureProgram, and as far as the program wants them iso, shutterSpeed, aperture,
+        exposureCompensation, isoAutoHighLimit.
+
+    Returns
+    -------
+    tuple[Exposure, tuple[float, float]]
+        The exposure stated, and what each lens got relative to it.
+    """
+    program = _number(settings, "exposureProgram", 2.0)
+    aperture = _number(settings, "aperture", 0.0) or person.apertures[0]
+    iso = _number(settings, "iso", 0.0)
+    time = _number(settings, "shutterSpeed", 0.0)
+    if program == 1.0:
+        return Exposure(time or 0.004, iso or person.isos[0], aperture), (1.0, 1.0)
+    factor = scene.metered(person.camera).factor
+    factor *= 2.0 ** _number(settings, "exposureCompensation", 0.0)
+    if program == 4.0 and time:
+        wanted = factor * 100.0 * aperture**2 / time
+        return Exposure(time, _nearest(wanted, person.isos), aperture), (1.0, 1.0)
+    if program == 2.0:
+        aperture = _auto_aperture(person, factor)
+    if program == 9.0 and iso:
+        time = factor * 100.0 * aperture**2 / iso
+        return Exposure(_auto_time(person, time), iso, aperture), (1.0, 1.0)
+    limit = _number(settings, "isoAutoHighLimit", 0.0) or max(person.isos)
+    iso = _auto_iso(person, factor * 100.0 * aperture**2, limit)
+    time = _auto_time(person, factor * 100.0 * aperture**2 / iso)
+    return Exposure(time, iso, aperture), _lens_gains(scene, person, iso)
+
+
+def _auto_aperture(person: Personality, factor: float) -> float:
+    """Close the aperture in bright places, where there is a choice."""
+    base = person.isos[0] / 100.0
+    for aperture in person.apertures:
+        if factor * aperture**2 / base >= _CLOSING_S:
+            return aperture
+    return person.apertures[-1]
+
+
+def _auto_iso(person: Personality, light: float, limit: float) -> float:
+    for iso in person.isos:
+        if light / iso <= _HAND_S or iso >= limit:
+            return iso
+    return person.isos[-1]
+
+
+def _auto_time(person: Personality, time: float) -> float:
+    """Bring a time to the camera's list, or to a round fraction of a second."""
+    allowed = [each for each in person.shutters if each <= _LONGEST_AUTO_S]
+    time = min(max(time, allowed[0]), allowed[-1])
+    if person.snaps:
+        return _nearest(time, allowed)
+    if time >= 0.4:
+        return round(time, 1)
+    below = 1.0 / time
+    step = 10.0 ** (math.floor(math.log10(below)) - 1)
+    return min(max(1.0 / (round(below / step) * step), allowed[0]), allowed[-1])
+
+
+def _lens_gains(scene: Scene, person: Personality, iso: float) -> tuple[float, float]:
+    """Give the darker side more ISO, in the nominal thirds of the camera's list."""
+    steps = round(3.0 * person.lens_stops)
+    at = person.isos.index(iso)
+    high = person.isos[min(at + steps - steps // 2, len(person.isos) - 1)] / iso
+    low = person.isos[max(at - steps // 2, 0)] / iso
+    return (low, high) if scene.brighter_front() else (high, low)
+
+
+def _nearest(value: float, among: tuple[float, ...] | list[float]) -> float:
+    return min(among, key=lambda each: abs(math.log(each / value)))
+
+
+def _number(settings: Mapping[str, JsonValue], name: str, otherwise: float) -> float:
+    value = settings.get(name, otherwise)
+    return float(value) if isinstance(value, int | float) else otherwise
