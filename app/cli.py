@@ -1,8 +1,8 @@
 """The command line: which commands there are, and what becomes of their errors.
 
 Exit codes: 0 done, 2 bad usage or input (one sentence on stderr), 3 a camera or the network
-fails, 130 interrupted. Answers go
-to stdout, everything else to stderr, so ``--json`` leaves exactly one JSON object on stdout.
+fails, 130 interrupted. Answers go to stdout, everything else to stderr, so ``--json`` leaves
+exactly one JSON object on stdout.
 """
 
 from __future__ import annotations
@@ -27,11 +27,13 @@ COMMANDS: Final = {
     "solve": "find the best turn for each style in a panorama",
     "render": "picture of the head under an environment",
     "merge": "merge a bracket of exposures into an environment",
+    "capture": "take a bracket with a camera and make an environment of it",
+    "simulate-camera": "an imitation 360 camera on this machine",
     "styles": "list the styles and their lamps",
     "bake": "compute the light transport of a head",
     "bench": "time the hot paths against a plain implementation",
 }
-"""Every command with its one line of help; ``app.commands.<name>`` does the work."""
+"""Every command with its one line of help; the module of that name in `app.commands` does the work."""
 
 _DONE = 0
 _BAD_INPUT = 2
@@ -73,7 +75,7 @@ def build_parser(command: str | None = None) -> argparse.ArgumentParser:
     subparsers = parser.add_subparsers(metavar="COMMAND", dest="command")
     for name, line in COMMANDS.items():
         if name == command:
-            importlib.import_module(f"app.commands.{name}").add_parser(subparsers)
+            importlib.import_module(f"app.commands.{name.replace('-', '_')}").add_parser(subparsers)
         else:
             subparsers.add_parser(name, help=line, add_help=False)
     return parser

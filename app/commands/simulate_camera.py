@@ -1,0 +1,205 @@
+"""``turnlight simulate-camera``: an imitation 360 camera on this machine.
+
+Panoramas are relative: what one unit is in cd/m2 no file says for certain. The scene is therefore
+scaled so that its mean over the sphere is 400 cd/m2, between a brightly lit room and a clouded sky,
+or whatever ``--mean`` says. Every camera can expose for that, with room to both sides.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import math
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from app.core.colour import luminance
+from app.core.environment import energy, read_environment
+from app.core.errors import CoreError
+from app.core.paths import resources
+from app.devices.clock import SystemClock
+from app.devices.simulated.camera import SimulatedCamera
+from app.devices.simulated.faults import FAULTS
+from app.devices.simulated.personality import PERSONALITIES, personality_named
+from app.devices.simulated.scene import Scene
+from app.devices.simulated.server import CameraServer
+
+if TYPE_CHECKING:
+    from app.core.environment import Environment
+    from app.devices.clock import Clock
+
+__all__ = ["MEAN_CD_M2", "add_parser", "run", "scene_scale"]
+
+MEAN_CD_M2: Final = 400.0
+"""Mean luminance over the sphere that a scene is given, in cd/m2."""
+
+_MODELS: Final = tuple(each.name for each in PERSONALITIES)
+_TICK_S: Final = 0.2
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the ``simulate-camera`` command to the command line.
+
+    Parameters
+    ----------
+    subparsers : argparse._SubParsersAction
+        Where commands are added.
+    """
+    parser = subparsers.add_parser(
+        "simulate-camera",
+        help="an imitation 360 camera on this machine",
+        description="Serve an imitation 360 camera on this machine's own address until it is "
+        "interrupted. It sees the scene, meters it, takes brackets, and fails where it is told to.",
+        epilog=_fault_list(),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "--scene",
+        metavar="ENV",
+        type=Path,
+        help="what it sees: .exr or .hdr (default: a courtyard)",
+    )
+    parser.add_argument(
+        "--mean",
+        metavar="CD/M2",
+        type=_positive,
+        default=MEAN_CD_M2,
+        help=f"mean luminance of the scene (default: {MEAN_CD_M2:g})",
+    )
+    parser.add_argument(
+        "--model", choices=_MODELS, default="V", help="which camera it imitates (default: V)"
+    )
+    parser.add_argument(
+        "--port", type=_port, default=0, help="where it listens (default: any that is free)"
+    )
+    parser.add_argument("--user", default="", help="user name that it asks for")
+    parser.add_argument("--password", default="", help="password that it asks for")
+    parser.add_argument(
+        "--rate", metavar="MBIT", type=_positive, help="speed of its network in Mbit/s"
+    )
+    parser.add_argument(
+        "--fault", metavar="NAME", action="append", default=[], help="what goes wrong; repeatable"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of noise and faults (default: 0)")
+    parser.add_argument("--log", action="store_true", help="tell every request on stderr")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Serve the camera until it is interrupted.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        As parsed by the parser of `add_parser`.
+
+    Returns
+    -------
+    int
+        Never; it ends by an exception.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        When it is interrupted, after every connection was closed.
+    CoreError
+        When the scene cannot be read, a fault is unknown, or the port is taken.
+    """
+    _check(args)
+    clock = SystemClock()
+    camera = _camera(args, clock)
+    with contextlib.closing(camera), _server(camera, args, clock) as server:
+        print(_words(args, server.url), flush=True)
+        while True:
+            clock.sleep(_TICK_S)
+
+
+def scene_scale(environment: Environment, mean_cd_m2: float = MEAN_CD_M2) -> float:
+    """Say what one unit of an environment is, so that its mean luminance is as wanted.
+
+    Parameters
+    ----------
+    environment : Environment
+        Relative.
+    mean_cd_m2 : float, optional
+        Mean over the sphere in cd/m2.
+
+    Returns
+    -------
+    float
+        cd/m2 per unit.
+    """
+    mean = float(luminance(energy(environment.radiance))) / (4.0 * math.pi)
+    return mean_cd_m2 / mean
+
+
+def _check(args: argparse.Namespace) -> None:
+    unknown = [name for name in args.fault if name not in FAULTS]
+    if unknown:
+        raise CoreError(f"There is no fault {unknown[0]!r}.", f"There are: {', '.join(FAULTS)}.")
+    if args.user and not args.password:
+        raise CoreError(
+            "A camera that asks for a user name asks for a password.", "Add --password."
+        )
+    person = personality_named(args.model)
+    if args.password and not person.digest:
+        others = ", ".join(each.name for each in PERSONALITIES if each.digest)
+        raise CoreError(f"A {person.model} cannot ask for a password.", f"These can: {others}.")
+
+
+def _camera(args: argparse.Namespace, clock: Clock) -> SimulatedCamera:
+    environment = read_environment(args.scene or resources() / "demo" / "scenes" / "courtyard.exr")
+    for line in environment.warnings:
+        print(line, file=sys.stderr)
+    return SimulatedCamera(
+        Scene(environment.radiance, scale=scene_scale(environment, args.mean)),
+        args.model,
+        clock,
+        faults=args.fault,
+        seed=args.seed,
+        user=args.user,
+        password=args.password,
+        rate_mbit=args.rate,
+    )
+
+
+def _server(camera: SimulatedCamera, args: argparse.Namespace, clock: Clock) -> CameraServer:
+    try:
+        return CameraServer(camera, args.port, clock=clock, log=_tell if args.log else None)
+    except OSError as error:
+        raise CoreError(
+            f"Cannot listen at port {args.port}: {(error.strerror or str(error)).lower()}.",
+            "Choose another port, or leave --port out.",
+        ) from error
+
+
+def _words(args: argparse.Namespace, url: str) -> str:
+    if not args.json:
+        return url
+    return json.dumps({"url": url, "model": args.model, "faults": args.fault})
+
+
+def _tell(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+def _fault_list() -> str:
+    width = max(len(name) for name in FAULTS)
+    return "\n".join(["faults:", *(f"  {name:{width}}  {FAULTS[name]}" for name in FAULTS)])
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text} is not a number above 0")
+    return value
+
+
+def _port(text: str) -> int:
+    value = int(text)
+    if not 0 <= value <= 65535:
+        raise argparse.ArgumentTypeError(f"{text} is not a port")
+    return value

@@ -1,0 +1,370 @@
+"""Motion JPEG: single pictures out of a camera's endless multipart answer.
+
+Ricoh's cameras separate the parts by the boundary alone, without the "--" that the standard wants
+before it; other cameras and simulators write it properly. Whatever else goes wrong on the way (cut
+packets, garbage, missing or wrong lengths, pictures that stop in the middle), the parser goes on
+with the next boundary and never holds more than one picture.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Final
+
+from app.devices.errors import BadReply
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+__all__ = ["MAX_FRAME_BYTES", "MjpegParser", "boundary_of", "jpeg_size"]
+
+MAX_FRAME_BYTES: Final = 8 << 20
+"""Largest picture; what is longer is dropped."""
+
+_SOI: Final = b"\xff\xd8\xff"
+_EOI: Final = b"\xff\xd9"
+_STEP: Final = 64 << 10  # of what is fed, so that a huge packet cannot fill the memory
+_MAX_LINE: Final = 1024
+_MAX_HEADER: Final = 8192
+_MAX_DASHES: Final = 64
+_DISTINCT: Final = 8  # letters; a boundary that long is known wherever it stands
+_PATIENCE: Final = 256 << 10  # without the boundary that was announced
+_FUTILE: Final = 16  # starts of pictures that were none, before larger steps are made
+_LEAP: Final = 4096
+_MAX_SEGMENTS: Final = 256
+_MAX_FILL: Final = 16
+_MAX_SCANS: Final = 8
+_BOUNDARY: Final = re.compile(r'boundary\s*=\s*(?:"([^"]{1,70})"|([^\s;,"]{1,70}))', re.IGNORECASE)
+# Within the compressed data 0xFF is followed by 0, a restart mark or a filling 0xFF.
+_MARKER: Final = re.compile(rb"\xff[^\x00\xff\xd0-\xd7]")
+_LENGTH: Final = re.compile(rb"content-length[ \t]*:[ \t]*(\d{1,10})[ \t]*\Z", re.IGNORECASE)
+
+
+def boundary_of(content_type: str) -> str:
+    """Read the boundary out of a Content-Type header.
+
+    Parameters
+    ----------
+    content_type : str
+        The header's value.
+
+    Returns
+    -------
+    str
+        Without quotation marks; empty where there is none.
+
+    Examples
+    --------
+    >>> boundary_of('multipart/x-mixed-replace; boundary="---osclivepreview---"')
+    '---osclivepreview---'
+    """
+    found = _BOUNDARY.search(content_type[:1000])
+    return (found[1] or found[2]).strip() if found else ""
+
+
+class MjpegParser:
+    """Finds the pictures in a stream of bytes, however it is cut into packets.
+
+    A part is a boundary line, header lines, an empty line and the picture. With a right
+    Content-Length the picture is taken as it is; without one, or with a wrong one, its end is
+    found by walking its segments, so that a thumbnail inside it does not end it. A picture that
+    the next boundary cuts off is dropped. Without any boundary pictures are found by their first
+    bytes.
+
+    Parameters
+    ----------
+    boundary : str, optional
+        As `boundary_of` reads it; the dashes around it do not matter.
+
+    Attributes
+    ----------
+    dropped : int
+        Pictures that began and were not delivered: cut off, damaged or too large.
+    """
+
+    def __init__(self, boundary: str = "") -> None:
+        whole = boundary.encode("latin-1", "replace")
+        self._mark = whole.strip(b"- ") or whole
+        anywhere = len(self._mark) >= _DISTINCT
+        self._line = re.compile(
+            (b"" if anywhere else rb"(?<![^\n-])")
+            + re.escape(self._mark)
+            + rb"-{0,%d}[ \t]{0,%d}\r?\n" % (_MAX_DASHES, _MAX_DASHES)
+        )
+        self._tail = len(self._mark) + 2 * _MAX_DASHES + 3
+        self._buffer = bytearray()
+        self._searched = 0  # no boundary starts before this place in the buffer
+        self._skipped = 0
+        self._futile = 0
+        self._header = 0
+        self._length = 0
+        self._walk: _Walk | None = None
+        # Of the class, since a method of this object would keep it alive.
+        self._state: Callable[[MjpegParser, list[bytes]], bool] = MjpegParser._seek
+        self.dropped = 0
+
+    @property
+    def held(self) -> int:
+        """Bytes that wait for more to come."""
+        return len(self._buffer)
+
+    @property
+    def _blind(self) -> bool:
+        """Whether pictures are looked for without a boundary."""
+        return not self._mark or self._skipped > _PATIENCE
+
+    def feed(self, data: bytes) -> list[bytes]:
+        """Take what the connection gave.
+
+        Parameters
+        ----------
+        data : bytes
+            Any number of them.
+
+        Returns
+        -------
+        list of bytes
+            The JPEG pictures that became whole with it, oldest first.
+        """
+        frames: list[bytes] = []
+        view = memoryview(data)
+        for start in range(0, len(view), _STEP):
+            self._buffer += view[start : start + _STEP]
+            while self._state(self, frames):
+                pass
+        return frames
+
+    def _seek(self, frames: list[bytes]) -> bool:
+        """Between parts: skip to the next boundary, or to a picture where there is none."""
+        del frames
+        found = self._next_boundary()
+        if found:
+            self._take(found[1])
+            self._skipped = self._header = self._length = self._futile = 0
+            self._state = MjpegParser._head
+            return True
+        if self._blind:
+            start = self._buffer.find(_SOI)
+            if start >= 0:
+                self._take(start)
+                self._state = MjpegParser._scan
+                return True
+        self._trim()
+        return False
+
+    def _head(self, frames: list[bytes]) -> bool:
+        """In the header of a part, line by line."""
+        del frames
+        if self._buffer.startswith(_SOI[:2]):
+            self._begin()
+            return True
+        end = self._buffer.find(b"\n", 0, _MAX_LINE)
+        if end < 0 and len(self._buffer) < _MAX_LINE:
+            return False
+        self._header += end + 1
+        if end < 0 or self._header > _MAX_HEADER:
+            self._state = MjpegParser._seek
+            return True
+        line = bytes(self._buffer[: end + 1])
+        self._take(end + 1)
+        if self._mark and self._line.search(line):
+            self._length = 0
+        elif not line.strip():
+            self._begin()
+        elif found := _LENGTH.match(line.strip()):
+            self._length = int(found[1])
+        return True
+
+    def _begin(self) -> None:
+        """At the first byte of a picture."""
+        known = 0 < self._length <= MAX_FRAME_BYTES
+        self._state = MjpegParser._body if known else MjpegParser._scan
+
+    def _body(self, frames: list[bytes]) -> bool:
+        """In a picture of stated length."""
+        length = self._length
+        found = self._next_boundary()
+        if found and found[0] < length:
+            self._state = MjpegParser._scan
+            return True
+        if len(self._buffer) < length:
+            return False
+        if self._buffer.startswith(_SOI) and self._buffer.endswith(_EOI, 0, length):
+            self._deliver(frames, length)
+        else:
+            self._state = MjpegParser._scan
+        return True
+
+    def _scan(self, frames: list[bytes]) -> bool:
+        """In a picture of unknown length, or ahead of it."""
+        found = self._next_boundary()
+        limit = found[0] if found else len(self._buffer)
+        if self._walk is None:
+            return self._scan_start(limit, bounded=found is not None)
+        end = self._walk.advance(self._buffer, limit)
+        if end > 0:
+            self._deliver(frames, end)
+        elif end < 0:
+            # What comes after the damaged place may be the next picture.
+            place = max(self._walk.place, _LEAP if self._futile > _FUTILE else 2)
+            self._futile += self._blind
+            self._drop(place, limit, whole=found is not None)
+        elif found or limit > MAX_FRAME_BYTES:
+            self._drop(limit, limit, whole=found is not None)
+        else:
+            return False
+        return True
+
+    def _scan_start(self, limit: int, *, bounded: bool) -> bool:
+        start = self._buffer.find(_SOI, 0, limit)
+        if start >= 0:
+            self._take(start)
+            self._walk = _Walk()
+            return True
+        if bounded:
+            self._state = MjpegParser._seek
+            return True
+        self._trim()
+        return False
+
+    def _deliver(self, frames: list[bytes], end: int) -> None:
+        if end > MAX_FRAME_BYTES:
+            self._drop(end, end, whole=True)
+            return
+        with memoryview(self._buffer) as view:
+            frames.append(bytes(view[:end]))
+        self._futile = 0
+        self._leave(end)
+
+    def _drop(self, end: int, limit: int, *, whole: bool) -> None:
+        """Give a picture up; the start of a boundary may stand before a limit that is not whole."""
+        self.dropped += 1
+        keep = self._tail if self._mark and not whole else 0
+        self._leave(max(min(end, limit - keep), 2))
+
+    def _leave(self, end: int) -> None:
+        self._take(end)
+        self._walk = None
+        self._state = MjpegParser._seek
+
+    def _next_boundary(self) -> tuple[int, int] | None:
+        """Where the next boundary starts and where its line ends; None where there is none yet."""
+        if not self._mark:
+            return None
+        # The plain search is several times faster and finds nothing almost always.
+        place = self._buffer.find(self._mark, self._searched)
+        found = self._line.search(self._buffer, place) if place >= 0 else None
+        if found:
+            return found.span()
+        self._searched = max(self._searched, len(self._buffer) - self._tail)
+        return None
+
+    def _take(self, count: int) -> None:
+        del self._buffer[:count]
+        self._searched = max(self._searched - count, 0)
+
+    def _trim(self) -> None:
+        """Forget what can no longer be the start of anything."""
+        spare = len(self._buffer) - self._tail - 1
+        if spare > 0:
+            self._skipped += spare
+            self._take(spare)
+
+
+class _Walk:
+    """Goes through the segments of a JPEG that stands at the start of a growing buffer.
+
+    Attributes
+    ----------
+    place : int
+        How far it has come.
+    """
+
+    __slots__ = ("_fill", "_packed", "_segments", "place")
+
+    def __init__(self) -> None:
+        self.place = 2
+        self._packed = False  # within compressed data
+        self._segments = 0
+        self._fill = 0
+
+    def advance(self, data: bytearray, limit: int) -> int:
+        """Go on.
+
+        Parameters
+        ----------
+        data : bytearray
+            Starts with the picture's first byte.
+        limit : int
+            Nothing is looked at from here on.
+
+        Returns
+        -------
+        int
+            Length of the picture; 0 when more is needed, -1 when this is none.
+        """
+        while self.place + 2 <= limit:
+            if self._packed:
+                found = _MARKER.search(data, self.place, limit)
+                self.place = found.start() if found else limit - 1
+                del found  # holds the buffer, which then could not grow
+                self._packed = self.place == limit - 1
+                continue
+            if data[self.place] != 0xFF:
+                return -1
+            kind = data[self.place + 1]
+            if kind == 0xD9:
+                return self.place + 2
+            if kind == 0xFF and self._fill < _MAX_FILL:
+                self._fill += 1
+                self.place += 1
+            elif self.place + 4 > limit:
+                return 0
+            elif not self._segment(kind, int.from_bytes(data[self.place + 2 : self.place + 4])):
+                return -1
+        return 0
+
+    def _segment(self, kind: int, length: int) -> bool:
+        """Step over a segment; False where there is none."""
+        self._segments += 1
+        if kind < 0xC0 or 0xD0 <= kind <= 0xD8 or kind == 0xFF:
+            return False
+        if length < 2 or self._segments > _MAX_SEGMENTS:
+            return False
+        self.place += 2 + length
+        self._packed = kind == 0xDA
+        return True
+
+
+def jpeg_size(jpeg: bytes) -> tuple[int, int]:
+    """Read the size of a picture without decoding it, and refuse kinds that no camera streams.
+
+    Parameters
+    ----------
+    jpeg : bytes
+        The file.
+
+    Returns
+    -------
+    tuple[int, int]
+        Rows and columns, both at least 1.
+
+    Raises
+    ------
+    BadReply
+        When it is not a sequential Huffman-coded JPEG with 8 bits and one or three channels. A
+        progressive one of many scans would take minutes to decode.
+    """
+    place = 2 if jpeg.count(b"\xff\xda") <= _MAX_SCANS else len(jpeg)
+    for _ in range(_MAX_SEGMENTS):
+        head = jpeg[place : place + 10]
+        if len(head) < 10 or head[0] != 0xFF:
+            break
+        kind, length = head[1], int.from_bytes(head[2:4])
+        if 0xC0 <= kind <= 0xCF and kind not in (0xC4, 0xC8, 0xCC):
+            rows, columns = int.from_bytes(head[5:7]), int.from_bytes(head[7:9])
+            if kind <= 0xC1 and head[4] == 8 and head[9] in (1, 3) and rows and columns:
+                return rows, columns
+            break
+        place += 1 if kind == 0xFF else 2 + length
+    raise BadReply("A preview picture of the camera cannot be read.", code="bad-picture")

@@ -1,0 +1,163 @@
+"""The live preview of an imitation camera: a loop of pictures of its scene, as Ricoh sends them.
+
+Every picture carries its number as a row of black and white blocks at the bottom, and a bright dot
+that goes round the horizon, so that anyone who looks at one knows how old it is. The loop is
+encoded once, hence sending costs next to nothing.
+"""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Final
+
+import cv2
+import numpy as np
+
+from app.core.colour import luminance, panorama_exposure, to_bytes, tone_map
+from app.core.simulation.exposure_maker import jpeg
+from app.devices.simulated.exchange import Pause
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from app.core.colour import FloatImage
+    from app.devices.clock import Clock
+    from app.devices.simulated.exchange import Piece
+
+__all__ = ["LOOP", "PREVIEW_HEADERS", "LivePicture", "preview_pieces", "read_number"]
+
+LOOP: Final = 32
+"""How many different pictures there are; numbers count from 0 to 31 and begin again."""
+
+PREVIEW_HEADERS: Final = (
+    ("Content-Type", 'multipart/x-mixed-replace; boundary="---osclivepreview---"'),
+    ("X-Content-Type-Options", "nosniff"),
+)
+"""Headers of the answer; its length is unknown, so it is sent in chunks."""
+
+# The boundary as it stands, without the two dashes that the standard puts before it.
+_PART: Final = b"---osclivepreview---\r\nContent-type: image/jpeg\r\nContent-Length: %d\r\n\r\n"
+_BLOCKS: Final = 16
+_BITS: Final = 6
+_QUALITY: Final = 80
+_LATE_S: Final = 0.5  # a sender that is later than this leaves pictures out
+
+
+class LivePicture:
+    """The loop of pictures at one size; each is encoded when it is first wanted.
+
+    Parameters
+    ----------
+    environment : NDArray[np.float32], (H, 2 H, 3)
+        Linear light in any unit; the preview exposes by itself.
+    shape : tuple[int, int]
+        Rows and columns, at least 32 by 64. A square picture shows what the front lens sees.
+    """
+
+    def __init__(self, environment: FloatImage, shape: tuple[int, int]) -> None:
+        if shape[0] < 32 or shape[1] < 64:
+            raise ValueError("a preview has at least 32 rows and 64 columns")
+        rows, columns = shape
+        if columns < 2 * rows:
+            quarter = environment.shape[1] // 4
+            environment = environment[:, quarter : 3 * quarter]
+        light = cv2.resize(environment, (columns, rows), interpolation=cv2.INTER_AREA)
+        self._still = to_bytes(tone_map(light, panorama_exposure(luminance(light))))
+        self._frames: dict[int, bytes] = {}
+        self._lock = threading.Lock()
+
+    def frame(self, number: int) -> bytes:
+        """Give one picture.
+
+        Parameters
+        ----------
+        number : int
+            Counted up without end; the loop has `LOOP` of them.
+
+        Returns
+        -------
+        bytes
+            A JPEG file.
+        """
+        number %= LOOP
+        with self._lock:
+            if number not in self._frames:
+                self._frames[number] = jpeg(self._marked(number), _QUALITY)
+            return self._frames[number]
+
+    def _marked(self, number: int) -> NDArray[np.uint8]:
+        picture = self._still.copy()
+        rows, columns = picture.shape[:2]
+        centre = (round(columns * (number + 0.5) / LOOP), rows // 2)
+        cv2.circle(picture, centre, rows // 24, (255, 255, 255), -1, cv2.LINE_AA)
+        cv2.circle(picture, centre, rows // 24, (0, 0, 0), max(rows // 200, 1), cv2.LINE_AA)
+        for index, bit in enumerate(_pattern(number)):
+            box = np.s_[-(rows // _BLOCKS) :, _edge(index, columns) : _edge(index + 1, columns)]
+            picture[box] = 255 * bit
+        return picture
+
+
+def preview_pieces(picture: LivePicture, fps: float, clock: Clock) -> Iterator[Piece]:
+    """Make the body of a preview: parts without end, at the camera's pace.
+
+    Parameters
+    ----------
+    picture : LivePicture
+        What is shown.
+    fps : float
+        Pictures per second, > 0.
+    clock : Clock
+        Paces them: each is due at its own time, so that a late one does not delay the next.
+
+    Yields
+    ------
+    Piece
+        A part's header, its picture, a pause, and so on.
+    """
+    number = 0
+    due = clock.now()
+    while True:
+        data = picture.frame(number)
+        yield _PART % len(data)
+        yield data + b"\r\n"
+        number += 1
+        due += 1.0 / fps
+        late = clock.now() - due
+        if late > _LATE_S:
+            # Nobody took them in time. What a camera cannot send it does not keep.
+            missed = int(late * fps)
+            number, due = number + missed, due + missed / fps
+        yield Pause(max(due - clock.now(), 0.0))
+
+
+def read_number(picture: NDArray[np.uint8]) -> int | None:
+    """Read which picture of the loop this is.
+
+    Parameters
+    ----------
+    picture : NDArray[np.uint8], (H, W, 3)
+        Decoded, at any size.
+
+    Returns
+    -------
+    int or None
+        0 to 31; None when the blocks are not to be read.
+    """
+    rows, columns = picture.shape[:2]
+    row = rows - rows // (2 * _BLOCKS) - 1
+    places = [(_edge(index, columns) + _edge(index + 1, columns)) // 2 for index in range(_BLOCKS)]
+    bits = [int(value > 127) for value in picture[row, places].mean(axis=-1)]
+    number = sum(bit << place for place, bit in enumerate(bits[2 : 2 + _BITS]))
+    return number if number < LOOP and bits == _pattern(number) else None
+
+
+def _pattern(number: int) -> list[int]:
+    """Lay out the blocks: white, black, the number, its complement, black, white."""
+    bits = [number >> place & 1 for place in range(_BITS)]
+    return [1, 0, *bits, *(1 - bit for bit in bits), 0, 1]
+
+
+def _edge(index: int, columns: int) -> int:
+    return index * columns // _BLOCKS
