@@ -1,0 +1,256 @@
+"""Where a camera is, and which of the addresses it hands out may be followed.
+
+A camera writes into its URLs the address that it believes to have. Only path and query of such a
+URL are used, at the address that the user gave, so that a forwarded port works and nothing can
+lead to another machine.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import re
+from dataclasses import dataclass
+from typing import Final
+from urllib.parse import unquote, urlsplit
+
+from app.devices.errors import BadReply, DeviceError
+
+__all__ = ["ACCESS_POINT", "LONGEST_URL", "Endpoint"]
+
+LONGEST_URL: Final = 2000
+"""Characters of a URL that are accepted from a camera."""
+
+_HTTP_PORT: Final = 80
+_LAST_PORT: Final = 65535
+_LONGEST_HOST: Final = 253
+_LABEL: Final = re.compile(r"[a-z0-9_](?:[a-z0-9_-]{0,61}[a-z0-9_])?")
+_ZONE: Final = re.compile(r"[A-Za-z0-9._-]{1,32}")
+# Unreserved characters, the ones with a meaning inside a path, and whole percent escapes.
+_PATH: Final = re.compile(r"/(?:[A-Za-z0-9._~!$&'()*+,;=:@/-]|%[0-9A-Fa-f]{2})*")
+_QUERY: Final = re.compile(r"(?:[A-Za-z0-9._~!$&'()*+,;=:@/?-]|%[0-9A-Fa-f]{2})*")
+_SCHEME: Final = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
+_HINT: Final = 'Type it like "192.168.1.1" or "THETAYL00105377.local".'
+
+
+@dataclass(frozen=True, slots=True)
+class Endpoint:
+    """Host and port of a camera.
+
+    Attributes
+    ----------
+    host : str
+        IPv4 or IPv6 address (without brackets) or name, in lower case but for an IPv6 zone.
+    port : int
+        TCP port, 1 to 65535.
+
+    Raises
+    ------
+    DeviceError
+        When the host or the port is none; the code is "bad-address".
+
+    Examples
+    --------
+    >>> Endpoint.parse("http://cam.local:8080/").url("/osc/info")
+    'http://cam.local:8080/osc/info'
+    """
+
+    host: str
+    port: int = _HTTP_PORT
+
+    def __post_init__(self) -> None:
+        if not _is_host(self.host):
+            raise _bad_address(self.host)
+        if not 0 < self.port <= _LAST_PORT:
+            raise DeviceError(
+                f"A port is a number from 1 to {_LAST_PORT}, not {self.port}.",
+                "Leave it out: cameras use 80.",
+                "bad-address",
+            )
+
+    @classmethod
+    def parse(cls, text: str) -> Endpoint:
+        """Read what a user typed.
+
+        Parameters
+        ----------
+        text : str
+            An address or name, with or without "http://", a port and a final slash.
+
+        Returns
+        -------
+        Endpoint
+            Host and port.
+
+        Raises
+        ------
+        DeviceError
+            When it is no address, or asks for https or carries a password; code "bad-address".
+        """
+        typed = text.strip()
+        rest = _without_scheme(typed).partition("/osc/")[0].rstrip("/")
+        if not rest:
+            raise DeviceError("The camera's address is empty.", _HINT, "bad-address")
+        if "@" in rest:
+            raise DeviceError(
+                "An address with a user name or password in it is not accepted.",
+                "Type the address alone, and the password where it is asked for.",
+                "bad-address",
+            )
+        if _is_ipv6(rest):
+            return cls(_tidy(rest))
+        host, port = _split_port(rest, typed)
+        return cls(_tidy(host), port)
+
+    @property
+    def base(self) -> str:
+        """Scheme, host and port, without a final slash."""
+        host = f"[{self.host.replace('%', '%25')}]" if ":" in self.host else self.host
+        return f"http://{host}" if self.port == _HTTP_PORT else f"http://{host}:{self.port}"
+
+    def url(self, path: str) -> str:
+        """Give a path's URL.
+
+        Parameters
+        ----------
+        path : str
+            From the root, with its query where there is one: "/osc/info".
+
+        Returns
+        -------
+        str
+            The whole URL.
+
+        Raises
+        ------
+        BadReply
+            As `rewrite`.
+        """
+        return self.rewrite(path)
+
+    def rewrite(self, url: str) -> str:
+        """Bring a URL that a camera gave to this endpoint.
+
+        Parameters
+        ----------
+        url : str
+            Absolute, with any host, or a path from the root.
+
+        Returns
+        -------
+        str
+            The same path and query at this host and port.
+
+        Raises
+        ------
+        BadReply
+            When it is longer than `LONGEST_URL`, has another scheme than http, a password, a
+            fragment, a character that does not belong there, or a path with "." or ".." in it,
+            however written; the code is "bad-url".
+        """
+        if len(url) > LONGEST_URL:
+            raise _bad_url("it is too long")
+        whole = f"http://camera{url}" if url.startswith("/") and not url.startswith("//") else url
+        # urlsplit drops tabs and line ends without a word, so they are looked for before.
+        if not whole.isascii() or any(ord(sign) <= 0x20 or ord(sign) == 0x7F for sign in whole):
+            raise _bad_url("it holds characters that do not belong there")
+        try:
+            parts = urlsplit(whole)
+            netloc = parts.netloc
+        except ValueError as error:
+            raise _bad_url("it is no URL") from error
+        if parts.scheme != "http" or not netloc or "@" in netloc or "#" in whole:
+            raise _bad_url("it is no plain http address")
+        _check_path(parts.path)
+        if not _QUERY.fullmatch(parts.query):
+            raise _bad_url("it holds characters that do not belong there")
+        query = f"?{parts.query}" if parts.query else ""
+        return f"{self.base}{parts.path}{query}"
+
+
+def _check_path(path: str) -> None:
+    if not _PATH.fullmatch(path) or path.startswith("//"):
+        raise _bad_url("its path is empty or holds characters that do not belong there")
+    plain = unquote(path, errors="replace")
+    if "%" in plain or any(ord(sign) < 0x20 or sign in "\\\x7f" for sign in plain):
+        raise _bad_url("its path holds characters that do not belong there")
+    if plain.count("/") != path.count("/") or {".", ".."} & set(plain.split("/")):
+        raise _bad_url("its path leads elsewhere")
+
+
+def _without_scheme(typed: str) -> str:
+    found = _SCHEME.match(typed)
+    if found is None:
+        return typed
+    scheme = found.group(1).lower()
+    if scheme == "https":
+        raise DeviceError(
+            "Cameras of this kind do not speak https.",
+            "Type the address with http:// or without anything in front.",
+            "bad-address",
+        )
+    if scheme != "http":
+        raise _bad_address(typed)
+    return typed[found.end() :]
+
+
+def _split_port(rest: str, typed: str) -> tuple[str, int]:
+    if rest.startswith("["):
+        host, closed, tail = rest[1:].partition("]")
+        if not closed or not _is_ipv6(host) or (tail and not tail.startswith(":")):
+            raise _bad_address(typed)
+        digits = tail[1:] if tail else str(_HTTP_PORT)
+    else:
+        host, colon, digits = rest.partition(":")
+        digits = digits if colon else str(_HTTP_PORT)
+    if not (digits.isascii() and digits.isdigit() and len(digits) <= len(str(_LAST_PORT))):
+        raise _bad_address(typed)
+    return host, int(digits)
+
+
+def _tidy(host: str) -> str:
+    address, percent, zone = host.partition("%")
+    zone = zone.removeprefix("25") if zone.startswith("25") and len(zone) > len("25") else zone
+    return address.lower().rstrip(".") + percent + zone
+
+
+def _is_ipv6(host: str) -> bool:
+    address, percent, zone = host.partition("%")
+    if percent and not _ZONE.fullmatch(zone):
+        return False
+    try:
+        ipaddress.IPv6Address(address)
+    except ValueError:
+        return False
+    return True
+
+
+def _is_host(host: str) -> bool:
+    if ":" in host:
+        return _is_ipv6(host)
+    labels = host.split(".")
+    if len(host) > _LONGEST_HOST or not all(_LABEL.fullmatch(label) for label in labels):
+        return False
+    if not labels[-1].isdigit():
+        return True
+    try:
+        ipaddress.IPv4Address(host)
+    except ValueError:
+        return False
+    return True
+
+
+def _bad_address(typed: str) -> DeviceError:
+    shown = "".join(sign for sign in typed[:60] if sign.isprintable())
+    return DeviceError(f'"{shown}" is not the address of a camera.', _HINT, "bad-address")
+
+
+def _bad_url(why: str) -> BadReply:
+    return BadReply(
+        f"The camera gave an address that cannot be used: {why}.",
+        "Switch the camera off and on; if that does not help, update its firmware.",
+        "bad-url",
+    )
+
+
+ACCESS_POINT: Final = Endpoint("192.168.1.1")
+"""Where every Ricoh Theta is when the computer has joined its own Wi-Fi."""

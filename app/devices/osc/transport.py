@@ -1,0 +1,152 @@
+"""Connections that keep a deadline, however slowly a camera talks.
+
+The time limits of `requests` begin anew with every byte, also within a header or the length of a
+chunk, so that a camera which drips holds its client for hours. Here every read from the socket
+watches a deadline on the injected clock, and can be ended from another thread.
+"""
+
+from __future__ import annotations
+
+import socket
+import time
+from typing import TYPE_CHECKING, Any, Final
+
+from requests.adapters import HTTPAdapter
+from urllib3 import HTTPConnectionPool, PoolManager
+from urllib3.connection import HTTPConnection
+from urllib3.util.wait import wait_for_read
+
+if TYPE_CHECKING:
+    from app.devices.clock import Clock
+
+__all__ = ["Transport", "Watch"]
+
+_STEP_S: Final = 0.1  # of real time: a closed stream ends within this
+
+
+class Watch:
+    """Until when a connection may keep its reader waiting.
+
+    Parameters
+    ----------
+    clock : Clock
+        Whose time counts. Real time counts as well, since a virtual clock stands still while a
+        real connection is waited for.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._deadline = self._real_deadline = 0.0
+        self._closed = False
+
+    def allow(self, seconds: float) -> None:
+        """Move the deadline to so many seconds from now."""
+        self._deadline = self._clock.now() + seconds
+        self._real_deadline = time.monotonic() + seconds
+
+    def close(self) -> None:
+        """End a wait that is under way, and every later one; from any thread."""
+        self._closed = True
+
+    @property
+    def closed(self) -> bool:
+        """Whether `close` was called."""
+        return self._closed
+
+    @property
+    def late(self) -> bool:
+        """Whether the deadline has passed."""
+        return self._clock.now() > self._deadline or time.monotonic() > self._real_deadline
+
+    def wait_for(self, connection: socket.socket, silence_s: float | None) -> None:
+        """Wait until something can be read.
+
+        Parameters
+        ----------
+        connection : socket.socket
+            What to read from.
+        silence_s : float or None
+            Longest silence in seconds of either time; None for no limit but the deadline.
+
+        Raises
+        ------
+        ConnectionAbortedError
+            When the watch was closed.
+        TimeoutError
+            When the deadline or the longest silence is over.
+        """
+        start, real_start = self._clock.now(), time.monotonic()
+        while True:
+            if self._closed:
+                raise ConnectionAbortedError("closed by its reader")
+            if wait_for_read(connection, timeout=0.0):
+                break
+            silent = max(self._clock.now() - start, time.monotonic() - real_start)
+            if self.late or (silence_s is not None and silent > silence_s):
+                raise TimeoutError("silent for too long")
+            if wait_for_read(connection, timeout=_STEP_S):
+                break
+        if self.late:
+            raise TimeoutError("the deadline has passed")
+
+
+class _WatchedSocket(socket.socket):
+    """A connected socket that asks a watch before every read."""
+
+    def __init__(self, plain: socket.socket) -> None:
+        limit = plain.gettimeout()
+        super().__init__(plain.family, plain.type, plain.proto, fileno=plain.detach())
+        self.settimeout(limit)
+        self.watch: Watch | None = None
+
+    def recv_into(self, buffer: Any, nbytes: int = 0, flags: int = 0) -> int:
+        if self.watch is not None:
+            self.watch.wait_for(self, self.gettimeout())
+        return super().recv_into(buffer, nbytes, flags)
+
+
+class Transport(HTTPAdapter):
+    """Carries requests over watched connections; kept alive, never tried again.
+
+    Attributes
+    ----------
+    watch : Watch or None
+        Belongs to the next request that is sent.
+    """
+
+    def __init__(self) -> None:
+        self.watch: Watch | None = None
+        super().__init__(pool_connections=1, pool_maxsize=2, max_retries=0)
+
+    def init_poolmanager(
+        self, connections: int, maxsize: int, block: bool = False, **pool_kwargs: Any
+    ) -> None:
+        """Make connections of our own kind; called by `requests`."""
+        transport = self
+
+        class Connection(HTTPConnection):
+            def connect(self) -> None:
+                super().connect()
+                self.sock = _WatchedSocket(self.sock)
+
+            def request(self, *args: Any, **keywords: Any) -> None:
+                super().request(*args, **keywords)
+                if isinstance(self.sock, _WatchedSocket):
+                    self.sock.watch = transport.watch
+
+        class Pool(HTTPConnectionPool):
+            ConnectionCls = Connection
+
+        self.poolmanager = PoolManager(
+            num_pools=connections, maxsize=maxsize, block=block, **pool_kwargs
+        )
+        self.poolmanager.pool_classes_by_scheme = {"http": Pool}
+
+    def close(self) -> None:
+        """Close all connections now; urllib3 would wait until nobody holds a reply any more."""
+        pools = self.poolmanager.pools
+        for key in pools.keys():  # noqa: SIM118 - its keys are a safe copy, it cannot be iterated
+            pool = pools.get(key)
+            if pool is not None:
+                pool.close()
+        super().close()

@@ -1,0 +1,218 @@
+"""JSON and its values from a source that is not trusted, and JSON that a small camera can read.
+
+Nothing here assumes that a reply is what a camera should send: it may be damaged, or made to do
+harm. What is bounded: bytes, nesting, number of values, length of numbers.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from decimal import Decimal
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+from app.devices.errors import BadReply
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+__all__ = [
+    "MAX_BYTES",
+    "MAX_DEPTH",
+    "MAX_VALUES",
+    "JsonValue",
+    "flag",
+    "fraction",
+    "number",
+    "parse_json",
+    "table",
+    "texts",
+    "whole",
+    "words",
+    "write_json",
+]
+
+JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, JsonValue] | None"
+"""What JSON can hold; every number finite, every text sound Unicode."""
+
+MAX_BYTES: Final = 4_000_000
+"""Longest reply in bytes; a listing of a hundred files is 50 kB."""
+
+MAX_DEPTH: Final = 32
+"""Deepest nesting; cameras use seven levels."""
+
+MAX_VALUES: Final = 100_000
+"""Most values in a reply, so that a few megabytes do not become hundreds in memory."""
+
+_MAX_DIGITS: Final = 40
+_TEXT: Final = 200
+_HINT: Final = "Try again; if it stays so, switch the camera off and on."
+
+
+def parse_json(data: bytes) -> JsonValue:
+    """Read a reply's body.
+
+    Parameters
+    ----------
+    data : bytes
+        JSON in UTF-8. Broken characters become "\N{REPLACEMENT CHARACTER}": a badly encoded
+        description of one picture must not hide a whole listing. Of equal keys the last counts.
+
+    Returns
+    -------
+    JsonValue
+        The value.
+
+    Raises
+    ------
+    BadReply
+        When it is no JSON, larger or deeper than the limits, or holds NaN, an infinity or a
+        number of more than 40 characters.
+    """
+    if len(data) > MAX_BYTES:
+        raise BadReply("The camera's answer is too large.", _HINT, "too-large")
+    if data.count(b",") + data.count(b"[") + data.count(b"{") > MAX_VALUES:
+        raise BadReply("The camera's answer holds too many values.", _HINT, "too-large")
+    try:
+        value = json.loads(
+            data.decode("utf-8-sig", "replace"),
+            parse_int=_whole,
+            parse_float=_real,
+            parse_constant=_refuse,
+        )
+        return _sound(value, MAX_DEPTH)
+    except (ValueError, RecursionError) as error:
+        raise BadReply("The camera's answer cannot be read.", _HINT) from error
+
+
+def _whole(digits: str) -> int:
+    if len(digits) > _MAX_DIGITS:
+        raise ValueError("number too long")
+    return int(digits)
+
+
+def _real(digits: str) -> float:
+    value = float(digits) if len(digits) <= _MAX_DIGITS else math.inf
+    if not math.isfinite(value):
+        raise ValueError("number too long or too large")
+    return value
+
+
+def _refuse(word: str) -> float:
+    raise ValueError(f"{word} is no number")
+
+
+def _sound(value: Any, depth: int) -> JsonValue:
+    """Copy a value without lone surrogates, which no file and no screen can hold."""
+    if isinstance(value, str):
+        return value if value.isascii() else _sound_text(value)
+    if not isinstance(value, (list, dict)):
+        return value  # type: ignore[no-any-return]
+    if depth == 0:
+        raise ValueError("nested too deeply")
+    if isinstance(value, list):
+        return [_sound(item, depth - 1) for item in value]
+    return {_sound_text(key): _sound(item, depth - 1) for key, item in value.items()}
+
+
+def _sound_text(text: str) -> str:
+    return text.encode("utf-8", "replace").decode("utf-8")
+
+
+def write_json(value: Any) -> bytes:
+    """Write a request's body.
+
+    Numbers are written without exponents, so that a shutter speed of 0.00004 leaves as the camera
+    lists it, and not as 4e-05.
+
+    Parameters
+    ----------
+    value : None, bool, int, float, str, mapping or sequence
+        What to write; keys are texts.
+
+    Returns
+    -------
+    bytes
+        JSON in ASCII.
+
+    Raises
+    ------
+    ValueError
+        For a number that is not finite.
+    TypeError
+        For anything that JSON does not know.
+
+    Examples
+    --------
+    >>> write_json({"shutterSpeed": 0.00004})
+    b'{"shutterSpeed":0.00004}'
+    """
+    return _written(value).encode("ascii")
+
+
+def _written(value: Any) -> str:
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise ValueError("only finite numbers can be sent to a camera")
+        return format(Decimal(repr(float(value))), "f")
+    if value is None or isinstance(value, (bool, int, str)):
+        return json.dumps(value)
+    if isinstance(value, dict) or hasattr(value, "items"):
+        return _written_table(value)
+    if isinstance(value, (list, tuple)):
+        return _written_list(value)
+    raise TypeError(f"{type(value).__name__} cannot be sent to a camera")
+
+
+def _written_table(value: Mapping[str, Any]) -> str:
+    if not all(isinstance(key, str) for key in value):
+        raise TypeError("keys of JSON are texts")
+    return "{" + ",".join(f"{json.dumps(key)}:{_written(value[key])}" for key in value) + "}"
+
+
+def _written_list(value: Sequence[Any]) -> str:
+    return "[" + ",".join(_written(item) for item in value) + "]"
+
+
+def table(value: object) -> dict[str, JsonValue]:
+    """Give a JSON object, or an empty one for anything else."""
+    return value if isinstance(value, dict) else {}
+
+
+def words(value: object, longest: int = _TEXT) -> str:
+    """Give a text without control characters and outer spaces, cut; "" for anything else."""
+    if not isinstance(value, str):
+        return ""
+    return "".join(sign for sign in value[:longest] if sign.isprintable()).strip()
+
+
+def texts(value: object, most: int = 100) -> tuple[str, ...]:
+    """Give the texts of a list as `words` does, without empty ones."""
+    found = (words(item) for item in value[:most]) if isinstance(value, list) else ()
+    return tuple(text for text in found if text)
+
+
+def number(value: object) -> float | None:
+    """Give a number, or None for anything else; true and false are none."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return None
+    return float(value)
+
+
+def fraction(value: object) -> float | None:
+    """Give a number from 0 to 1, or None for anything else."""
+    found = number(value)
+    return found if found is not None and 0.0 <= found <= 1.0 else None
+
+
+def whole(value: object, most: int = 2**53) -> int | None:
+    """Give a whole number from 0 to `most`, or None for anything else; 5.0 is 5."""
+    found = number(value)
+    if found is None or not found.is_integer() or not 0 <= found <= most:
+        return None
+    return int(found)
+
+
+def flag(value: object) -> bool | None:
+    """Give true or false, or None for anything else."""
+    return value if isinstance(value, bool) else None
