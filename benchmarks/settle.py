@@ -95,7 +95,10 @@ def settle(scenes: Path, work: Path, row: dict[str, Any], measure: str, batches:
     transport, _ = styles()
     pictures = np.array(
         [
-            [head_alone(batch(scenes, work, row["scene"], t, b), transport) for t in turns]
+            [
+                head_alone(batch(scenes, work, row["scene"], t, b).astype(np.float64), transport)
+                for t in turns
+            ]
             for b in range(batches)
         ]
     )

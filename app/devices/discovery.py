@@ -1,0 +1,431 @@
+"""Looking for cameras: in their own Wi-Fi, where the last one was, and announced in the network.
+
+All places are asked at the same time, each in a thread of its own, since an address where nobody
+is may swallow everything that is sent there. Whatever answers is asked what it is: only what
+describes itself as a camera of this protocol, or is announced as one and wants a password, counts.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import threading
+import time
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final, Protocol
+
+from app.core.progress import Token
+from app.devices.announced import Advert, browse_network
+from app.devices.clock import wait
+from app.devices.errors import (
+    CameraRefused,
+    DeviceError,
+    PasswordNeeded,
+    Unreachable,
+)
+from app.devices.found import FoundCamera, Source, described, is_near, merged, same_camera
+from app.devices.last_camera import last_camera
+from app.devices.osc.endpoint import ACCESS_POINT, Endpoint
+from app.devices.osc.link import Link, Timeouts
+from app.devices.osc.messages import Info, parse_info
+from app.devices.osc.refusals import BUSY
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from app.devices.clock import Clock
+    from app.devices.osc.untrusted import JsonValue
+
+__all__ = [
+    "CONNECT_S",
+    "Asker",
+    "Discovery",
+    "FoundCamera",
+    "check_address",
+    "discover",
+    "find_cameras",
+    "look_at",
+]
+
+CONNECT_S: Final = 2.5
+"""Seconds in which an address must accept a connection."""
+
+_LATE_S: Final = 1.0
+_STEP_S: Final = 0.05
+_BUSY_S: Final = 0.5
+_MOST: Final = 16
+_PER_ADVERT: Final = 4
+_JOIN: Final = (
+    'Switch the camera\'s Wi-Fi on and choose it on this computer (its name ends in ".OSC"), or '
+    "type the address that the camera has in your network."
+)
+_ROUTER: Final = (
+    "Something answers at 192.168.1.1, but it is not a camera: probably the router of the network "
+    "that this computer is in. To use a camera's own Wi-Fi, choose it on this computer (its name "
+    'ends in ".OSC").'
+)
+
+
+class Asker(Protocol):
+    """What is needed of a `Link` to ask a camera what it is."""
+
+    def get(self, path: str) -> JsonValue:
+        """Ask for JSON."""
+
+    def close(self) -> None:
+        """End all connections."""
+
+
+@dataclass(frozen=True, slots=True)
+class Discovery:
+    """What a search brought.
+
+    Attributes
+    ----------
+    cameras : tuple[FoundCamera, ...]
+        Each once, the nearest first.
+    notes : tuple[str, ...]
+        Sentences for the user: a router where a camera could be, a network that cannot be searched.
+    """
+
+    cameras: tuple[FoundCamera, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def one(self) -> FoundCamera:
+        """Choose the camera that is meant when the user names none.
+
+        Returns
+        -------
+        FoundCamera
+            The only one; of several the one that was used last.
+
+        Raises
+        ------
+        Unreachable
+            When there is none; the code is "no-camera".
+        DeviceError
+            When there are several, none of which was used last; the code is "several-cameras".
+        """
+        if not self.cameras:
+            raise Unreachable("No camera was found.", " ".join(self.notes) or _JOIN, "no-camera")
+        last = [camera for camera in self.cameras if camera.used_last]
+        if len(self.cameras) == 1 or last:
+            return (*last, *self.cameras)[0]
+        listed = ", ".join(f"{each.name} at {each.endpoint.base}" for each in self.cameras)
+        raise DeviceError(
+            f"Several cameras were found: {listed}.",
+            "Give the address of the one that is meant.",
+            "several-cameras",
+        )
+
+
+def find_cameras(
+    clock: Clock,
+    timeout_s: float = 3.0,
+    *,
+    token: Token | None = None,
+    link_factory: Callable[[Endpoint], Asker] | None = None,
+    browse: Callable[[Callable[[Advert], None], threading.Event], None] = browse_network,
+    remembered: FoundCamera | None = None,
+) -> tuple[FoundCamera, ...]:
+    """Look for cameras; the same as `discover` without its notes."""
+    return discover(
+        clock,
+        timeout_s,
+        token=token,
+        link_factory=link_factory,
+        browse=browse,
+        remembered=remembered,
+    ).cameras
+
+
+def discover(
+    clock: Clock,
+    timeout_s: float = 3.0,
+    *,
+    token: Token | None = None,
+    link_factory: Callable[[Endpoint], Asker] | None = None,
+    browse: Callable[[Callable[[Advert], None], threading.Event], None] = browse_network,
+    remembered: FoundCamera | None = None,
+) -> Discovery:
+    """Look for cameras in all places at once.
+
+    Parameters
+    ----------
+    clock : Clock
+        Time. Real time counts as well, since a virtual clock stands still while threads wait.
+    timeout_s : float, optional
+        How long to listen, in seconds; answers to questions asked last come up to a second later.
+    token : Token, optional
+        Stops it.
+    link_factory : Callable[[Endpoint], Asker], optional
+        Makes the way to an address; real connections when left out.
+    browse : Callable, optional
+        Listens to announcements, as `browse_network`.
+    remembered : FoundCamera, optional
+        A camera to look for besides; `last_camera()` when left out.
+
+    Returns
+    -------
+    Discovery
+        After `timeout_s` + 1 s at the latest, however many addresses swallow what they are sent.
+
+    Raises
+    ------
+    Cancelled
+        When the token was cancelled.
+    """
+    search = _Search(clock, timeout_s, link_factory or _links(clock, timeout_s))
+    before = remembered if remembered is not None else last_camera()
+    if before is not None:
+        search.known = before
+        search.ask(before.endpoint, "remembered")
+    search.ask(ACCESS_POINT, "access point")
+    search.listen(browse)
+    try:
+        search.wait(token or Token())
+    finally:
+        search.stop.set()
+    return search.outcome()
+
+
+def check_address(text: str) -> Endpoint:
+    """Read an address that the user typed; nothing is sent to it.
+
+    Parameters
+    ----------
+    text : str
+        "192.168.1.1", "http://cam.local:8080/", "[fe80::1%eth0]".
+
+    Returns
+    -------
+    Endpoint
+        Host and port. Any host is accepted, also outside the own network: the user asked for it.
+
+    Raises
+    ------
+    DeviceError
+        When it is no address, or one that no single camera can have; the code is "bad-address".
+    """
+    endpoint = Endpoint.parse(text)
+    address = None
+    with suppress(ValueError):  # A name.
+        address = ipaddress.ip_address(endpoint.host.partition("%")[0])
+    everybody = endpoint.host == "255.255.255.255"
+    if everybody or (address and (address.is_multicast or address.is_unspecified)):
+        raise DeviceError(
+            f"{endpoint.host} is not the address of a single camera.",
+            'Type it like "192.168.1.1" or "THETAYL00105377.local".',
+            "bad-address",
+        )
+    return endpoint
+
+
+def look_at(
+    endpoint: Endpoint,
+    clock: Clock,
+    *,
+    link_factory: Callable[[Endpoint], Asker] | None = None,
+    timeout_s: float = 5.0,
+) -> FoundCamera:
+    """Ask what is at an address that the user typed.
+
+    Parameters
+    ----------
+    endpoint : Endpoint
+        As `check_address` gave it.
+    clock : Clock
+        Time.
+    link_factory : Callable[[Endpoint], Asker], optional
+        Makes the way there; a real connection when left out.
+    timeout_s : float, optional
+        Seconds for the whole answer.
+
+    Returns
+    -------
+    FoundCamera
+        With `needs_password` where a digest is asked for.
+
+    Raises
+    ------
+    DeviceError
+        `Unreachable`, `NotACamera`, `CameraRefused` or `BadReply`, as the link tells.
+    """
+    link = (link_factory or _links(clock, timeout_s))(endpoint)
+    try:
+        info = _asked(link, clock, clock.now() + timeout_s)
+    except PasswordNeeded:
+        info = None
+    finally:
+        link.close()
+    known = last_camera()
+    if info is None and known is not None and known.endpoint == endpoint:
+        return _as_known(known, "typed")
+    return described(endpoint, "typed", info)
+
+
+@dataclass(slots=True)
+class _Answer:
+    """What came of asking one address."""
+
+    source: Source
+    info: Info | None = None
+    error: DeviceError | None = None
+    announced: str = ""
+    done: bool = False
+
+
+@dataclass(slots=True)
+class _Search:
+    """A search on its way; everything in it is used under its lock."""
+
+    clock: Clock
+    timeout_s: float
+    link_factory: Callable[[Endpoint], Asker]
+    known: FoundCamera | None = None
+    stop: threading.Event = field(default_factory=threading.Event)
+    _lock: threading.Lock = field(default_factory=threading.Lock)
+    _changed: threading.Event = field(default_factory=threading.Event)
+    _answers: dict[Endpoint, _Answer] = field(default_factory=dict)
+    _notes: list[str] = field(default_factory=list)
+    _listening: bool = False
+    _start: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        self._start = (self.clock.now(), time.monotonic())
+
+    def ask(self, endpoint: Endpoint, source: Source, announced: str = "") -> None:
+        """Ask an address what is there, once, in a thread of its own."""
+        with self._lock:
+            before = self._answers.get(endpoint)
+            if before is not None:
+                before.announced = before.announced or announced
+                return
+            if len(self._answers) >= _MOST or self.stop.is_set():
+                return
+            answer = self._answers[endpoint] = _Answer(source, announced=announced)
+        self._run(lambda: self._put(endpoint, answer))
+
+    def listen(self, browse: Callable[[Callable[[Advert], None], threading.Event], None]) -> None:
+        """Hear announcements and ask the addresses in them."""
+
+        def run() -> None:
+            try:
+                browse(self._heard, self.stop)
+            except DeviceError as error:
+                with self._lock:
+                    self._notes.append(str(error))
+            finally:
+                self._listening = False
+                self._changed.set()
+
+        self._listening = True
+        self._run(run)
+
+    def wait(self, token: Token) -> None:
+        """Wait until nothing more can come."""
+        while True:
+            token.check()
+            with self._lock:
+                busy = any(not answer.done for answer in self._answers.values())
+            passed = max(self.clock.now() - self._start[0], time.monotonic() - self._start[1])
+            if passed >= self.timeout_s + (_LATE_S if busy else 0.0):
+                return
+            if not busy and not self._listening:
+                return
+            if passed >= self.timeout_s:
+                self.stop.set()
+            self._changed.wait(_STEP_S)
+            self._changed.clear()
+
+    def outcome(self) -> Discovery:
+        """Sum up what has come until now."""
+        with self._lock:
+            answers = {place: answer for place, answer in self._answers.items() if answer.done}
+            notes = list(self._notes)
+        found = [self._camera(endpoint, answer) for endpoint, answer in answers.items()]
+        last = self.known
+        cameras = tuple(
+            replace(camera, used_last=last is not None and same_camera(camera, last))
+            for camera in merged(camera for camera in found if camera is not None)
+        )
+        # In somebody's network there is a router, and nobody needs to hear of it.
+        if not cameras:
+            notes += [_trouble(endpoint, answer.error) for endpoint, answer in answers.items()]
+        return Discovery(cameras, tuple(dict.fromkeys(note for note in notes if note)))
+
+    def _camera(self, endpoint: Endpoint, answer: _Answer) -> FoundCamera | None:
+        source: Source = answer.source
+        if answer.info is not None:
+            return described(endpoint, source, answer.info, answer.announced)
+        if not isinstance(answer.error, PasswordNeeded):
+            return None
+        if answer.announced:
+            return described(endpoint, source, None, answer.announced)
+        # In its own Wi-Fi no camera asks for a password; a router does.
+        if source == "remembered" and self.known is not None and endpoint != ACCESS_POINT:
+            return _as_known(self.known, source)
+        return None
+
+    def _heard(self, advert: Advert) -> None:
+        near = [address for address in advert.addresses[:_PER_ADVERT] if is_near(address)]
+        # Not both kinds: two questions at once are too much for some cameras.
+        plain = [address for address in near if ":" not in address]
+        for address in plain or near:
+            with suppress(DeviceError):
+                self.ask(Endpoint(address, advert.port), "network", advert.name)
+
+    def _put(self, endpoint: Endpoint, answer: _Answer) -> None:
+        info: Info | None = None
+        error: DeviceError | None = Unreachable("Nobody answered.")
+        try:
+            info, error = self._put_to(endpoint), None
+        except DeviceError as trouble:
+            error = trouble
+        finally:
+            with self._lock:
+                answer.info, answer.error, answer.done = info, error, True
+            self._changed.set()
+
+    def _put_to(self, endpoint: Endpoint) -> Info:
+        link = self.link_factory(endpoint)
+        try:
+            return _asked(link, self.clock, self._start[0] + self.timeout_s, self.stop)
+        finally:
+            link.close()
+
+    def _run(self, work: Callable[[], None]) -> None:
+        threading.Thread(target=work, name="turnlight-discovery", daemon=True).start()
+
+
+def _asked(link: Asker, clock: Clock, deadline: float, stop: threading.Event | None = None) -> Info:
+    """Ask what is there; a camera that is busy is asked again until the deadline."""
+    while True:
+        try:
+            return parse_info(link.get("/osc/info"))
+        except CameraRefused as error:
+            late = clock.now() + _BUSY_S >= deadline or (stop is not None and stop.is_set())
+            if error.code != BUSY or late:
+                raise
+        wait(clock, _BUSY_S)
+
+
+def _trouble(endpoint: Endpoint, error: DeviceError | None) -> str:
+    """Say why what answers is not offered; "" where nothing answers."""
+    if error is None or isinstance(error, Unreachable):
+        return ""
+    if isinstance(error, CameraRefused):
+        return f"At {endpoint.host}: {error}"
+    return _ROUTER if endpoint == ACCESS_POINT else ""
+
+
+def _links(clock: Clock, timeout_s: float) -> Callable[[Endpoint], Asker]:
+    limits = Timeouts(
+        connect_s=min(CONNECT_S, timeout_s), read_s=timeout_s, whole_s=timeout_s, idle_s=timeout_s
+    )
+    return lambda endpoint: Link(endpoint, clock, timeouts=limits)
+
+
+def _as_known(known: FoundCamera, source: Source) -> FoundCamera:
+    """Describe a camera that says nothing without a password by what it was last time."""
+    return replace(known, source=source, needs_password=True)

@@ -1,0 +1,104 @@
+"""The camera that was used last: where it was, so that it is found at once the next time.
+
+No password is kept here. The file may have been changed by anybody who can write to the user's
+folder, so it is read like anything else that comes from outside.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from contextlib import suppress
+from typing import TYPE_CHECKING, Final
+
+from app.core.errors import CoreError
+from app.core.files import atomic_write_text
+from app.core.paths import user_data
+from app.devices.errors import BadReply, DeviceError
+from app.devices.found import FoundCamera, described, is_near
+from app.devices.osc.endpoint import Endpoint
+from app.devices.osc.messages import Info
+from app.devices.osc.untrusted import parse_json, table, whole, words
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+__all__ = ["FILE", "last_camera", "remember"]
+
+FILE: Final = "last-camera.json"
+"""Name of the file in the user's folder."""
+
+_MOST_BYTES: Final = 4096
+_PORTS: Final = 65535
+_FORMAT: Final = 1
+_LOCAL_NAME: Final = re.compile(r"[a-z0-9_-]+(?:\.(?:local|lan|home|internal|home\.arpa))?")
+
+
+def remember(camera: FoundCamera, folder: Path | None = None) -> bool:
+    """Keep a camera for the next time.
+
+    Parameters
+    ----------
+    camera : FoundCamera
+        A camera that worked.
+    folder : Path, optional
+        Where to; the user's own data when left out.
+
+    Returns
+    -------
+    bool
+        False when it could not be kept, which is no reason to stop: the folder is not writable, or
+        the address is not one that is tried without being asked to.
+    """
+    place = user_data() if folder is None else folder
+    if not _may_be_tried(camera.endpoint.host):
+        return False
+    facts = {
+        "format": _FORMAT,
+        "host": camera.endpoint.host,
+        "port": camera.endpoint.port,
+        "model": camera.model,
+        "serial": camera.serial,
+    }
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+        atomic_write_text(place / FILE, json.dumps(facts, indent=1) + "\n")
+    except (OSError, CoreError):
+        return False
+    return True
+
+
+def last_camera(folder: Path | None = None) -> FoundCamera | None:
+    """Look up the camera that was used last.
+
+    Parameters
+    ----------
+    folder : Path, optional
+        As in `remember`.
+
+    Returns
+    -------
+    FoundCamera or None
+        None where none is kept, or the file makes no sense.
+    """
+    place = user_data() if folder is None else folder
+    try:
+        if not (place / FILE).is_file():
+            return None
+        with (place / FILE).open("rb") as stream:
+            data = stream.read(_MOST_BYTES + 1)
+    except OSError:
+        return None
+    if len(data) > _MOST_BYTES:
+        return None
+    with suppress(BadReply, DeviceError):
+        facts = table(parse_json(data))
+        host, port = words(facts.get("host")), whole(facts.get("port"), _PORTS)
+        if port and _may_be_tried(host):
+            model, serial = words(facts.get("model"), 64), words(facts.get("serial"), 40)
+            return described(Endpoint(host, port), "remembered", Info(model, "", serial))
+    return None
+
+
+def _may_be_tried(host: str) -> bool:
+    return is_near(host) or _LOCAL_NAME.fullmatch(host.lower()) is not None

@@ -1,0 +1,235 @@
+"""Passwords of cameras: in the system's own keyring, or nowhere.
+
+Nothing is written into a file or a log, here or anywhere else in the program. A keyring that is
+missing, locked or broken is no error: the user is asked again the next time.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, TypeVar
+
+from app.core.errors import CoreError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+__all__ = ["SERVICE", "Passwords", "default_password_hint", "read_password_file"]
+
+SERVICE: Final = "Turnlight camera"
+"""Under which passwords are kept in the keyring."""
+
+_LONGEST: Final = 256
+_MOST_BYTES: Final = 4096
+_PATIENCE_S: Final = 30.0
+_NOT_KEPT: Final = (
+    "This computer offers no keyring that can be used, so the camera's password is not remembered."
+)
+_NO_DEFAULT: Final = {"RICOH THETA Z1": range(10, 51), "RICOH THETA X": range(10, 31)}
+_SET_FIRST: Final = (
+    "This camera has no password until one is set: set one in Ricoh's app over the camera's own "
+    "Wi-Fi, then switch its Wi-Fi off and on."
+)
+
+_T = TypeVar("_T")
+
+
+class Passwords:
+    """Passwords by the camera's user name or serial number.
+
+    Parameters
+    ----------
+    say : Callable[[str], None], optional
+        Told, once, that nothing will be remembered.
+    patience_s : float, optional
+        Real seconds that a keyring may take, for instance while it asks the user to unlock it.
+    """
+
+    def __init__(
+        self, say: Callable[[str], None] | None = None, *, patience_s: float = _PATIENCE_S
+    ) -> None:
+        self._say = say
+        self._patience_s = patience_s
+
+    def get(self, account: str) -> str | None:
+        """Look a password up.
+
+        Parameters
+        ----------
+        account : str
+            User name ("THETAYL00105377") or serial number.
+
+        Returns
+        -------
+        str or None
+            None where none is kept or the keyring cannot be used.
+        """
+
+        def look() -> str | None:
+            import keyring
+
+            return keyring.get_password(SERVICE, account)
+
+        found = self._try(look, None) if account else None
+        return found if isinstance(found, str) and _sound(found) else None
+
+    def set(self, account: str, password: str) -> bool:
+        """Keep a password.
+
+        Parameters
+        ----------
+        account : str
+            As in `get`.
+        password : str
+            At most 256 characters.
+
+        Returns
+        -------
+        bool
+            Whether it can be found again.
+        """
+
+        def keep() -> bool:
+            import keyring
+
+            keyring.set_password(SERVICE, account, password)
+            # Some backends take everything and keep nothing.
+            return keyring.get_password(SERVICE, account) == password
+
+        if not account or not _sound(password):
+            return False
+        kept = self._try(keep, False)
+        if not kept:
+            self._tell()
+        return kept
+
+    def forget(self, account: str) -> bool:
+        """Remove a password.
+
+        Parameters
+        ----------
+        account : str
+            As in `get`.
+
+        Returns
+        -------
+        bool
+            Whether there is none any more.
+        """
+
+        def remove() -> bool:
+            import keyring
+
+            if keyring.get_password(SERVICE, account) is not None:
+                keyring.delete_password(SERVICE, account)
+            return keyring.get_password(SERVICE, account) is None
+
+        return self._try(remove, False) if account else True
+
+    def _try(self, work: Callable[[], _T], otherwise: _T) -> _T:
+        """Use the keyring, however that fails; one that hangs is left behind."""
+        done: list[_T] = []
+
+        def run() -> None:
+            try:
+                done.append(work())
+            except Exception:  # noqa: BLE001 - backends raise what they like; it may hold a password
+                return
+
+        thread = threading.Thread(target=run, name="turnlight-keyring", daemon=True)
+        thread.start()
+        thread.join(self._patience_s)
+        if done:
+            return done[0]
+        self._tell()
+        return otherwise
+
+    def _tell(self) -> None:
+        say, self._say = self._say, None
+        if say is not None:
+            say(_NOT_KEPT)
+
+
+def read_password_file(path: Path | str, warn: Callable[[str], None] | None = None) -> str:
+    """Read a password from the first line of a file.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file; a pipe does as well.
+    warn : Callable[[str], None], optional
+        Told when others may read the file.
+
+    Returns
+    -------
+    str
+        The password, without the end of its line.
+
+    Raises
+    ------
+    CoreError
+        When the file cannot be read, is empty, or holds no password that can be typed. Its content
+        is never part of the sentence.
+    """
+    file = Path(path)
+    try:
+        with file.open("rb") as stream:
+            mode = os.fstat(stream.fileno()).st_mode
+            data = stream.read(_MOST_BYTES)
+    except (OSError, ValueError) as error:
+        reason = (getattr(error, "strerror", None) or "not a file name").lower()
+        raise CoreError(f"The password file {file} cannot be read: {reason}.") from None
+    line = data.removeprefix(b"\xef\xbb\xbf").split(b"\n", 1)[0].removesuffix(b"\r")
+    if not line:
+        raise CoreError(f"There is no password in {file}.", "It belongs in the first line.")
+    try:
+        password = line.decode("utf-8")
+    except UnicodeDecodeError:
+        password = ""
+    if not _sound(password):
+        raise CoreError(
+            f"The first line of {file} is no password.",
+            f"It is plain text of at most {_LONGEST} characters.",
+        )
+    # What the others may do is only stated by the systems that know the three kinds of users.
+    if warn is not None and os.name == "posix" and stat.S_ISREG(mode) and mode & 0o077:
+        warn(f"Others can read the password file {file}; chmod 600 keeps it to you.")
+    return password
+
+
+def default_password_hint(model: str, serial: str) -> str:
+    """Say which password a camera has that nobody has set one for.
+
+    Parameters
+    ----------
+    model : str
+        As the camera says it, "" where it is not known.
+    serial : str
+        Digits of the serial number, with or without the two letters, "" where it is not known.
+
+    Returns
+    -------
+    str
+        One or two sentences; the password itself is not in them.
+    """
+    name = model.strip().upper()
+    digits = serial.strip().upper().removeprefix("THETA").lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ")
+    digits_rule = (
+        "Unless its owner has set another one, the password is the eight digits of the serial "
+        "number on the camera's base, without the letters."
+    )
+    if name.startswith("RICOH360 THETA A1"):
+        return _SET_FIRST
+    if name == "RICOH THETA V":
+        return digits_rule
+    newer = _NO_DEFAULT.get(name)
+    if newer is None or not digits[:2].isdigit():
+        return f"{digits_rule} Newer cameras have none until one is set in Ricoh's app."
+    return _SET_FIRST if int(digits[:2]) in newer else digits_rule
+
+
+def _sound(password: str) -> bool:
+    return 0 < len(password) <= _LONGEST and password.isprintable()

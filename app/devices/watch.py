@@ -1,0 +1,268 @@
+"""A folder into which some camera's pictures come: which of them are a bracket.
+
+Any camera does whose files end up in a folder: by cable, by Wi-Fi, from a card. The folder is
+looked at again and again; nothing is changed in it. A file counts when it has been still for some
+seconds and is a whole picture with an exposure time. Frames of one camera and one size that come
+together with different exposures are one bracket; it is complete when nothing more has come for a
+while, or when an exposure comes again.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from app.core.progress import Token
+from app.devices.clock import wait
+from app.devices.errors import CaptureFailed, Unreachable
+from app.devices.incoming import (
+    Arrival,
+    Grouping,
+    IncomingBracket,
+    is_wanted,
+    passed_over,
+    read_arrival,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from app.devices.clock import Clock
+
+__all__ = ["MAX_FILES", "Arrival", "IncomingBracket", "WatchedFolder"]
+
+MAX_FILES: Final = 5000
+"""Most entries of a folder that is watched."""
+
+_POLL_S: Final = 0.5
+_GONE_S: Final = 30.0
+_MAX_NOTES: Final = 200
+_HOLD_S: Final = 10.0
+
+
+class _Stamp(NamedTuple):
+    """What changes with a file."""
+
+    inode: int
+    size: int
+    modified_ns: int
+    changed_ns: int  # also by a change of its permissions
+
+
+@dataclass(slots=True)
+class _Seen:
+    """A name in the folder, and how far it is."""
+
+    stamp: _Stamp
+    since_s: float
+    settled: bool = False
+    refused: bool = False
+
+    def differs(self, stamp: _Stamp) -> bool:
+        """Whether it is another file now; one that could not be read may be readable now."""
+        return self.stamp[:3] != stamp[:3] or (self.refused and self.stamp != stamp)
+
+
+class WatchedFolder:
+    """A folder that pictures come into.
+
+    What lies in it at the first look is left alone. Sub-folders are not looked into, links are not
+    followed, hidden and temporary files are passed over without a word.
+
+    Parameters
+    ----------
+    folder : Path or str
+        The folder; it is only read.
+    clock : Clock
+        Time.
+    quiet_s : float, optional
+        A bracket is complete when nothing has come for so many seconds.
+    still_s : float, optional
+        A file counts when size and time of change were the same for so many seconds.
+
+    Raises
+    ------
+    Unreachable
+        When there is no such folder or it cannot be read; the code is "no-folder".
+    """
+
+    def __init__(
+        self,
+        folder: Path | str,
+        clock: Clock,
+        quiet_s: float = 20.0,
+        still_s: float = 2.0,
+    ) -> None:
+        self.folder = Path(folder)
+        self._clock = clock
+        self._still_s = still_s
+        self._grouping = Grouping(quiet_s)
+        self._seen: dict[str, _Seen] = {}
+        self._notes: dict[str, None] = {}
+        self._reached_s = clock.now()
+        self._held: list[Arrival] = []
+        self._held_since_s = clock.now()
+        for name, stamp in self._listed().items():
+            self._seen[name] = _Seen(stamp, clock.now(), settled=True)
+        if self._seen:
+            count = len(self._seen)
+            files = "1 file was" if count == 1 else f"{count} files were"
+            self._note(f"{files} in the folder before and left alone.")
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was passed over and why, each sentence once, 200 at most."""
+        return tuple(self._notes)
+
+    def poll(self) -> tuple[Arrival, ...]:
+        """Look at the folder once.
+
+        Returns
+        -------
+        tuple[Arrival, ...]
+            The pictures that have become complete since the last look, in the order in which they
+            were taken. A file that changes afterwards comes again.
+
+        Raises
+        ------
+        Unreachable
+            When the folder has not been readable for half a minute; the code is "no-folder".
+        CaptureFailed
+            When it holds more than `MAX_FILES` entries; the code is "too-many-files".
+        """
+        now = self._clock.now()
+        try:
+            listed = self._listed()
+        except Unreachable:
+            if now - self._reached_s > _GONE_S:
+                raise
+            return ()
+        self._reached_s = now
+        for name in self._seen.keys() - listed.keys():
+            del self._seen[name]
+            self._forget(name)
+        arrivals = [
+            arrival
+            for name, stamp in listed.items()
+            if (arrival := self._look(name, stamp, now)) is not None
+        ]
+        return tuple(sorted(arrivals, key=lambda arrival: arrival.order))
+
+    def brackets(self, token: Token | None = None) -> Iterator[IncomingBracket]:
+        """Wait for brackets; blocks on the clock and never ends by itself.
+
+        Parameters
+        ----------
+        token : Token, optional
+            Ends it.
+
+        Yields
+        ------
+        IncomingBracket
+            Two or more frames with different exposures.
+
+        Raises
+        ------
+        Cancelled
+            When the token was cancelled.
+        DeviceError
+            As `poll`.
+        """
+        token = token or Token()
+        while True:
+            token.check()
+            arrivals = self.poll()
+            now = self._clock.now()
+            self._take(arrivals, now)
+            yield from self._grouping.complete(now)
+            for sentence in self._grouping.take_notes():
+                self._note(sentence)
+            wait(self._clock, _POLL_S, token)
+
+    def _take(self, arrivals: tuple[Arrival, ...], now: float) -> None:
+        """Hand arrivals on in the order of shooting: not before those that are on their way."""
+        if not self._held:
+            self._held_since_s = now
+        self._held += arrivals
+        if self._restless:
+            self._grouping.touch(now)
+            if now - self._held_since_s < _HOLD_S:
+                return
+        held, self._held = sorted(self._held, key=lambda arrival: arrival.order), []
+        for arrival in held:
+            self._grouping.add(arrival, now)
+
+    @property
+    def _restless(self) -> bool:
+        """Whether a file is still on its way."""
+        return any(not seen.settled for seen in self._seen.values())
+
+    def _look(self, name: str, stamp: _Stamp, now: float) -> Arrival | None:
+        """Judge one file: still changing, known, complete, or not a picture."""
+        seen = self._seen.get(name)
+        if seen is None or seen.differs(stamp):
+            self._forget(name)
+            self._seen[name] = _Seen(stamp, now)
+            return None
+        if seen.settled or now - seen.since_s < self._still_s:
+            return None
+        seen.settled = True
+        found = read_arrival(self.folder / name, stamp.size, stamp.modified_ns / 1e9)
+        if isinstance(found, str):
+            seen.refused = True
+            self._note(found)
+            return None
+        return found
+
+    def _listed(self) -> dict[str, _Stamp]:
+        """List the files that could be pictures: name, and what tells whether one has changed."""
+        found: dict[str, _Stamp] = {}
+        count = 0
+        try:
+            with os.scandir(self.folder) as entries:
+                for entry in entries:
+                    count += 1
+                    if count > MAX_FILES:
+                        raise CaptureFailed(
+                            f"The folder {self.folder} holds more than {MAX_FILES} files.",
+                            "Let the pictures come into an empty folder.",
+                            "too-many-files",
+                        )
+                    stamp = self._stamp(entry)
+                    if stamp is not None:
+                        found[entry.name] = stamp
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            raise Unreachable(
+                f"The folder {self.folder} cannot be read: {reason}.",
+                "Check the name, and the cable or card that it is on.",
+                "no-folder",
+            ) from error
+        return found
+
+    def _stamp(self, entry: os.DirEntry[str]) -> _Stamp | None:
+        """Give what changes with a file, None for what is passed over."""
+        if not is_wanted(entry.name):
+            self._note(passed_over(entry.name))
+            return None
+        try:
+            facts = entry.stat(follow_symlinks=False)
+        except OSError:
+            return None  # Gone meanwhile.
+        if stat.S_ISLNK(facts.st_mode):
+            self._note(f"{entry.name} is a link, and links are not followed.")
+        if not stat.S_ISREG(facts.st_mode):
+            return None
+        return _Stamp(facts.st_ino, facts.st_size, facts.st_mtime_ns, facts.st_ctime_ns)
+
+    def _forget(self, name: str) -> None:
+        path = self.folder / name
+        self._held = [arrival for arrival in self._held if arrival.path != path]
+        self._grouping.forget(path)
+
+    def _note(self, sentence: str) -> None:
+        if sentence and len(self._notes) < _MAX_NOTES:
+            self._notes[sentence] = None
