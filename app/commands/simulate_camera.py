@@ -21,7 +21,7 @@ from app.core.errors import CoreError
 from app.core.paths import resources
 from app.devices.clock import SystemClock
 from app.devices.simulated.camera import SimulatedCamera
-from app.devices.simulated.faults import FAULTS
+from app.devices.simulated.faults import FAULTS, faults_named
 from app.devices.simulated.personality import PERSONALITIES, personality_named
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.server import CameraServer
@@ -80,7 +80,12 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--rate", metavar="MBIT", type=_positive, help="speed of its network in Mbit/s"
     )
     parser.add_argument(
-        "--fault", metavar="NAME", action="append", default=[], help="what goes wrong; repeatable"
+        "--fault",
+        metavar="NAME",
+        action="extend",
+        nargs="+",
+        default=[],
+        help="what goes wrong; several may be named, and the option repeated",
     )
     parser.add_argument("--seed", type=int, default=0, help="of noise and faults (default: 0)")
     parser.add_argument("--log", action="store_true", help="tell every request on stderr")
@@ -137,9 +142,12 @@ def scene_scale(environment: Environment, mean_cd_m2: float = MEAN_CD_M2) -> flo
 
 
 def _check(args: argparse.Namespace) -> None:
-    unknown = [name for name in args.fault if name not in FAULTS]
-    if unknown:
-        raise CoreError(f"There is no fault {unknown[0]!r}.", f"There are: {', '.join(FAULTS)}.")
+    for name in args.fault:
+        try:
+            faults_named([name])
+        except ValueError:
+            known = ", ".join(FAULTS)
+            raise CoreError(f"There is no fault {name!r}.", f"There are: {known}.") from None
     if args.user and not args.password:
         raise CoreError(
             "A camera that asks for a user name asks for a password.", "Add --password."
@@ -179,7 +187,7 @@ def _server(camera: SimulatedCamera, args: argparse.Namespace, clock: Clock) -> 
 def _words(args: argparse.Namespace, url: str) -> str:
     if not args.json:
         return url
-    return json.dumps({"url": url, "model": args.model, "faults": args.fault})
+    return json.dumps({"url": url, "model": args.model, "faults": list(faults_named(args.fault))})
 
 
 def _tell(line: str) -> None:

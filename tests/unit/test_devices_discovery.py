@@ -481,7 +481,7 @@ def test_every_model_is_found(model: str) -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_an_imitation_router_is_said(seed: int) -> None:
-    clock, links = lodged("V", faults=["router-in-place-of-the-camera"], seed=seed)
+    clock, links = lodged("V", faults=["404-router-in-place-of-the-camera"], seed=seed)
     result = discover(clock, 3.0, link_factory=links, browse=silence)
     assert result.cameras == ()
     assert "probably the router" in result.notes[0]

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from app.devices.simulated.exchange import Drop, Reply
-from app.devices.simulated.faults import FAULTS, LASTING, Faults
+from app.devices.simulated.faults import FAULTS, LASTING, Faults, faults_named
 from app.devices.simulated.personality import PERSONALITIES, personality_named
 from app.devices.simulated.replies import NO_ANSWER_S
 from tests.helpers.simulated import Talker, bracket, content, path_of
@@ -141,7 +141,7 @@ def test_503_bursts(seed: int) -> None:
 
 @pytest.mark.parametrize("name", ["setOptions", "takePicture"])
 def test_disabled_while_preview_is_open(name: str) -> None:
-    talker = _talker("disabled-while-preview-is-open")
+    talker = _talker("disabledcommand-while-preview-is-open")
     options = {"options": {"captureMode": "image"}} if name == "setOptions" else {}
     codes = [talker.run(name, **options)[0] for _ in range(5)]
     assert codes[0] == 403
@@ -150,12 +150,12 @@ def test_disabled_while_preview_is_open(name: str) -> None:
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_disabled_too_soon_after_set_options(seed: int) -> None:
-    talker = _talker("disabled-too-soon-after-set-options", seed=seed)
+    talker = _talker("disabledcommand-too-soon-after-setoptions", seed=seed)
     talker.set(captureMode="image")
     assert talker.code("takePicture") == "disabledCommand"
     talker.clock.sleep(3.5)
     talker.good("takePicture")
-    assert talker.camera.fault_fired("disabled-too-soon-after-set-options")
+    assert talker.camera.fault_fired("disabledcommand-too-soon-after-setoptions")
 
 
 def test_401() -> None:
@@ -292,7 +292,7 @@ def test_never_done(name: str) -> None:
 
 
 def test_router_in_place_of_the_camera() -> None:
-    talker = _talker("router-in-place-of-the-camera")
+    talker = _talker("404-router-in-place-of-the-camera")
     for method, path in (("GET", "/osc/info"), ("POST", "/osc/state")):
         reply = talker.ask(method, path)
         assert reply.status == 404
@@ -374,3 +374,12 @@ def test_who_is_patient_gets_a_picture(fault: str, person: Any) -> None:
         for _ in range(10)
         for entry in talker.files()
     )
+
+
+def test_faults_are_found_by_what_a_user_writes() -> None:
+    assert faults_named(["Wrong-Content-Length", "wrong-content-length"]) == (
+        "wrong-content-length",
+    )
+    assert set(faults_named(["disabledCommand"])) == {n for n in FAULTS if n.startswith("disabled")}
+    with pytest.raises(ValueError, match="no fault 'thunder'"):
+        faults_named(["401", "thunder"])

@@ -11,9 +11,9 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Iterable
 
-__all__ = ["FAULTS", "LASTING", "Faults"]
+__all__ = ["FAULTS", "LASTING", "Faults", "faults_named"]
 
 FAULTS: Final = MappingProxyType(
     {
@@ -23,10 +23,10 @@ FAULTS: Final = MappingProxyType(
         ),
         "truncated-jpeg": "A file arrives shorter than listed, with a length that fits, at first.",
         "503-bursts": "Several requests in a row are answered with 503, now and then.",
-        "disabled-while-preview-is-open": (
+        "disabledcommand-while-preview-is-open": (
             "The camera takes the preview to be open for a while after it was closed."
         ),
-        "disabled-too-soon-after-set-options": (
+        "disabledcommand-too-soon-after-setoptions": (
             "Shooting is refused for longer than the usual second after options were set."
         ),
         "401": "The camera wants a password although nobody has set one.",
@@ -39,7 +39,7 @@ FAULTS: Final = MappingProxyType(
         "unequal-lens-iso": "The two lenses use different ISO even in the manual program.",
         "slow-status": "Asking how a command does takes many seconds, once too many.",
         "never-done": "The command that takes the bracket never reports that it is done.",
-        "router-in-place-of-the-camera": "A home router answers, with web pages.",
+        "404-router-in-place-of-the-camera": "A home router answers, with web pages.",
         "hostile-file-names": "Files are listed whose names lead out of any folder.",
         "hostile-urls": "URLs of files point to other hosts, to local files, or are huge.",
         "endless-response": "An answer never ends.",
@@ -49,6 +49,16 @@ FAULTS: Final = MappingProxyType(
 )
 """Name and a sentence of each."""
 
+_BOTH: Final = MappingProxyType(
+    {
+        "hostile-file-names-and-urls": ("hostile-file-names", "hostile-urls"),
+        "disabledcommand": (
+            "disabledcommand-while-preview-is-open",
+            "disabledcommand-too-soon-after-setoptions",
+        ),
+    }
+)
+
 LASTING: Final = frozenset(
     {
         "401",
@@ -57,7 +67,7 @@ LASTING: Final = frozenset(
         "overheating",
         "unequal-lens-iso",
         "never-done",
-        "router-in-place-of-the-camera",
+        "404-router-in-place-of-the-camera",
     }
 )
 """Those that do not go away by themselves."""
@@ -67,8 +77,8 @@ _TIMES: Final = {
     "drop-during-exposure": (1, 1),
     "truncated-jpeg": (1, 2),
     "503-bursts": (2, 3),
-    "disabled-while-preview-is-open": (1, 3),
-    "disabled-too-soon-after-set-options": (1, 3),
+    "disabledcommand-while-preview-is-open": (1, 3),
+    "disabledcommand-too-soon-after-setoptions": (1, 3),
     "sleep": (1, 2),
     "error-in-a-200": (2, 4),
     "equal-exposures": (1, 2),
@@ -79,6 +89,39 @@ _TIMES: Final = {
     "wrong-content-length": (1, 3),
     "clock-unset": (1, 1),
 }
+
+
+def faults_named(names: Iterable[str]) -> tuple[str, ...]:
+    """Find faults by what a user writes: any case, and one word for two of a kind.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Keys of `FAULTS`, "hostile-file-names-and-urls" or "disabledcommand".
+
+    Returns
+    -------
+    tuple[str, ...]
+        Keys of `FAULTS`, each once.
+
+    Raises
+    ------
+    ValueError
+        For a name that is not known.
+
+    Examples
+    --------
+    >>> faults_named(["Truncated-JPEG", "hostile-file-names-and-urls"])
+    ('truncated-jpeg', 'hostile-file-names', 'hostile-urls')
+    """
+    found: dict[str, None] = {}
+    for name in names:
+        plain = name.strip().casefold()
+        for each in _BOTH.get(plain, (plain,)):
+            if each not in FAULTS:
+                raise ValueError(f"there is no fault {name!r}; known: {', '.join(FAULTS)}")
+            found[each] = None
+    return tuple(found)
 
 
 class Faults:
@@ -98,9 +141,7 @@ class Faults:
     """
 
     def __init__(self, names: Collection[str], seed: int) -> None:
-        unknown = sorted(set(names) - set(FAULTS))
-        if unknown:
-            raise ValueError(f"there is no fault {unknown[0]!r}; known: {', '.join(FAULTS)}")
+        names = faults_named(names)
         self._dice = {name: Random(f"{seed}/{name}") for name in names}  # noqa: S311
         self._fired: dict[str, int] = {}
         self._left = {

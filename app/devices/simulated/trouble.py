@@ -223,11 +223,11 @@ class Trouble:
         """Say whether the camera takes the preview to be open though it is not."""
         if camera.preview.body is not None:
             return False
-        return self._faults.spend("disabled-while-preview-is-open")
+        return self._faults.spend("disabledcommand-while-preview-is-open")
 
     def still_settling(self, since: float) -> bool:
         """Say whether options were set too short a time ago, by a longer measure than usual."""
-        name = "disabled-too-soon-after-set-options"
+        name = "disabledcommand-too-soon-after-setoptions"
         if not self._faults.on(name) or since >= self._faults.dice(name).uniform(2.0, 4.0):
             return False
         self._faults.fire(name)

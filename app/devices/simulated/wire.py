@@ -71,7 +71,7 @@ class WireTrouble:
         Reply or None
             None where the camera answers itself.
         """
-        if self._faults.spend("router-in-place-of-the-camera"):
+        if self._faults.spend("404-router-in-place-of-the-camera"):
             return text_reply(_ROUTER_PAGE, "text/html", 404)
         if self._faults.spend("401"):
             return _wants_password(camera)
