@@ -13,7 +13,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final, Self, TypeAlias
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,15 +20,20 @@ from app.core.colour import srgb_encode
 from app.core.errors import ProbeError
 from app.core.probe.decoding import (
     READ_ROWS,
-    FileRows,
     MemoryRows,
     Pixels,
     RawRows,
     RowSource,
     bytes_per_frame,
-    decode,
-    needs_whole_decode,
     row_bands,
+)
+from app.core.probe.first_pass import (
+    OpenedFrame,
+    open_frame,
+    proxy_shape,
+    sample_places,
+    sampled,
+    shrunk,
 )
 from app.core.progress import Report, Token, silent
 
@@ -38,11 +42,11 @@ if TYPE_CHECKING:
     from concurrent.futures import Future
     from types import TracebackType
 
+    from app.core.probe.first_pass import Opener
     from app.core.probe.frame import Bracket, Frame
 
 __all__ = [
     "MEMORY_BYTES",
-    "SAMPLES",
     "FrameStack",
     "open_frames",
     "proxy_shape",
@@ -55,18 +59,8 @@ Bytes: TypeAlias = NDArray[np.uint8]
 MEMORY_BYTES: Final = 640 << 20
 """Decoded frames up to this size together are held in memory."""
 
-SAMPLES: Final = 20_000
-"""About how many pixels are sampled."""
-
-_REDUCTION: Final = 8
 _DECODERS: Final = 4
-_MIN_PROXY_WIDTH: Final = 256
-_SEED: Final = 20190820
 _LEAST_FRAMES: Final = 2
-# A value that so large a share of the pixels comes this near to is where the frame was cut.
-_PLATEAU: Final = 0.9995
-_PLATEAU_SHARE: Final = 1e-5
-_LEAST_PLATEAU: Final = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,38 +129,16 @@ class FrameStack:
         self.close()
 
 
-@dataclass(frozen=True, slots=True)
-class _Opened:
-    """One frame after its first pass."""
-
-    source: RowSource
-    proxy: Pixels
-    samples: Pixels
-    top: float
-
-
 def workers(tasks: int) -> int:
     """How many threads to use for so many independent tasks: at most four, at most the cores."""
     return max(1, min(4, os.cpu_count() or 1, tasks))
-
-
-def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
-    """Size of the small pictures: an eighth, but at least 256 columns where the frame has them.
-
-    Examples
-    --------
-    >>> proxy_shape((2688, 5376)), proxy_shape((512, 1024)), proxy_shape((100, 200))
-    ((336, 672), (128, 256), (100, 200))
-    """
-    height, width = shape
-    wanted = min(width, max(_MIN_PROXY_WIDTH, round(width / _REDUCTION)))
-    return max(1, round(height * wanted / width)), wanted
 
 
 def open_frames(
     bracket: Bracket,
     *,
     memory_bytes: int = MEMORY_BYTES,
+    opener: Opener = open_frame,
     token: Token | None = None,
     report: Report = silent,
 ) -> FrameStack:
@@ -179,6 +151,8 @@ def open_frames(
     memory_bytes : int, optional
         Hold the frames in memory when they take no more than this together; otherwise they are
         read again by rows whenever they are needed.
+    opener : Opener, optional
+        Hands over frames that were read before.
     token : Token, optional
         Checked every few rows.
     report : Report, optional
@@ -198,17 +172,16 @@ def open_frames(
     """
     token = token or Token()
     hold = sum(bytes_per_frame(frame) for frame in bracket.frames) <= memory_bytes
-    places = _places(bracket.shape)
 
-    def first_pass(frame: Frame) -> _Opened | ProbeError:
+    def first_pass(frame: Frame) -> OpenedFrame | ProbeError:
         try:
-            return _open(frame, places, hold, token)
+            return opener(frame, hold=hold, token=token)
         except ProbeError as error:
             return error
 
     results = _in_threads(first_pass, bracket.frames, report)
-    good = [index for index, result in enumerate(results) if isinstance(result, _Opened)]
-    opened = [result for result in results if isinstance(result, _Opened)]
+    good = [index for index, result in enumerate(results) if isinstance(result, OpenedFrame)]
+    opened = [result for result in results if isinstance(result, OpenedFrame)]
     warnings = tuple(
         f"{result.message} The frame is left out."
         for result in results
@@ -220,7 +193,7 @@ def open_frames(
         stops=tuple(bracket.stops[index] for index in good),
         proxies=tuple(_coded(one.proxy, top) for one in opened),
         samples=np.array([_coded(one.samples, top) for one in opened], np.uint8),
-        sample_places=places,
+        sample_places=sample_places(bracket.shape),
         top=top,
         sources=tuple(one.source for one in opened),
         dropped=tuple(f for index, f in enumerate(bracket.frames) if index not in good),
@@ -280,20 +253,20 @@ def rotated(
         sources[index].close()
         if samples is stack.samples:
             samples = samples.copy()
-        proxies[index] = _coded(_shrink(pixels, proxy_shape(stack.shape)), stack.top)
-        samples[index] = _coded(_sampled(pixels, stack.sample_places), stack.top)
+        proxies[index] = _coded(shrunk(pixels, proxy_shape(stack.shape)), stack.top)
+        samples[index] = _coded(sampled(pixels, stack.sample_places), stack.top)
         sources[index] = MemoryRows(pixels) if hold else RawRows(pixels)
         report((index + 1) / len(rotations), "aligning frames")
     return replace(stack, proxies=tuple(proxies), samples=samples, sources=tuple(sources))
 
 
 def _in_threads(
-    work: Callable[[Frame], _Opened | ProbeError],
+    work: Callable[[Frame], OpenedFrame | ProbeError],
     frames: Sequence[Frame],
     report: Report,
-) -> list[_Opened | ProbeError]:
+) -> list[OpenedFrame | ProbeError]:
     """Run one task per frame; when one of them fails, the others' frames are let go of."""
-    results: list[_Opened | ProbeError] = []
+    results: list[OpenedFrame | ProbeError] = []
     # One thread per frame even on two cores: three frames then end together.
     with ThreadPoolExecutor(min(_DECODERS, len(frames))) as pool:
         futures = [pool.submit(work, frame) for frame in frames]
@@ -316,7 +289,7 @@ def _too_few(errors: Sequence[ProbeError], left: int) -> ProbeError:
     return ProbeError(f"{names} With {rest} left there is nothing to merge.", errors[0].hint)
 
 
-def _let_go(future: Future[_Opened | ProbeError]) -> None:
+def _let_go(future: Future[OpenedFrame | ProbeError]) -> None:
     """Close what a task has opened after another one failed."""
     if future.cancelled():
         return
@@ -324,51 +297,8 @@ def _let_go(future: Future[_Opened | ProbeError]) -> None:
         result = future.result()
     except Exception:  # noqa: BLE001
         return  # the first failure is the one that is told
-    if isinstance(result, _Opened):
+    if isinstance(result, OpenedFrame):
         result.source.close()
-
-
-def _open(frame: Frame, places: NDArray[np.intp], hold: bool, token: Token) -> _Opened:
-    """Read a frame for the first time."""
-    if hold or needs_whole_decode(frame.path):
-        pixels = decode(frame, token)
-        source: RowSource = MemoryRows(pixels) if hold else RawRows(pixels)
-        proxy = _shrink(pixels, proxy_shape(frame.shape))
-        return _Opened(source, proxy, _sampled(pixels, places), _top(pixels))
-    rows = FileRows(frame)
-    try:
-        return _by_rows(rows, frame, places, token)
-    finally:
-        # A closed file opens itself again; until the merge nothing needs to stay open.
-        rows.close()
-
-
-def _by_rows(source: RowSource, frame: Frame, places: NDArray[np.intp], token: Token) -> _Opened:
-    """Read a frame once by rows without keeping it."""
-    height = frame.shape[0]
-    small = proxy_shape(frame.shape)
-    # Whole rows of the small picture per step, each from the rows that it covers.
-    per_step = max(1, READ_ROWS * small[0] // height)
-    proxies: list[Pixels] = []
-    samples: Pixels | None = None
-    rest: Pixels | None = None
-    done, top = 0, 0.0
-    for start, stop in row_bands(small[0], per_step):
-        token.check()
-        first, last = start * height // small[0], -(-stop * height // small[0])
-        pixels = source.rows(done, last)
-        # A row that two small rows share was read in the step before.
-        if rest is not None and first < done:
-            pixels = np.concatenate([rest[first - done :], pixels])
-        top = max(top, _top(pixels))
-        proxies.append(_shrink(pixels, (stop - start, small[1])))
-        inside = (places[:, 0] >= done) & (places[:, 0] < last)
-        if samples is None:
-            samples = np.empty((len(places), 3), pixels.dtype)
-        samples[inside] = pixels[places[inside, 0] - first, places[inside, 1]]
-        rest, done = pixels[-1:].copy(), last
-    assert samples is not None
-    return _Opened(source, np.concatenate(proxies), samples, top)
 
 
 def _whole(source: RowSource, frame: Frame, token: Token) -> Pixels:
@@ -383,33 +313,6 @@ def _whole(source: RowSource, frame: Frame, token: Token) -> Pixels:
     return pixels
 
 
-def _places(shape: tuple[int, int]) -> NDArray[np.intp]:
-    """Rows and columns of the samples: a jittered grid, from top to bottom, always the same."""
-    height, width = shape
-    step = max(1.0, np.sqrt(height * width / SAMPLES))
-    rows, columns = max(1, int(height / step)), max(1, int(width / step))
-    jitter = np.random.default_rng(_SEED).random((2, rows, columns))
-    row = (np.arange(rows)[:, None] + jitter[0]) * (height / rows)
-    column = (np.arange(columns) + jitter[1]) * (width / columns)
-    return np.stack([row.ravel(), column.ravel()], axis=1).astype(np.intp)
-
-
-def _sampled(pixels: Pixels, places: NDArray[np.intp]) -> Pixels:
-    taken: Pixels = pixels[places[:, 0], places[:, 1]]
-    return taken
-
-
-def _top(pixels: Pixels) -> float:
-    """Where linear pixels saturate: their maximum, if more than a stray few share it, else 0."""
-    if pixels.dtype != np.float32:
-        return 0.0
-    largest = pixels.max(axis=-1)
-    finite = largest[np.isfinite(largest)]
-    top = float(finite.max(initial=0.0))
-    flat = np.count_nonzero(finite >= top * _PLATEAU)
-    return top if flat >= max(_LEAST_PLATEAU, finite.size * _PLATEAU_SHARE) else 0.0
-
-
 def _coded(pixels: Pixels, top: float) -> Bytes:
     """Pixels of any kind as 8-bit codes."""
     if pixels.dtype == np.uint8:
@@ -421,10 +324,3 @@ def _coded(pixels: Pixels, top: float) -> Bytes:
     share = np.clip(np.nan_to_num(pixels, posinf=float(white)), np.float32(0.0), white) / white
     coded: Bytes = np.rint(srgb_encode(share) * np.float32(255.0)).astype(np.uint8)
     return coded
-
-
-def _shrink(pixels: Pixels, shape: tuple[int, int]) -> Pixels:
-    """Area means."""
-    if pixels.shape[:2] == shape:
-        return pixels.copy()
-    return np.asarray(cv2.resize(pixels, shape[::-1], interpolation=cv2.INTER_AREA))

@@ -10,19 +10,30 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Self, TypeAlias
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.colour import srgb_encode
 from app.core.environment import from_radiance
 from app.core.errors import ProbeError
 from app.core.probe import align, moved
 from app.core.probe.bracket import read_bracket
 from app.core.probe.clutter import foot_of
+from app.core.probe.decoding import MemoryRows
 from app.core.probe.display import display_panorama
 from app.core.probe.finish import Finished, Wishes, finish
-from app.core.probe.frame import Exposure
+from app.core.probe.first_pass import (
+    OpenedFrame,
+    open_frame,
+    proxy_shape,
+    sample_places,
+    sampled,
+    shrunk,
+)
+from app.core.probe.frame import Bracket, Exposure, Frame
 from app.core.probe.level import Levelling, first_shot, levelling
 from app.core.probe.merge import SIZE, merge
 from app.core.probe.pixels import FrameStack, open_frames, rotated
@@ -33,15 +44,17 @@ from app.core.sphere import rotate_light
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
     from app.core.environment import Environment
     from app.core.pack import StylePack
-    from app.core.probe.frame import Bracket, Merged
+    from app.core.probe.first_pass import Opener
+    from app.core.probe.frame import Merged
 
-__all__ = ["Probe", "Wishes", "measure"]
+__all__ = ["Probe", "Wishes", "measure", "rehearse"]
 
 Float64: TypeAlias = NDArray[np.float64]
+
+_REHEARSAL: Final = (128, 256)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +119,7 @@ def measure(
     pack: StylePack,
     wishes: Wishes | None = None,
     *,
+    opener: Opener = open_frame,
     token: Token | None = None,
     report: Report = silent,
 ) -> Probe:
@@ -119,6 +133,8 @@ def measure(
         Head and styles, for what clipped light means for the answers.
     wishes : Wishes, optional
         What is wanted besides.
+    opener : Opener, optional
+        Hands over frames that were read before (`app.core.probe.arriving`).
     token : Token, optional
         Stops the work.
     report : Report, optional
@@ -142,7 +158,7 @@ def measure(
             "These pictures are not full panoramas (2:1): they have no lamps or directions.",
             "Leave out what names lamps or masks.",
         )
-    found = _to_light(bracket, wishes, token, span(report, 0.0, 0.9))
+    found = _to_light(bracket, wishes, opener, token, span(report, 0.0, 0.9))
     token.check()
     report(0.9, "finding lamps")
     with ThreadPoolExecutor(1) as beside:
@@ -162,6 +178,39 @@ def measure(
     )
 
 
+def rehearse(pack: StylePack) -> None:
+    """Go the whole way once with a small made-up bracket.
+
+    Libraries are loaded, tables computed and memory is asked for then. Done while a camera is
+    exposing, it saves a third of the first `measure` of a process.
+
+    Parameters
+    ----------
+    pack : StylePack
+        Head and styles that will be used.
+    """
+    frames = tuple(
+        Frame(Path(f"rehearsal {stop}"), _REHEARSAL, exposure=Exposure(4.0**-stop))
+        for stop in range(3)
+    )
+    bracket = Bracket(frames, tuple(float(-2 * stop) for stop in range(3)))
+    found = _to_light(bracket, Wishes(), _made_up, Token(), silent)
+    _finished(found, pack, Wishes())
+    display_panorama(found.merged.radiance)
+
+
+def _made_up(frame: Frame, *, hold: bool, token: Token) -> OpenedFrame:
+    """Open a frame that is in no file: squares of light at its exposure."""
+    del hold, token
+    assert frame.exposure is not None
+    squares = np.random.default_rng(0).random((frame.shape[0] // 8, frame.shape[1] // 8, 3))
+    light = 2.0 * frame.exposure.factor * squares.repeat(8, axis=0).repeat(8, axis=1)
+    codes = np.rint(255.0 * srgb_encode(np.minimum(light, 1.0))).astype(np.uint8)
+    places = sample_places(frame.shape)
+    small = shrunk(codes, proxy_shape(frame.shape))
+    return OpenedFrame(MemoryRows(codes), small, sampled(codes, places), 0.0)
+
+
 @dataclass(frozen=True, slots=True)
 class _Found:
     """Merged and levelled light, and what was found out on the way."""
@@ -175,9 +224,11 @@ class _Found:
     warnings: tuple[str, ...]
 
 
-def _to_light(bracket: Bracket, wishes: Wishes, token: Token, report: Report) -> _Found:
+def _to_light(
+    bracket: Bracket, wishes: Wishes, opener: Opener, token: Token, report: Report
+) -> _Found:
     """Go from files to light; what was opened is closed however it ends."""
-    opened = open_frames(bracket, token=token, report=span(report, 0.0, 0.4))
+    opened = open_frames(bracket, opener=opener, token=token, report=span(report, 0.0, 0.4))
     with opened, _align(opened, token, span(report, 0.4, 0.5)) as aligned:
         stack = aligned.stack
         used = replace(bracket, frames=stack.frames, stops=stack.stops)

@@ -1,0 +1,105 @@
+"""What the steps of a capture share."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from app.devices.errors import CaptureFailed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+    from typing import Literal
+
+    from app.core.pack import StylePack
+    from app.core.probe.arriving import ArrivingFrames
+    from app.core.probe.planner import Plan
+    from app.core.probe.probe import Probe, Wishes
+    from app.core.progress import Token
+    from app.devices.capture.recovery import Contact
+    from app.devices.capture.session import Session
+    from app.devices.capture.status import Board
+    from app.devices.clock import Clock
+    from app.devices.osc.client import OscClient
+    from app.devices.osc.messages import Info
+    from app.devices.profiles import ModelProfile
+
+__all__ = ["Job"]
+
+
+@dataclass(slots=True)
+class Job:
+    """One capture on its way: what was asked for, and what has come of it so far.
+
+    Attributes
+    ----------
+    client, session, clock, token, board, contact
+        The camera, where its files go, time, the wish to stop, the status, and the camera again
+        with patience.
+    kind, pack, wishes, delay_s, before_exposing
+        As given to `app.devices.capture.machine.Capture`.
+    arriving : ArrivingFrames
+        Reads frames as they come.
+    profile, info : ModelProfile, Info or None
+        Of the camera; `info` is None where it was not needed any more.
+    exposing : bool
+        The camera may be shooting.
+    paths, probe, environment
+        The frames' files, the light, and its file: what came out.
+    seconds : dict[str, float]
+        Time that parts took, on the clock.
+    warnings : list[str]
+        Sentences for the user.
+    """
+
+    client: OscClient
+    session: Session
+    clock: Clock
+    token: Token
+    board: Board
+    contact: Contact
+    kind: Literal["paper", "full"]
+    pack: StylePack
+    wishes: Wishes
+    delay_s: int
+    before_exposing: Callable[[], None]
+    arriving: ArrivingFrames
+    profile: ModelProfile
+    info: Info | None = None
+    exposing: bool = False
+    paths: tuple[Path, ...] = ()
+    probe: Probe | None = None
+    environment: Path | None = None
+    seconds: dict[str, float] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+
+    @property
+    def plan(self) -> Plan:
+        """The bracket that is shot.
+
+        Raises
+        ------
+        CaptureFailed
+            Before there is one.
+        """
+        plan = self.session.journal.plan
+        if plan is None:
+            raise CaptureFailed("No bracket has been planned.", "Start again.", "no-plan")
+        return plan
+
+    def warn(self, sentence: str) -> None:
+        """Keep a sentence for the user, once."""
+        if sentence and sentence not in self.warnings:
+            self.warnings.append(sentence)
+            self.session.warn(sentence)
+
+    @contextmanager
+    def timed(self, part: str) -> Iterator[None]:
+        """Add the time that passes to a part."""
+        began = self.clock.now()
+        try:
+            yield
+        finally:
+            self.seconds[part] = self.seconds.get(part, 0.0) + self.clock.now() - began

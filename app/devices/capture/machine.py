@@ -1,0 +1,309 @@
+"""A capture from the first word to the camera to the environment on the disk.
+
+    connecting -> metering -> exposing -> downloading -> merging -> done / cancelled / failed
+
+Every step is a function of a module beside this one; here is only their order, what a session that
+was interrupted still needs, and what happens at the end however it ends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from datetime import datetime
+from typing import TYPE_CHECKING, Final
+
+from app.core.errors import Cancelled, CoreError
+from app.core.files import atomic_write
+from app.core.images import write_exr
+from app.core.probe.arriving import ArrivingFrames
+from app.core.probe.finish import Wishes
+from app.core.progress import span
+from app.devices.capture import check, fetching, metering, ready, settings, shooting
+from app.devices.capture.job import Job
+from app.devices.capture.recovery import Contact
+from app.devices.capture.status import Board, Stage
+from app.devices.errors import CaptureFailed, DeviceError
+from app.devices.profiles import profile_named
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+    from typing import Literal
+
+    from app.core.pack import StylePack
+    from app.core.probe.planner import Plan
+    from app.core.probe.probe import Probe
+    from app.core.progress import Token
+    from app.devices.capture.session import Session
+    from app.devices.capture.status import Status
+    from app.devices.clock import Clock
+    from app.devices.osc.client import OscClient
+    from app.devices.osc.messages import Info
+    from app.devices.profiles import ModelProfile
+
+__all__ = ["ENVIRONMENT", "Capture", "CaptureResult"]
+
+ENVIRONMENT: Final = "environment.exr"
+"""Name of the environment in the session's folder."""
+
+_LAST_REJOIN_S: Final = 20.0
+
+
+@dataclass(frozen=True, slots=True)
+class CaptureResult:
+    """What a capture gave.
+
+    Attributes
+    ----------
+    profile : ModelProfile
+        Of the camera.
+    info : Info or None
+        What it said of itself; None where a session was finished without it.
+    plan : Plan
+        The bracket that was shot.
+    frames : tuple[Path, ...]
+        Its files, in the order of shooting.
+    probe : Probe
+        The light.
+    environment : Path
+        The environment's file.
+    warnings : tuple[str, ...]
+        Sentences for the user.
+    seconds : Mapping[str, float]
+        Time of "metering", "exposing", "download" and "merge", on the clock.
+    """
+
+    profile: ModelProfile
+    info: Info | None
+    plan: Plan
+    frames: tuple[Path, ...]
+    probe: Probe
+    environment: Path
+    warnings: tuple[str, ...]
+    seconds: Mapping[str, float]
+
+
+class Capture:
+    """One capture; has no threads of its own and runs in its caller's.
+
+    A session that was interrupted is gone on with: what is on the disk is not fetched again, and
+    what the camera has taken is not taken again.
+
+    Parameters
+    ----------
+    client : OscClient
+        The camera.
+    session : Session
+        Where the files go.
+    clock : Clock
+        For every wait and deadline.
+    plan : {"paper", "full"}
+        Which bracket.
+    pack : StylePack
+        Head and styles, for what clipped light means for the answers.
+    wishes : Wishes, optional
+        For the merge.
+    delay_s : int, optional
+        Self-timer before the bracket, 0 to 10 s.
+    on_status : Callable[[Status], None]
+        Told how far it is, in the caller's thread.
+    token : Token
+        Stops it.
+    before_exposing : Callable, optional
+        Called before the first picture: closes a live preview.
+    """
+
+    def __init__(
+        self,
+        client: OscClient,
+        session: Session,
+        clock: Clock,
+        *,
+        plan: Literal["paper", "full"],
+        pack: StylePack,
+        wishes: Wishes | None = None,
+        delay_s: int = 0,
+        on_status: Callable[[Status], None],
+        token: Token,
+        before_exposing: Callable[[], None] = lambda: None,
+    ) -> None:
+        board = Board(on_status)
+        self._job = Job(
+            client=client,
+            session=session,
+            clock=clock,
+            token=token,
+            board=board,
+            contact=Contact(client, clock, token, board.say),
+            kind=plan,
+            pack=pack,
+            wishes=wishes or Wishes(),
+            delay_s=min(max(int(delay_s), 0), 10),
+            before_exposing=before_exposing,
+            arriving=ArrivingFrames(),
+            profile=profile_named("generic"),
+        )
+
+    def run(self) -> CaptureResult:
+        """Do what is still to be done; once only.
+
+        Returns
+        -------
+        CaptureResult
+
+        Raises
+        ------
+        DeviceError
+            When the camera or the way to it fails; what came stays in the session.
+        CoreError
+            When the files cannot be written or merged.
+        Cancelled
+            When the token was cancelled.
+        """
+        job = self._job
+        with job.arriving:
+            try:
+                for stage in _stages(job):
+                    job.token.check()
+                    stage(job)
+            except Cancelled as error:
+                if job.exposing:
+                    job.board.show(Stage.CANCELLED, "Stopping the camera")
+                    shooting.stop(job)
+                _end(job, Stage.CANCELLED, error)
+                raise
+            except DeviceError as error:
+                reason = ready.explained(job, error)
+                _end(job, Stage.FAILED, reason)
+                if reason is error:
+                    raise
+                raise reason from error
+            except CoreError as error:
+                _end(job, Stage.FAILED, error)
+                raise
+            except BaseException:
+                _give_back(job)
+                raise
+            _end(job, Stage.DONE)
+        return _result(job)
+
+
+def _stages(job: Job) -> tuple[Callable[[Job], None], ...]:
+    """Choose what a session still needs: not the camera where all files are here."""
+    journal = job.session.journal
+    whole = journal.plan is not None and journal.frames and all(f.done for f in journal.frames)
+    if whole and journal.exposed:
+        return (_take_stock, _merge)
+    if journal.plan is not None and (journal.exposed or journal.stage == Stage.EXPOSING.value):
+        return (_connect, _find_again, _download, _merge)
+    return (_connect, _restore_first, _meter, _expose, _download, _merge)
+
+
+def _connect(job: Job) -> None:
+    with job.timed("metering"):
+        ready.connect(job)
+
+
+def _restore_first(job: Job) -> None:
+    """Put back what an interrupted capture has changed, before it is taken for the user's own."""
+    if job.session.journal.settings_to_restore:
+        ready.wait_until_idle(job, 30.0)
+        job.warn(settings.restore_or_say(job.contact, job.session))
+
+
+def _meter(job: Job) -> None:
+    with job.timed("metering"):
+        job.session.update(stage=Stage.METERING.value, plan=None, frames=(), exposed=False)
+        ready.check_ready(job)
+        metering.make_plan(job)
+
+
+def _expose(job: Job) -> None:
+    with job.timed("exposing"):
+        shooting.expose(job)
+
+
+def _find_again(job: Job) -> None:
+    """Find the frames of a bracket that was begun before an interruption, or shoot it again."""
+    now = job.clock.now()
+    shooting.watch_if_busy(job, shooting.Run(now, now + shooting.deadline_s(job.plan, job.delay_s)))
+    _restore_first(job)
+    if job.session.journal.exposed:
+        return
+    try:
+        with job.timed("exposing"):
+            shooting.gather(job)
+    except CaptureFailed:
+        job.warn("The interrupted bracket was not complete; it was shot again.")
+        _meter(job)
+        _expose(job)
+
+
+def _download(job: Job) -> None:
+    with job.timed("download"):
+        fetching.fetch(job)
+
+
+def _take_stock(job: Job) -> None:
+    """Begin to read what is here already."""
+    job.profile = profile_named("generic")
+    job.paths = tuple(job.session.path_of(frame) for frame in job.session.journal.frames)
+    for path in job.paths:
+        job.arriving.add(path)
+
+
+def _merge(job: Job) -> None:
+    job.board.show(Stage.MERGING, "Checking the frames")
+    job.session.update(stage=Stage.MERGING.value)
+    with job.timed("merge"):
+        for sentence in check.check_frames(job.paths, job.plan):
+            job.warn(sentence)
+        times = check.planned_times(job.paths, job.plan)
+        wishes = job.wishes if times is None else replace(job.wishes, times=times)
+
+        def report(fraction: float, message: str) -> None:
+            job.board.show(Stage.MERGING, message, fraction)
+
+        job.probe = probe = job.arriving.measure(
+            job.paths, job.pack, wishes, token=job.token, report=span(report, 0.0, 0.95)
+        )
+        target = job.session.folder / ENVIRONMENT
+        merged = probe.merged
+        atomic_write(target, lambda path: write_exr(path, merged.radiance, merged.cd_m2))
+        job.environment = target
+    job.session.update(environment=ENVIRONMENT, seconds=dict(job.seconds))
+
+
+def _give_back(job: Job) -> str:
+    """Put the camera's settings back as far as it can be reached."""
+    if not job.session.journal.settings_to_restore:
+        return ""
+    return settings.restore_or_say(job.contact.unstoppable(_LAST_REJOIN_S), job.session)
+
+
+def _end(job: Job, stage: Stage, error: DeviceError | CoreError | None = None) -> None:
+    """Give the camera back, write down how it ended, and say so."""
+    unrestored = _give_back(job)
+    if unrestored:
+        job.warn(unrestored)
+        if error is not None:
+            error.hint = f"{error.hint} {unrestored}".strip()
+    if stage is Stage.DONE:
+        finished = datetime.now().astimezone().isoformat(timespec="seconds")
+        job.session.update(stage=stage.value, finished=finished)
+    job.board.show(stage, "Done" if error is None else error.message)
+
+
+def _result(job: Job) -> CaptureResult:
+    if job.probe is None or job.environment is None:
+        raise CaptureFailed("The capture came to no end.", "Start again.", "no-end")
+    return CaptureResult(
+        profile=job.profile,
+        info=job.info,
+        plan=job.plan,
+        frames=job.paths,
+        probe=job.probe,
+        environment=job.environment,
+        warnings=tuple(dict.fromkeys((*job.warnings, *job.probe.warnings))),
+        seconds=dict(job.seconds),
+    )

@@ -1,0 +1,428 @@
+"""What is tried again, where, and how a bracket is found after the link was lost.
+
+============================= ============================= ======================================
+error                         while                         what is done
+============================= ============================= ======================================
+`Unreachable`                 asking (info, state, options, the connection is sought again (up to
+                              status, list)                 a minute; S and SC are switched to
+                                                            API 2.1 anew) and the question is put
+                                                            once more, four times at most
+`Unreachable`                 changing options              the same; `Contact.losses` tells the
+                                                            caller, who sets up everything from
+                                                            the start, since an SC2 forgets it
+`Unreachable`                 metering                      set up and meter again; a picture that
+                                                            may have been taken stays on the camera
+`Unreachable`                 starting an exposure          never simply repeated: the camera may
+                                                            have heard it. State and file list tell;
+                                                            only if nothing happened, start again,
+                                                            three times at most
+`Unreachable`                 fetching a file               `download` continues it by itself; then
+                                                            the connection is sought and it is
+                                                            continued twice more
+`Unreachable`                 putting settings back         for 20 s; else the journal keeps them
+                                                            and the message says so
+`BadReply`                    asking, changing options      again after a pause, three times
+`CameraRefused`: busy         anything                      again after pauses that grow, 30 s long
+(serviceUnavailable, 503,
+unexpected)
+`CameraRefused`:              options, starting             again for 8 s: a preview may be closing;
+disabledCommand                                             then a bracket becomes single pictures
+`CameraRefused`:              options                       the option is left out if it can be; of
+invalidParameter*                                           a bracket: without white balance (X),
+                                                            then single pictures
+`CameraRefused`: id or file   status                        the state is watched instead
+not known
+`CameraRefused`:              status                        `CaptureFailed`: stopped at the camera
+canceledShooting
+`CameraRefused`: unknown      anything, on S and SC         API 2.1 is switched on again, if it is
+command or parameter                                        off, and the question put once more
+`CameraRefused`:              switching an S or SC to       again as long as it shoots, ten minutes
+disabledCommand               API 2.1                       at most, at the end of a capture one
+`CameraRefused`: others       anything                      never
+`NotACamera`                  seeking the connection again  goes on: the computer has joined another
+                                                            network. On first contact: never
+`PasswordNeeded`,             anything                      never
+`CameraNotReady`, `CoreError`
+`Cancelled`                   anything                      never; exposing is stopped, settings are
+                                                            put back, files stay
+============================= ============================= ======================================
+
+All waiting for a lost camera together is at most `PATIENCE_S`, so that a capture always ends.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Final, TypeVar
+
+from app.devices.clock import wait
+from app.devices.errors import (
+    BadReply,
+    CameraNotReady,
+    CameraRefused,
+    NotACamera,
+    Unreachable,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Sequence
+
+    from app.core.progress import Token
+    from app.devices.clock import Clock
+    from app.devices.osc.client import OscClient
+    from app.devices.osc.messages import FileEntry, Info
+
+__all__ = [
+    "BUSY",
+    "NOT_NOW",
+    "PATIENCE_S",
+    "REJOIN_S",
+    "Contact",
+    "find_frames",
+    "newest_address",
+    "shooting_order",
+]
+
+BUSY: Final = frozenset({"serviceUnavailable", "unexpected", "serverError"})
+"""Codes of a camera that is busy."""
+
+NOT_NOW: Final = frozenset({"disabledCommand"})
+"""Codes of a camera that cannot do this yet."""
+
+REJOIN_S: Final = 60.0
+"""How long a lost connection is sought, in seconds."""
+
+PATIENCE_S: Final = 240.0
+"""How long lost connections are sought in one capture, all together, in seconds."""
+
+_OLD_API: Final = frozenset({"unknownCommand", "missingParameter", "invalidParameterName"})
+_ROUNDS: Final = 4
+_BAD_REPLIES: Final = 3
+_BUSY_S: Final = 30.0
+_NOT_NOW_S: Final = 8.0
+_PAUSES_S: Final = (0.5, 1.0, 2.0, 4.0)
+_SPARE: Final = 12
+_MOST_LISTED: Final = 100
+_SHOOTING_S: Final = 600.0
+_LAST_SHOOTING_S: Final = 60.0
+_JPEG: Final = (".jpg", ".jpeg")
+_REJOIN: Final = (
+    "Stay near the camera and join its Wi-Fi again; if it does not answer then, switch it off and"
+    " on. The files on it are safe: open this session again to go on."
+)
+
+_T = TypeVar("_T")
+
+
+class Contact:
+    """A camera that may be busy or out of reach for a while.
+
+    Parameters
+    ----------
+    client : OscClient
+        The camera.
+    clock : Clock
+        For every pause.
+    token : Token or None
+        Stops every wait; None where nothing may be stopped any more.
+    say : Callable[[str], None]
+        Told when the connection is sought.
+    rejoin_s : float, optional
+        How long a lost connection is sought, in seconds.
+
+    Attributes
+    ----------
+    losses : int
+        How often the connection was lost and found again.
+    serial : str
+        Number of the camera, "" before it is known: another one is not taken for it.
+    switches_api : bool
+        Whether the camera falls back to API 2.0 with every new connection.
+    changed_at : float
+        When options were last changed, on the clock.
+    """
+
+    def __init__(
+        self,
+        client: OscClient,
+        clock: Clock,
+        token: Token | None,
+        say: Callable[[str], None],
+        rejoin_s: float = REJOIN_S,
+    ) -> None:
+        self.client, self.clock, self.token, self.say = client, clock, token, say
+        self.losses = 0
+        self.serial = ""
+        self.switches_api = False
+        self.changed_at = -1e9
+        self._rejoin_s = rejoin_s
+        self._patience_s = PATIENCE_S
+        self._shooting_s = _SHOOTING_S
+
+    def unstoppable(self, rejoin_s: float) -> Contact:
+        """Return the same camera for what must be done at the end, with less patience."""
+        other = Contact(self.client, self.clock, None, self.say, rejoin_s)
+        other._shooting_s = _LAST_SHOOTING_S
+        other.serial = self.serial
+        other.switches_api = self.switches_api
+        other.changed_at = self.changed_at
+        return other
+
+    def pause(self, seconds: float) -> None:
+        """Wait.
+
+        Raises
+        ------
+        Cancelled
+            When the token was cancelled.
+        """
+        wait(self.clock, seconds, self.token)
+
+    def ask(self, call: Callable[[], _T], passing: Collection[str] = ()) -> _T:
+        """Do what may be done twice, until it is answered.
+
+        Parameters
+        ----------
+        call : Callable
+            One call of the client.
+        passing : Collection[str], optional
+            Codes of refusals that pass, besides those of a busy camera.
+
+        Raises
+        ------
+        DeviceError
+            When the camera refuses, or does not answer even after a while.
+        Cancelled
+            When the token was cancelled.
+        """
+        bad = lost = 0
+        while True:
+            try:
+                return self.once(call, passing)
+            except Unreachable:
+                lost += 1
+                if lost >= _ROUNDS:
+                    raise
+                self.reconnect()
+            except BadReply:
+                bad += 1
+                if bad >= _BAD_REPLIES:
+                    raise
+                self.pause(1.0)
+
+    def once(self, call: Callable[[], _T], passing: Collection[str] = ()) -> _T:
+        """Do what must not be done twice; only a camera that is busy is asked again.
+
+        Raises
+        ------
+        DeviceError
+            Every one that the call raises, unless it passes.
+        Cancelled
+            When the token was cancelled.
+        """
+        began, number = self.clock.now(), 0
+        while True:
+            if self.token is not None:
+                self.token.check()
+            try:
+                return call()
+            except CameraRefused as error:
+                if self._fell_back(error):
+                    continue
+                patience = _patience(error, passing)
+                pause = _PAUSES_S[min(number, len(_PAUSES_S) - 1)]
+                if self.clock.now() + pause - began > patience:
+                    raise
+            number += 1
+            self.pause(pause)
+
+    def reconnect(self) -> None:
+        """Seek the camera until it answers, and make it speak API 2.1.
+
+        Raises
+        ------
+        Unreachable
+            When it does not answer in time.
+        CameraNotReady
+            When another camera answers.
+        PasswordNeeded
+            When it wants a password now.
+        Cancelled
+            When the token was cancelled.
+        """
+        began, number = self.clock.now(), 0
+        until = began + min(self._rejoin_s, self._patience_s)
+        self.say("The connection was lost; looking for the camera")
+        try:
+            while not self._answers():
+                pause = _PAUSES_S[min(number, len(_PAUSES_S) - 1)]
+                if self.clock.now() + pause > until:
+                    raise Unreachable("The connection to the camera was lost.", _REJOIN, "lost")
+                number += 1
+                self.pause(pause)
+        finally:
+            self._patience_s = max(self._patience_s - (self.clock.now() - began), 0.0)
+        self.losses += 1
+        self.say("The camera is back")
+
+    def hello(self) -> Info:
+        """Ask who the camera is, and make it speak API 2.1.
+
+        Raises
+        ------
+        DeviceError
+            When it does not answer, or is another one than before.
+        """
+        info = self.client.info()
+        if self.serial and info.serial_number != self.serial:
+            raise CameraNotReady(
+                f"Another camera answers now ({info.model}, {info.serial_number}).",
+                "Join the Wi-Fi of the camera that took this place, or use a new folder.",
+                "other-camera",
+            )
+        self._switch_api()
+        return info
+
+    def _switch_api(self) -> bool:
+        """Make an S or SC speak API 2.1; it cannot be told so while it shoots."""
+        until, idle = self.clock.now() + self._shooting_s, 0
+        while True:
+            try:
+                return self.client.use_api_2()
+            except CameraRefused as error:
+                busy = self.client.state().capture_status not in ("", "idle")
+                idle = 0 if busy else idle + 1
+                late = idle > _NOT_NOW_S or self.clock.now() > until
+                if error.code not in NOT_NOW or late:
+                    raise
+            self.say("Waiting until the camera has finished shooting")
+            self.pause(1.0)
+
+    def _fell_back(self, error: CameraRefused) -> bool:
+        """Whether an S or SC was lost unnoticed and speaks API 2.0 again; it is switched then."""
+        if not self.switches_api or error.code not in _OLD_API or not self._switch_api():
+            return False
+        self.losses += 1
+        return True
+
+    def _answers(self) -> bool:
+        try:
+            self.hello()
+        except (Unreachable, BadReply, NotACamera):
+            return False
+        except CameraRefused as error:
+            if _patience(error, NOT_NOW) <= 0.0:
+                raise
+            return False
+        return True
+
+
+def _patience(error: CameraRefused, passing: Collection[str]) -> float:
+    """Seconds for which a refusal is worth waiting."""
+    if error.code in passing:
+        return _NOT_NOW_S
+    return _BUSY_S if error.code in BUSY or error.status == 503 else 0.0
+
+
+def find_frames(
+    contact: Contact,
+    wanted: int,
+    *,
+    urls: Sequence[str] = (),
+    group_id: str = "",
+    previous: str = "",
+) -> tuple[FileEntry, ...]:
+    """Find the frames of a bracket among the camera's files.
+
+    Parameters
+    ----------
+    contact : Contact
+        The camera.
+    wanted : int
+        How many frames there should be.
+    urls : Sequence[str], optional
+        Their addresses, where the camera has named them.
+    group_id : str, optional
+        What their entries share, where that is known.
+    previous : str, optional
+        Address of the newest file before the bracket.
+
+    Returns
+    -------
+    tuple[FileEntry, ...]
+        In the order of shooting, `wanted` at most; fewer where there are fewer.
+    """
+    count = min(wanted + _SPARE, _MOST_LISTED)
+    listed = contact.ask(lambda: contact.client.list_files(count))
+    pictures = {entry.url: entry for entry in listed if _is_jpeg(entry)}
+    named = [pictures[url] for url in dict.fromkeys(urls) if url in pictures]
+    if len(named) >= wanted:
+        return shooting_order(named)[:wanted]
+    newer = _newer(tuple(pictures.values()), previous)
+    found = _group(newer, group_id) or _one_folder(newer, wanted)
+    best = named if len(named) > len(found) else found
+    return shooting_order(best)[:wanted]
+
+
+def newest_address(entries: Sequence[FileEntry], stated: str) -> str:
+    """Choose the address that later files are compared with.
+
+    Parameters
+    ----------
+    entries : Sequence[FileEntry]
+        Of the camera, the newest first.
+    stated : str
+        What the camera's state calls its newest file; may be deleted, or "".
+
+    Returns
+    -------
+    str
+        "" where there is none.
+    """
+    if any(entry.url == stated for entry in entries):
+        return stated
+    likely = shooting_order(_one_folder(entries, 1))
+    return likely[-1].url if likely else ""
+
+
+def _newer(entries: Sequence[FileEntry], previous: str) -> list[FileEntry]:
+    """Return the entries before a known one; where that is gone, those with higher addresses."""
+    if not any(entry.url == previous for entry in entries):
+        return [entry for entry in entries if _place(entry.url) > _place(previous)]
+    newer = []
+    for entry in entries:
+        if entry.url == previous:
+            break
+        newer.append(entry)
+    return newer
+
+
+def _one_folder(entries: Sequence[FileEntry], wanted: int) -> list[FileEntry]:
+    """Leave out stray entries: most lie in one folder, unless its numbers are used up."""
+    folders = Counter(_place(entry.url)[0] for entry in entries)
+    if not folders:
+        return []
+    folder, number = folders.most_common(1)[0]
+    if number < wanted:
+        return list(entries)
+    return [entry for entry in entries if _place(entry.url)[0] == folder]
+
+
+def _place(url: str) -> tuple[str, str]:
+    folder, _, name = url.rpartition("/")
+    return folder, name
+
+
+def shooting_order(entries: Sequence[FileEntry]) -> tuple[FileEntry, ...]:
+    """Sort by address: cameras count on, and begin a new folder when the numbers are used up."""
+    return tuple(sorted(entries, key=lambda entry: _place(entry.url)))
+
+
+def _group(entries: Sequence[FileEntry], group_id: str) -> list[FileEntry]:
+    """Return the entries of a group; of the newest, where none is named."""
+    known = group_id or next((entry.group_id for entry in entries if entry.group_id), "")
+    return [entry for entry in entries if known and entry.group_id == known]
+
+
+def _is_jpeg(entry: FileEntry) -> bool:
+    return entry.name.lower().endswith(_JPEG)

@@ -1,0 +1,401 @@
+"""A session: one folder for one place and time, with a journal that survives the power cut.
+
+    FOLDER/session.json      how far it has come; written before every act, whole or not at all
+    FOLDER/originals/        the camera's files, never changed once they are whole
+    FOLDER/thumbnails/       small pictures to look at while the files come
+
+A file in `originals` gets its name only when it is whole; until then it is called ``NAME.part``.
+So whatever happens in between, opening the folder again finds every file that was complete.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import threading
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from app.core.errors import CoreError
+from app.core.files import atomic_write_text, check_target
+from app.devices.capture.journal import (
+    Damaged,
+    Newer,
+    SessionFrame,
+    SessionJournal,
+    journal_of,
+    text_of,
+)
+from app.devices.capture.whole import sha256_of, whole_picture
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from app.devices.osc.messages import FileEntry
+
+__all__ = ["JOURNAL", "PART", "Session", "SessionFrame", "SessionJournal"]
+
+JOURNAL: Final = "session.json"
+"""Name of the journal in the session's folder."""
+
+PART: Final = ".part"
+"""What the name of a file that is not whole yet ends with."""
+
+_MAX_BYTES: Final = 4 << 20
+_MAX_WARNINGS: Final = 100
+_ORIGINALS: Final = "originals"
+_THUMBNAILS: Final = "thumbnails"
+_DAMAGED: Final = re.compile(r"session\.damaged-[0-9]+\.json")
+# What a killed `atomic_write` leaves of the journal and of the environment.
+_TEMPORARY: Final = re.compile(r"\.session-.*\.json|\.environment-.*\.exr")
+# Files that systems leave in folders by themselves.
+_LITTER: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini", ".directory"})
+_TAKEN: Final = re.compile(r"(\d{4}):(\d\d):(\d\d) (\d\d):(\d\d):(\d\d)")
+_UNSAFE: Final = re.compile(r"[^A-Za-z0-9_.-]")
+_TEXTS: Final = ("model", "serial", "firmware", "group_id", "previous_latest")
+
+
+class Session:
+    """A folder with the files of one capture and what is known of it.
+
+    Made by `create`, `open` or `open_or_create`. Safe to use from several threads; two processes
+    must not use one folder at the same time.
+
+    Attributes
+    ----------
+    folder : Path
+        The session's own folder. Nothing outside it is ever written.
+    notices : tuple[str, ...]
+        What was found on opening, in sentences for the user.
+    """
+
+    def __init__(self, folder: Path, journal: SessionJournal, notices: Iterable[str] = ()) -> None:
+        self.folder = folder
+        self.notices = tuple(notices)
+        self._journal = journal
+        self._lock = threading.RLock()
+
+    @classmethod
+    def create(cls, folder: Path | str) -> Session:
+        """Make a session in a folder that is missing or empty.
+
+        Raises
+        ------
+        CoreError
+            When the folder holds something, or cannot be made or written.
+        """
+        place = Path(folder)
+        entries = _entries(place)
+        if any(not _is_ours(name) or name == JOURNAL for name in entries):
+            raise CoreError(
+                f"The folder {place} is not empty.", "Name a new folder for the session."
+            )
+        session = cls(place, SessionJournal(started=_now()))
+        session._prepare()
+        session.update()
+        return session
+
+    @classmethod
+    def open(cls, folder: Path | str) -> Session:
+        """Open a session that exists and check the files it holds.
+
+        A journal that cannot be read is kept under another name and a new one is begun; the
+        files in `originals` stay and are found again by their names. Files that became whole
+        without the journal knowing are taken up; files that the journal knows but that are gone
+        or changed count as not there.
+
+        Raises
+        ------
+        CoreError
+            When there is no session in the folder, or a newer version of this program made it.
+        """
+        place = Path(folder)
+        if not any(name == JOURNAL or _DAMAGED.fullmatch(name) for name in _entries(place)):
+            raise CoreError(
+                f"The folder {place} is not a session.", "Name the folder that a capture made."
+            )
+        journal, notices = _read(place)
+        session = cls(place, journal, notices)
+        session._prepare()
+        session._take_stock()
+        return session
+
+    @classmethod
+    def open_or_create(cls, folder: Path | str) -> Session:
+        """Go on with the session in a folder, or begin one in a missing or empty folder.
+
+        Raises
+        ------
+        CoreError
+            When the folder holds something that is not a session: it is not taken over.
+        """
+        place = Path(folder)
+        names = _entries(place)
+        if any(name == JOURNAL or _DAMAGED.fullmatch(name) for name in names):
+            return cls.open(place)
+        if any(not _is_ours(name) for name in names):
+            raise CoreError(
+                f"The folder {place} holds something other than a session.",
+                "Name a new or empty folder.",
+            )
+        return cls.create(place)
+
+    @property
+    def originals(self) -> Path:
+        """Folder of the camera's own files."""
+        return self.folder / _ORIGINALS
+
+    @property
+    def thumbnails(self) -> Path:
+        """Folder of small pictures."""
+        return self.folder / _THUMBNAILS
+
+    @property
+    def journal(self) -> SessionJournal:
+        """How far the session has come."""
+        return self._journal
+
+    @property
+    def unfinished(self) -> bool:
+        """Whether a capture was begun here and did not come to its end."""
+        return self._journal.stage not in ("idle", "done")
+
+    def update(self, **changes: Any) -> None:
+        """Change the journal, on disk first: call it before the act that it speaks of.
+
+        Parameters
+        ----------
+        **changes
+            Fields of `SessionJournal`. Texts that come from a camera are cleaned of control
+            characters and cut to a bearable length.
+
+        Raises
+        ------
+        CoreError
+            When the disk refuses; the journal in memory is as before then.
+        ValueError
+            When a value could not be read back, or holds a password.
+        """
+        with self._lock:
+            for name in _TEXTS:
+                if name in changes:
+                    changes[name] = _clean(changes[name], 1000)
+            if "warnings" in changes:
+                kept = tuple(changes["warnings"])[:_MAX_WARNINGS]
+                changes["warnings"] = tuple(_clean(each, 1000) for each in kept)
+            journal = replace(self._journal, **changes)
+            text = text_of(journal)
+            atomic_write_text(self.folder / JOURNAL, text)
+            self._journal = journal
+
+    def warn(self, sentence: str) -> None:
+        """Add a warning, once."""
+        with self._lock:
+            if _clean(sentence, 1000) not in self._journal.warnings:
+                self.update(warnings=(*self._journal.warnings, sentence))
+
+    def set_frames(self, entries: Iterable[FileEntry]) -> tuple[SessionFrame, ...]:
+        """State which files of the camera are the frames, in the order of shooting.
+
+        What is known of a frame already (by its URL) is kept; each gets its local name.
+
+        Returns
+        -------
+        tuple[SessionFrame, ...]
+            As they stand in the journal now.
+        """
+        with self._lock:
+            known = {frame.url: frame for frame in self._journal.frames}
+            frames: list[SessionFrame] = []
+            for entry in entries:
+                old = known.get(entry.url, SessionFrame(entry.name, entry.url))
+                taken = _clean(entry.taken, 100)
+                new = replace(old, name=entry.name, size=max(entry.size, 0), taken=taken)
+                used = {each.local for each in (*known.values(), *frames)}
+                local = old.local or self._free_name(entry, used)
+                frames.append(replace(new, local=local))
+            self.update(frames=tuple(frames))
+            return self._journal.frames
+
+    def set_frame(self, url: str, **changes: Any) -> None:
+        """Change what the journal says of one frame.
+
+        Parameters
+        ----------
+        url : str
+            Of the frame.
+        **changes
+            Fields of `SessionFrame`.
+        """
+        with self._lock:
+            frames = tuple(
+                replace(frame, **changes) if frame.url == url else frame
+                for frame in self._journal.frames
+            )
+            self.update(frames=frames)
+
+    def finish_frame(self, url: str) -> None:
+        """State that the file of a frame is there, whole; its checksum is taken from the disk."""
+        frame = next(each for each in self._journal.frames if each.url == url)
+        self.set_frame(url, done=True, sha256=sha256_of(self.originals / frame.local))
+
+    def local_name(self, entry: FileEntry) -> str:
+        """Choose the name of a file in `originals`.
+
+        Date, time and the camera's own name, since cameras use their names again and again; a
+        number is added where even that is taken by another file. The same entry always gets the
+        same name.
+
+        Parameters
+        ----------
+        entry : FileEntry
+            What the camera says of the file; only letters, digits, "_", "." and "-" of its name
+            are used.
+
+        Returns
+        -------
+        str
+            A plain name without any folder.
+        """
+        with self._lock:
+            for frame in self._journal.frames:
+                if frame.url == entry.url and frame.local:
+                    return frame.local
+            return self._free_name(entry, {frame.local for frame in self._journal.frames})
+
+    def path_of(self, frame: SessionFrame) -> Path:
+        """Where the file of a frame is or will be."""
+        return self.originals / frame.local
+
+    def _free_name(self, entry: FileEntry, used: set[str]) -> str:
+        # Some systems hold names that differ only in case for the same.
+        taken = {name.casefold() for name in used}
+        base = Path(_UNSAFE.sub("_", entry.name)[:64].lstrip("."))
+        stem, ending = f"{_date(entry.taken)}_{base.stem}", base.suffix
+        for number in range(1, 1000):
+            name = f"{stem}{'' if number == 1 else f'-{number}'}{ending}"
+            if name.casefold() not in taken and self._fits(name, entry):
+                return name
+        raise CoreError(f"There are too many files called {stem} in {self.originals}.")
+
+    def _fits(self, name: str, entry: FileEntry) -> bool:
+        """Whether a name is free, or its file is what the entry speaks of."""
+        path = self.originals / name
+        if not path.exists():
+            return True
+        same = entry.size <= 0 or path.stat().st_size == entry.size
+        return same and whole_picture(path)
+
+    def _prepare(self) -> None:
+        """Make the folders, and remove what a killed write has left."""
+        try:
+            for folder in (self.folder, self.originals, self.thumbnails):
+                folder.mkdir(parents=True, exist_ok=True)
+            for name in _entries(self.folder):
+                if _TEMPORARY.fullmatch(name):
+                    (self.folder / name).unlink()
+            for name in _entries(self.thumbnails):
+                if name.startswith(".") and name not in _LITTER:
+                    (self.thumbnails / name).unlink()
+        except OSError as error:
+            reason = (error.strerror or str(error)).lower()
+            raise CoreError(
+                f"Cannot make a session in {self.folder}: {reason}.", "Name another folder."
+            ) from error
+        check_target(self.folder / JOURNAL)
+        check_target(self.originals / "x")
+
+    def _take_stock(self) -> None:
+        """Make the journal's frames agree with the files that are there."""
+        frames = tuple(self._checked(frame) for frame in self._journal.frames)
+        self.update(frames=frames)
+
+    def _checked(self, frame: SessionFrame) -> SessionFrame:
+        path = self.originals / frame.local
+        if not frame.local or not path.is_file():
+            return replace(frame, done=False, sha256="")
+        if frame.done and sha256_of(path) == frame.sha256:
+            return frame
+        if whole_picture(path):
+            return replace(frame, done=True, sha256=sha256_of(path))
+        aside = _beside(self.originals, f"{path.name}.damaged")
+        path.rename(aside)
+        self.notices += (f"{path.name} is damaged; it was kept as {aside.name}.",)
+        return replace(frame, done=False, sha256="")
+
+
+def _read(folder: Path) -> tuple[SessionJournal, list[str]]:
+    """Read the journal, or keep it aside and begin a new one."""
+    path = folder / JOURNAL
+    fresh = SessionJournal(started=_now())
+    try:
+        with path.open("rb") as stream:
+            # A longer one is cut off here, and so no JSON.
+            data = stream.read(_MAX_BYTES)
+        return journal_of(data.decode("utf-8")), []
+    except FileNotFoundError:
+        return fresh, ["The session's journal is missing; a new one was begun."]
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise CoreError(f"Cannot read {path}: {reason}.") from error
+    except Newer as error:
+        raise CoreError(
+            f"The session in {folder} was made by a newer Turnlight.", "Update this one."
+        ) from error
+    except (Damaged, UnicodeDecodeError) as error:
+        aside = _beside(folder, "session.damaged", ".json")
+        path.rename(aside)
+        why = str(error) if isinstance(error, Damaged) else "it is not text"
+        sentence = f"The session's journal was damaged ({_clean(why, 200)}); it was kept as "
+        return fresh, [f"{sentence}{aside.name} and a new one was begun."]
+
+
+def _entries(folder: Path) -> list[str]:
+    try:
+        return sorted(os.listdir(folder))
+    except FileNotFoundError:
+        return []
+    except NotADirectoryError:
+        raise CoreError(f"{folder} is not a folder.", "Name a folder.") from None
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise CoreError(f"The folder {folder} cannot be read: {reason}.") from error
+
+
+def _is_ours(name: str) -> bool:
+    """Whether an entry may be in the folder of a session that was only just begun."""
+    return (
+        name in (JOURNAL, _ORIGINALS, _THUMBNAILS)
+        or name in _LITTER
+        or _TEMPORARY.fullmatch(name) is not None
+        or _DAMAGED.fullmatch(name) is not None
+    )
+
+
+def _beside(folder: Path, stem: str, ending: str = "") -> Path:
+    """Return the first numbered name that is free."""
+    number = 1
+    while (folder / f"{stem}-{number}{ending}").exists():
+        number += 1
+    return folder / f"{stem}-{number}{ending}"
+
+
+def _date(taken: str) -> str:
+    """Write the camera's date so that names sort by it."""
+    match = _TAKEN.match(taken)
+    if match is None:
+        return "undated"
+    with contextlib.suppress(ValueError):
+        return datetime(*map(int, match.groups())).strftime("%Y%m%d-%H%M%S")  # type: ignore[arg-type]
+    return "undated"
+
+
+def _clean(text: str, longest: int) -> str:
+    return "".join(c if c.isprintable() else "?" for c in text[:longest])
+
+
+def _now() -> str:
+    return datetime.now().astimezone().isoformat(timespec="seconds")

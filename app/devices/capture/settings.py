@@ -1,0 +1,260 @@
+"""The camera's settings: what a capture changes, and how they are put back.
+
+Whatever is going to be changed is read and written into the session's journal first, so that even
+after a power cut the camera can be given back as it was.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from app.devices.capture.recovery import NOT_NOW
+from app.devices.errors import CameraNotReady, CameraRefused, DeviceError
+from app.devices.profiles import KELVIN
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from app.devices.capture.recovery import Contact
+    from app.devices.capture.session import Session
+    from app.devices.profiles import ModelProfile
+
+__all__ = [
+    "change",
+    "change_if_known",
+    "locked_white",
+    "prepare",
+    "read",
+    "restore",
+    "restore_or_say",
+    "save",
+    "settle",
+]
+
+_NEVER: Final = 65535
+_MANUAL: Final = 1
+_EXPOSING: Final = ("shutterSpeed", "iso", "aperture")
+_UNKNOWN: Final = frozenset({"invalidParameterName", "invalidParameterValue", "missingParameter"})
+_TOGETHER: Final = ("fileFormat", "exposureDelay", "_imageStitching", "_topBottomCorrection")
+# Not worth a sentence when the camera does not want its own value back.
+_UNTOLD: Final = frozenset({"_autoBracket", "shutterSpeed", "iso", "aperture", "offDelay"})
+
+
+def read(contact: Contact, names: Sequence[str]) -> dict[str, Any]:
+    """Read options; those that the camera does not know are left out.
+
+    Parameters
+    ----------
+    contact : Contact
+        The camera.
+    names : Sequence[str]
+        Which.
+
+    Returns
+    -------
+    dict[str, JsonValue]
+        By name, in the order of `names`.
+    """
+    try:
+        known = contact.ask(lambda: contact.client.get_options(names), NOT_NOW)
+    except CameraRefused as error:
+        if error.code not in _UNKNOWN:
+            raise
+        if len(names) <= 1:
+            return {}
+        # One at a time, since the camera does not say which one it does not know.
+        found: dict[str, Any] = {}
+        for name in names:
+            found |= read(contact, (name,))
+        return found
+    return {name: known[name] for name in names if name in known}
+
+
+def change(contact: Contact, options: Mapping[str, Any]) -> None:
+    """Change options in one call.
+
+    Raises
+    ------
+    CameraRefused
+        When the camera does not know one of them or does not accept its value.
+    """
+    try:
+        contact.ask(lambda: contact.client.set_options(options), NOT_NOW)
+    finally:
+        contact.changed_at = contact.clock.now()
+
+
+def change_if_known(contact: Contact, options: Mapping[str, Any]) -> tuple[str, ...]:
+    """Change what can be changed.
+
+    Returns
+    -------
+    tuple[str, ...]
+        Names of the options that the camera refused.
+    """
+    return tuple(_refusals(contact, options))
+
+
+def _refusals(contact: Contact, options: Mapping[str, Any]) -> dict[str, str]:
+    """Change what can be changed; the camera's error codes of the rest, by name."""
+    if not options:
+        return {}
+    try:
+        change(contact, options)
+    except CameraRefused as error:
+        if error.code not in _UNKNOWN | NOT_NOW:
+            raise
+        if len(options) == 1:
+            return dict.fromkeys(options, error.code)
+        refused: dict[str, str] = {}
+        for name, value in options.items():
+            refused |= _refusals(contact, {name: value})
+        return refused
+    return {}
+
+
+def settle(contact: Contact, profile: ModelProfile) -> None:
+    """Wait until the camera has taken in its options and can shoot.
+
+    Ricoh's specification asks for a second between setOptions and any picture or preview.
+    """
+    contact.pause(profile.settle_s - (contact.clock.now() - contact.changed_at))
+
+
+def save(contact: Contact, session: Session, profile: ModelProfile) -> None:
+    """Write into the journal how everything is that `prepare` and the shots will change.
+
+    What stands there already is from before an interruption, and better.
+    """
+    known = dict(session.journal.settings_to_restore)
+    if "captureMode" not in known:
+        known = read(contact, ("captureMode",)) | known
+        session.update(settings_to_restore=known)
+    if known.get("captureMode", "image") != "image":
+        # The other options of a camera follow its mode.
+        change(contact, {"captureMode": "image"})
+        contact.pause(profile.settle_s)
+    missing = [name for name in profile.saved if name not in known]
+    if missing:
+        session.update(settings_to_restore=known | read(contact, missing))
+
+
+def prepare(contact: Contact, profile: ModelProfile) -> None:
+    """Make the camera take plain pictures and stay awake; what it does not know is left out.
+
+    Raises
+    ------
+    CameraRefused
+        When it cannot be set to still pictures.
+    """
+    change(contact, {"captureMode": "image"})
+    contact.pause(profile.settle_s)
+    known = set(profile.saved)
+    for options in _plain_pictures(profile):
+        change_if_known(contact, {name: options[name] for name in options if name in known})
+    for name, value in profile.extra:
+        change_if_known(contact, {name: value})
+
+
+def _plain_pictures(profile: ModelProfile) -> Iterable[dict[str, Any]]:
+    yield {"_filter": "off"}
+    yield {"_shootingMethod": "normal"}
+    yield {"sleepDelay": _NEVER, "offDelay": _NEVER}
+    yield {"exposureDelay": 0}
+    if profile.picture is not None:
+        width, height = profile.picture
+        yield {"fileFormat": {"type": "jpeg", "width": width, "height": height}}
+    # What its own bracket uses in any case: seam and level of the first frame for all.
+    yield {"_imageStitching": "auto"}
+    yield {"_topBottomCorrection": "ApplyAuto"}
+    yield locked_white(profile)
+
+
+def locked_white(profile: ModelProfile) -> dict[str, Any]:
+    """Return the options that keep white balance from following the scene."""
+    if profile.ricoh:
+        return {"whiteBalance": "_colorTemperature", "_colorTemperature": KELVIN}
+    return {"whiteBalance": "daylight"}
+
+
+def restore(contact: Contact, session: Session) -> tuple[str, ...]:
+    """Give the camera its settings back and take them out of the journal.
+
+    Parameters
+    ----------
+    contact : Contact
+        The camera; should not be stoppable.
+    session : Session
+        Whose journal knows the settings.
+
+    Returns
+    -------
+    tuple[str, ...]
+        Options that the camera did not take back.
+
+    Raises
+    ------
+    DeviceError
+        When it cannot be reached or is busy; the journal keeps what is to be put back.
+    """
+    saved = dict(session.journal.settings_to_restore)
+    if not saved:
+        return ()
+    contact.ask(contact.hello)  # An S that was lost unnoticed would take nothing.
+    refused: dict[str, str] = {}
+    for options in _in_order(saved):
+        refused |= _refusals(contact, options)
+    later = {name: saved[name] for name, code in refused.items() if code in NOT_NOW}
+    session.update(settings_to_restore=later)
+    if later:
+        raise CameraNotReady("The camera is busy.", "Wait until it has finished.", "busy")
+    return tuple(name for name in refused if name not in _UNTOLD)
+
+
+def restore_or_say(contact: Contact, session: Session) -> str:
+    """Do the same, and return a sentence about what did not work, "" if all did."""
+    try:
+        refused = restore(contact, session)
+    except DeviceError:
+        return (
+            "The camera's own settings could not be put back: connect to it and open this session"
+            " again."
+        )
+    if not refused:
+        return ""
+    return f"The camera did not take back these settings of its own: {', '.join(refused)}."
+
+
+def _in_order(saved: dict[str, Any]) -> Iterable[dict[str, Any]]:
+    """Group options so that each is set while it is allowed."""
+    left = dict(saved)
+    mode = left.pop("captureMode", None)
+    # A bracket can only be set while its values are legal; so before the program.
+    yield _taken(left, ("_autoBracket",))
+    yield _taken(left, ("_shootingMethod",))
+    program = left.get("exposureProgram")
+    yield _taken(left, ("exposureProgram",))
+    exposing = _taken(left, _EXPOSING)
+    # 0 is what the camera states, and then does by itself, outside the manual program.
+    yield {name: value for name, value in exposing.items() if value}
+    compensation = _taken(left, ("exposureCompensation",))
+    yield compensation if program != _MANUAL else {}
+    yield from _white(left)
+    yield _taken(left, _TOGETHER)
+    for name in tuple(left):
+        yield _taken(left, (name,))
+    if mode is not None:
+        yield {"captureMode": mode}
+
+
+def _white(left: dict[str, Any]) -> Iterable[dict[str, Any]]:
+    """White balance: the temperature can only be set while it is the one that counts."""
+    balance = _taken(left, ("whiteBalance",))
+    kelvin = _taken(left, ("_colorTemperature",))
+    if kelvin and kelvin["_colorTemperature"] != KELVIN:
+        yield {"whiteBalance": "_colorTemperature", **kelvin}
+    yield balance
+
+
+def _taken(left: dict[str, Any], names: Iterable[str]) -> dict[str, Any]:
+    return {name: left.pop(name) for name in names if name in left}

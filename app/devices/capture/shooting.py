@@ -1,0 +1,361 @@
+"""Taking the bracket: by the camera itself where it can, else picture by picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from app.devices.capture import settings
+from app.devices.capture.recovery import NOT_NOW, find_frames, newest_address
+from app.devices.capture.single import FRAME_S, as_sent, ask_how_far, shoot_singly
+from app.devices.capture.status import Stage
+from app.devices.errors import CameraRefused, CaptureFailed, DeviceError, Unreachable
+from app.devices.profiles import KELVIN
+
+if TYPE_CHECKING:
+    from app.core.probe.planner import Plan, PlannedShot
+    from app.devices.capture.job import Job
+    from app.devices.osc.messages import Command, FileEntry
+    from app.devices.profiles import ModelProfile
+
+__all__ = [
+    "Run",
+    "bracket_options",
+    "deadline_s",
+    "expose",
+    "gather",
+    "stop",
+    "watch",
+    "watch_if_busy",
+]
+
+_STARTS: Final = 3
+_WATCH_S: Final = 3.0
+_UNSEEN_S: Final = 10.0
+_GATHERINGS: Final = 4
+_GATHER_S: Final = 2.0
+_STOP_S: Final = 30.0
+_ENOUGH: Final = 3
+_LISTED: Final = 8
+_REFUSED: Final = frozenset(
+    {
+        "invalidParameterName",
+        "invalidParameterValue",
+        "missingParameter",
+        "disabledCommand",
+        "unknownCommand",
+    }
+)
+
+
+class _NoBracket(Exception):
+    """The camera does not want to bracket by itself."""
+
+
+class _NotHeard(Exception):
+    """The camera has not begun to shoot."""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A bracket that is being taken: when it began and when it must be over, on the clock."""
+
+    began: float
+    until: float
+
+
+def deadline_s(plan: Plan, delay_s: float = 0.0) -> float:
+    """Time after which a bracket has failed, in seconds."""
+    return sum(shot.exposure.shutter_s * 2 + FRAME_S for shot in plan.shots) + delay_s
+
+
+def expose(job: Job) -> None:
+    """Take the planned bracket and find its files on the camera.
+
+    Raises
+    ------
+    DeviceError
+        When the camera does not take it; what it took stays on it and is noted in the journal.
+    Cancelled
+        When the token was cancelled.
+    """
+    plan = job.plan
+    job.board.show(Stage.EXPOSING, "Starting the bracket", shots=len(plan.shots))
+    _note_start(job)
+    job.exposing = True
+    urls = _shoot(job, plan)
+    job.exposing = False
+    job.board.show(Stage.EXPOSING, "All exposures made", 1.0, shot=len(plan.shots), may_move=True)
+    gather(job, urls)
+
+
+def gather(job: Job, urls: tuple[str, ...] = ()) -> None:
+    """Find the files of the bracket and write them into the journal.
+
+    Raises
+    ------
+    CaptureFailed
+        When there are too few to be of use.
+    """
+    wanted = len(job.plan.shots)
+    journal = job.session.journal
+    found: tuple[FileEntry, ...] = ()
+    for number in range(_GATHERINGS):
+        if number:
+            job.contact.pause(_GATHER_S)
+        found = find_frames(
+            job.contact,
+            wanted,
+            urls=urls,
+            group_id=journal.group_id,
+            previous=journal.previous_latest,
+        )
+        if len(found) >= wanted:
+            break
+    group = next((entry.group_id for entry in found if entry.group_id), "") or ""
+    job.session.set_frames(found)
+    if len(found) < min(wanted, _ENOUGH):
+        raise CaptureFailed(
+            f"The camera took {len(found)} of {wanted} exposures.",
+            "What it took is on the camera. Look whether it shows a fault, then shoot again.",
+            "incomplete",
+        )
+    job.session.update(exposed=True, group_id=group)
+    if len(found) < wanted:
+        job.warn(f"The camera took only {len(found)} of {wanted} exposures; these are used.")
+
+
+def stop(job: Job) -> None:
+    """Make the camera stop shooting, after cancelling; whatever it answers is well."""
+    contact = job.contact.unstoppable(10.0)
+    try:
+        status = contact.ask(job.client.state).capture_status
+        if status == "self-timer countdown":
+            contact.once(job.client.stop_self_timer)
+        elif status not in ("", "idle"):
+            contact.once(job.client.stop_capture)
+        until = job.clock.now() + _STOP_S
+        while status not in ("", "idle") and job.clock.now() < until:
+            contact.pause(1.0)
+            status = contact.ask(job.client.state).capture_status
+        journal = job.session.journal
+        found = find_frames(contact, len(job.plan.shots), previous=journal.previous_latest)
+        job.session.set_frames(found)
+    except DeviceError:
+        return
+
+
+def watch(job: Job, run: Run) -> None:
+    """Wait until the camera has been seen shooting and is idle again, by its state alone.
+
+    Idle counts when it is seen twice in a row: an SC2 says it once between two frames.
+
+    Raises
+    ------
+    CaptureFailed
+        When it goes on too long.
+    """
+    began, idle, seen = job.clock.now(), 0, False
+    while True:
+        status = job.contact.ask(job.client.state).capture_status
+        if status in ("", "idle"):
+            idle += 1
+        else:
+            idle, seen = 0, True
+        if idle >= 2 and (seen or job.clock.now() - began > _UNSEEN_S):
+            return
+        _check_deadline(job, run.until)
+        _tell(job, None, run)
+        job.contact.pause(_WATCH_S)
+
+
+def watch_if_busy(job: Job, run: Run) -> None:
+    """Wait for the end of what the camera is doing, if it is doing something."""
+    if job.contact.ask(job.client.state).capture_status not in ("", "idle"):
+        watch(job, run)
+
+
+def bracket_options(profile: ModelProfile, plan: Plan, *, white: bool = True) -> dict[str, Any]:
+    """Return the options that describe a bracket to a camera.
+
+    Parameters
+    ----------
+    profile : ModelProfile
+        Which keys it wants.
+    plan : Plan
+        The frames.
+    white : bool, optional
+        Whether white balance may be among them.
+    """
+    keys = [key for key in profile.shot_keys if white or key != "whiteBalance"]
+    shots = [{key: _value(key, shot) for key in keys} for shot in plan.shots]
+    bracket = {"_bracketNumber": len(shots), "_bracketParameters": shots}
+    method = {"_shootingMethod": "bracket"} if profile.needs_method else {}
+    return {**method, "_autoBracket": bracket}
+
+
+def _value(key: str, shot: PlannedShot) -> Any:
+    exposure = shot.exposure
+    values: dict[str, Any] = {
+        "exposureProgram": 1,
+        "shutterSpeed": as_sent(exposure.shutter_s),
+        "iso": as_sent(exposure.iso),
+        "aperture": as_sent(exposure.aperture),
+        "whiteBalance": "_colorTemperature",
+        "_colorTemperature": KELVIN,
+    }
+    return values[key]
+
+
+def _note_start(job: Job) -> None:
+    """Write down what the camera's newest file is: what is newer later is ours."""
+    listed = job.contact.ask(lambda: job.client.list_files(_LISTED))
+    state = job.contact.ask(job.client.state)
+    job.session.update(
+        stage=Stage.EXPOSING.value,
+        previous_latest=newest_address(listed, state.latest_file_url),
+        group_id="",
+        command_id=None,
+        exposed=False,
+        frames=(),
+    )
+
+
+def _shoot(job: Job, plan: Plan) -> tuple[str, ...]:
+    if job.profile.brackets_itself:
+        try:
+            return _by_itself(job, plan)
+        except _NoBracket:
+            job.board.say("The camera does not bracket by itself; taking single pictures")
+    if job.profile.needs_method:
+        settings.change_if_known(job.contact, {"_shootingMethod": "normal"})
+    return shoot_singly(job, plan.shots)
+
+
+def _by_itself(job: Job, plan: Plan) -> tuple[str, ...]:
+    """Let the camera take the bracket; its addresses, or nothing where it does not name them."""
+    for attempt in range(_STARTS):
+        if attempt:
+            settings.prepare(job.contact, job.profile)
+        losses = job.contact.losses
+        _arm(job, plan)
+        if job.contact.losses != losses:
+            continue
+        settings.settle(job.contact, job.profile)
+        run = Run(job.clock.now(), job.clock.now() + deadline_s(plan, job.delay_s))
+        try:
+            command = _start(job)
+            job.session.update(command_id=command.id)
+            return _follow(job, command, run)
+        except Unreachable:
+            job.contact.reconnect()
+        try:
+            return _after_silence(job, run)
+        except _NotHeard:
+            continue
+    raise Unreachable(
+        "The connection is lost again and again when the camera is to shoot.",
+        "Go nearer to it, then try again.",
+        "weak",
+    )
+
+
+def _arm(job: Job, plan: Plan) -> None:
+    if job.delay_s:
+        settings.change_if_known(job.contact, {"exposureDelay": job.delay_s})
+    for white in (True, False):
+        try:
+            settings.change(job.contact, bracket_options(job.profile, plan, white=white))
+        except CameraRefused as error:
+            if error.code not in _REFUSED:
+                raise
+            # Only the X can do without; elsewhere white balance is mandatory or unknown.
+            if not (white and job.profile.needs_method):
+                raise _NoBracket from error
+        else:
+            return
+
+
+def _start(job: Job) -> Command:
+    mode = "bracket" if job.profile.sends_mode else None
+    try:
+        return job.contact.once(lambda: job.client.start_capture(mode), NOT_NOW)
+    except CameraRefused as error:
+        if error.code in _REFUSED:
+            raise _NoBracket from error
+        raise
+
+
+def _follow(job: Job, command: Command, run: Run) -> tuple[str, ...]:
+    """Wait until the bracket is done."""
+    if job.profile.bracket == "watched" and command.state != "done":
+        watch(job, run)
+        return ()
+    idle = 0
+    while command.state != "done":
+        _check_deadline(job, run.until)
+        _tell(job, command.completion, run)
+        job.contact.pause(job.profile.poll_s)
+        command = ask_how_far(job, command)
+        if command.state != "done" and _overdue(job, run):
+            # Some never say that they are done; their state tells.
+            status = job.contact.ask(job.client.state).capture_status
+            idle = idle + 1 if status in ("", "idle") else 0
+            if idle >= 2 and _complete(job):
+                return ()
+    urls = command.file_urls
+    if not urls and not command.refused_urls and not _complete(job):
+        raise CaptureFailed(
+            "The bracket was stopped at the camera.",
+            "What it took is on the camera. Start again.",
+            "stopped",
+        )
+    return urls
+
+
+def _after_silence(job: Job, run: Run) -> tuple[str, ...]:
+    """Find out what the camera did while nobody heard it, and wait until it is done.
+
+    Raises
+    ------
+    _NotHeard
+        When it did nothing.
+    """
+    watch(job, run)
+    wanted = len(job.plan.shots)
+    previous = job.session.journal.previous_latest
+    if not find_frames(job.contact, wanted, previous=previous):
+        raise _NotHeard
+    return ()
+
+
+def _complete(job: Job) -> bool:
+    wanted = len(job.plan.shots)
+    found = find_frames(job.contact, wanted, previous=job.session.journal.previous_latest)
+    return len(found) >= wanted
+
+
+def _overdue(job: Job, run: Run) -> bool:
+    return job.clock.now() - run.began > 1.5 * (job.plan.expected_s + job.delay_s)
+
+
+def _check_deadline(job: Job, until: float) -> None:
+    if job.clock.now() > until:
+        raise CaptureFailed(
+            "The camera does not finish its bracket.",
+            "Switch it off and on, then start again. What it took is on the camera.",
+            "deadline",
+        )
+
+
+def _tell(job: Job, completion: float | None, run: Run) -> None:
+    """Say which exposure is being made: what the camera says of it, else by the clock."""
+    plan = job.plan
+    spent = job.clock.now() - run.began - job.delay_s
+    total = max(plan.expected_s, 0.1)
+    share = max(completion or 0.0, min(spent / total, 0.99))
+    shots = len(plan.shots)
+    left = max(total - max(spent, 0.0), 0.0)
+    shot = min(int(share * shots) + 1, shots)
+    words = f"Exposure {shot} of {shots}" if spent >= 0.0 else "Self-timer"
+    job.board.show(Stage.EXPOSING, words, share, shot=shot, shots=shots, seconds_left=left)

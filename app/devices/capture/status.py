@@ -1,0 +1,144 @@
+"""How far a capture is, for whoever shows it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from app.core.probe.rough import Rough
+
+__all__ = ["Board", "FrameProgress", "Stage", "Status"]
+
+
+class Stage(StrEnum):
+    """What a capture is doing."""
+
+    IDLE = "idle"
+    CONNECTING = "connecting"
+    METERING = "metering"
+    EXPOSING = "exposing"
+    DOWNLOADING = "downloading"
+    MERGING = "merging"
+    DONE = "done"
+    CANCELLED = "cancelled"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True, slots=True)
+class FrameProgress:
+    """How far one frame has come over.
+
+    Attributes
+    ----------
+    name : str
+        The camera's name for it.
+    received, size : int
+        Bytes that are here, and all of them (0 where not known).
+    bytes_per_s : float
+        Rate, 0 where not known.
+    done : bool
+        It is here, whole.
+    thumbnail : Path or None
+        A small picture of it.
+    """
+
+    name: str
+    received: int = 0
+    size: int = 0
+    bytes_per_s: float = 0.0
+    done: bool = False
+    thumbnail: Path | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """How far a capture is.
+
+    Attributes
+    ----------
+    stage : Stage
+        What it is doing.
+    message : str
+        The same as a short plain phrase.
+    fraction : float
+        Share of the whole that is done, 0 to 1; never goes back, except after a failed start.
+    shot, shots : int
+        The exposure that is being made, counted from 1, and how many there will be; 0 before.
+    seconds_left : float or None
+        Until the last exposure while exposing, until the last byte while downloading; None where
+        that cannot be said.
+    may_move : bool
+        All exposures have been made: people may walk about again.
+    frames : tuple[FrameProgress, ...]
+        What comes over, in the order of shooting.
+    rough : Rough or None
+        A first idea of the light, from the small pictures; to be shown as rough.
+    """
+
+    stage: Stage = Stage.IDLE
+    message: str = ""
+    fraction: float = 0.0
+    shot: int = 0
+    shots: int = 0
+    seconds_left: float | None = None
+    may_move: bool = False
+    frames: tuple[FrameProgress, ...] = ()
+    rough: Rough | None = None
+
+
+_SPANS: Final = {
+    Stage.IDLE: (0.0, 0.0),
+    Stage.CONNECTING: (0.0, 0.05),
+    Stage.METERING: (0.05, 0.25),
+    Stage.EXPOSING: (0.25, 0.6),
+    Stage.DOWNLOADING: (0.6, 0.9),
+    Stage.MERGING: (0.9, 1.0),
+    Stage.DONE: (1.0, 1.0),
+}
+"""Part of the whole that each stage takes; those that end a capture early leave it as it was."""
+
+
+class Board:
+    """Holds the status and tells it on every change.
+
+    Parameters
+    ----------
+    tell : Callable[[Status], None]
+        Told of every change.
+    """
+
+    def __init__(self, tell: Callable[[Status], None]) -> None:
+        self._tell = tell
+        self.status = Status()
+
+    def show(self, stage: Stage, message: str, part: float = 0.0, **changes: Any) -> None:
+        """Say what is being done.
+
+        Parameters
+        ----------
+        stage : Stage
+            Which stage it belongs to.
+        message : str
+            Short plain phrase.
+        part : float, optional
+            Share of the stage that is done, 0 to 1.
+        **changes
+            Further fields of `Status`; `seconds_left` is None unless given.
+        """
+        low, high = _SPANS.get(stage, (self.status.fraction, self.status.fraction))
+        fraction = low + (high - low) * min(max(part, 0.0), 1.0)
+        changes.setdefault("seconds_left", None)
+        self.status = replace(
+            self.status, stage=stage, message=message, fraction=fraction, **changes
+        )
+        self._tell(self.status)
+
+    def say(self, message: str) -> None:
+        """Change the phrase only."""
+        self.status = replace(self.status, message=message)
+        self._tell(self.status)

@@ -1,0 +1,63 @@
+"""Every model, both plans, on virtual time and with frames of the camera's own size.
+
+The environment must be that of the true scene, up to one scale, as exactly as the light probe makes
+it of files; the camera must be left as it was found, and its files must be what was planned.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+
+from app.core.colour import luminance
+from app.core.environment import reduce_radiance
+from app.core.probe.metadata import read_frame
+from app.core.probe.probe import Wishes
+from app.core.simulation.view import enlarged
+from app.devices.simulated.personality import PERSONALITIES
+from app.devices.simulated.scene import Scene
+from tests.acceptance.test_probe import light
+from tests.helpers.cameras import Rig
+
+MODELS = tuple(person.name for person in PERSONALITIES)
+SCENE = "courtyard"
+# The largest frames that the program asks a camera for; a 2048 x 1024 environment is made of them.
+SHAPE = (2688, 5376)
+
+
+@cache
+def place() -> Scene:
+    """One scene for all cameras keeps what it rendered for the next."""
+    return Scene(light(SCENE), smooth=True)
+
+
+@cache
+def truth() -> Any:
+    return luminance(reduce_radiance(enlarged(light(SCENE), SHAPE, smooth=True), (1024, 2048)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("plan", ["paper", "full"])
+@pytest.mark.parametrize("model", MODELS)
+def test_every_model_and_plan(model: str, plan: Literal["paper", "full"], tmp_path: Path) -> None:
+    rig = Rig(tmp_path / "session", model, shape=SHAPE, scene=place(), wishes=Wishes(sun="leave"))
+    before = dict(rig.camera.options)
+    result = rig.shoot(plan)
+
+    assert rig.camera.options == before
+    assert len(result.frames) == len(result.plan.shots)
+    for path, shot in zip(result.frames, result.plan.shots, strict=True):
+        exposure = read_frame(path).exposure
+        assert exposure is not None
+        assert exposure.ev == pytest.approx(shot.exposure.ev, abs=0.01)
+
+    merged = result.probe.merged
+    known = (merged.clipped == 0) & (merged.dark == 0) & (truth() > 0)
+    ratio = luminance(merged.radiance)[known] / truth()[known]
+    error = np.abs(ratio / np.median(ratio) - 1.0)
+    assert np.median(error) <= 0.01
+    assert np.percentile(error, 95) <= 0.04

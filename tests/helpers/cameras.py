@@ -1,0 +1,120 @@
+"""An imitation camera, a client and a session, wired up on virtual time, for tests."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from app.core.pack import StylePack, load_named_pack
+from app.core.paths import resources
+from app.core.probe.probe import Wishes
+from app.core.progress import Token
+from app.devices.capture.machine import Capture, CaptureResult
+from app.devices.capture.session import Session
+from app.devices.clock import VirtualClock
+from app.devices.osc.client import OscClient
+from app.devices.osc.endpoint import Endpoint
+from app.devices.osc.link import Credentials, Link
+from app.devices.simulated.adapter import CameraAdapter
+from app.devices.simulated.camera import SimulatedCamera
+from app.devices.simulated.personality import personality_named
+from app.devices.simulated.scene import Scene
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Sequence
+    from pathlib import Path
+    from typing import Literal
+
+    from numpy.typing import NDArray
+
+    from app.devices.capture.status import Status
+    from app.devices.simulated.replies import JsonValue
+    from app.devices.simulated.storage import StoredFile
+
+SMALL = (128, 256)
+
+
+@lru_cache(maxsize=4)
+def pack() -> StylePack:
+    return load_named_pack("generic")
+
+
+@lru_cache(maxsize=1)
+def lit_room() -> Scene:
+    """The room at a plausible brightness; one scene for all cameras keeps its frames."""
+    return Scene(300.0 * room())
+
+
+@lru_cache(maxsize=4)
+def room(rows: int = 128) -> NDArray[np.float32]:
+    """(rows, 2 rows, 3) a bundled place, mean 1."""
+    from app.core.environment import read_environment
+
+    light = read_environment(resources() / "demo" / "scenes" / "studio.exr").radiance
+    step = light.shape[0] // rows
+    small = light.reshape(rows, step, 2 * rows, step, 3).mean(axis=(1, 3))
+    return np.ascontiguousarray(small / small.mean(), np.float32)
+
+
+@dataclass
+class Rig:
+    """All of it; `shoot` runs one capture."""
+
+    folder: Path
+    model: str = "V"
+    faults: Collection[str] = ()
+    seed: int = 0
+    shape: tuple[int, int] | None = SMALL
+    rate_mbit: float | None = None
+    scene: Scene | None = None
+    wishes: Wishes | None = None
+    user: str = ""
+    password: str = ""
+    clock: VirtualClock = field(default_factory=VirtualClock)
+    token: Token = field(default_factory=Token)
+    seen: list[Status] = field(default_factory=list)
+    deleted: list[StoredFile] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.camera = SimulatedCamera(
+            self.scene or lit_room(),
+            personality_named(self.model),
+            self.clock,
+            faults=self.faults,
+            seed=self.seed,
+            user=self.user,
+            password=self.password,
+            rate_mbit=self.rate_mbit,
+            shape=self.shape,
+        )
+        storage = self.camera.storage
+        delete = storage.delete
+
+        def recorded(urls: Sequence[JsonValue]) -> None:
+            held = tuple(storage.files)
+            delete(urls)
+            self.deleted += [file for file in held if file not in storage.files]
+
+        storage.delete = recorded  # type: ignore[method-assign]
+
+    def client(self) -> OscClient:
+        keys = Credentials(self.user, self.password) if self.user else None
+        adapter = CameraAdapter(self.camera)
+        link = Link(Endpoint("192.168.1.1"), self.clock, keys, adapter=adapter)
+        return OscClient(link, self.clock)
+
+    def shoot(self, plan: Literal["paper", "full"] = "paper") -> CaptureResult:
+        capture = Capture(
+            self.client(),
+            Session.open_or_create(self.folder),
+            self.clock,
+            plan=plan,
+            pack=pack(),
+            wishes=self.wishes,
+            on_status=self.seen.append,
+            token=self.token,
+        )
+        return capture.run()

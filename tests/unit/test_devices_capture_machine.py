@@ -1,0 +1,287 @@
+"""Whole captures against the imitation camera, on virtual time."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+
+from app.core.environment import read_environment
+from app.devices.capture.machine import ENVIRONMENT
+from app.devices.capture.session import Session
+from app.devices.capture.status import Stage
+from app.devices.errors import CameraNotReady, CaptureFailed
+from app.devices.simulated.personality import PERSONALITIES
+from tests.helpers.captures import (
+    TINY,
+    asked,
+    capture,
+    rig,
+    when,
+    without_merging,
+    without_waiting_for_the_disk,
+)
+
+MODELS = [personality.name for personality in PERSONALITIES]
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> None:
+    without_waiting_for_the_disk(monkeypatch)
+    if "real_merge" not in request.fixturenames:
+        without_merging(monkeypatch)
+
+
+@pytest.fixture
+def real_merge() -> None:
+    """Ask for frames that are really merged."""
+
+
+@pytest.mark.parametrize("plan", ["paper", "full"])
+@pytest.mark.parametrize("model", MODELS)
+def test_every_camera_takes_every_bracket(
+    tmp_path: Path, model: str, plan: Literal["paper", "full"]
+) -> None:
+    made = rig(tmp_path, model)
+    before = copy.deepcopy(made.camera.options)
+    result = made.shoot(plan)
+    assert made.camera.options == before
+    assert len(result.frames) == len(result.plan.shots)
+    if plan == "paper":
+        assert [round(shot.wanted_ev) for shot in result.plan.shots] == [0, 2, -2]
+    else:
+        assert len(result.plan.shots) > 3
+    # Each file is the camera's own, in the order of shooting; the picture for metering is gone.
+    stored = made.camera.stored_files
+    assert [path.read_bytes() for path in result.frames] == [file.data for file in stored]
+    for shot, file in zip(result.plan.shots, stored, strict=True):
+        assert file.take is not None
+        assert file.take.exposure.ev == pytest.approx(shot.exposure.ev, abs=1e-3)
+    assert not [line for line in result.warnings if "instead of" in line or "equal" in line]
+    assert result.environment == tmp_path / "session" / ENVIRONMENT
+    assert read_environment(result.environment).radiance.shape[1] >= 64
+    journal = Session.open(made.folder).journal
+    assert journal.stage == "done"
+    assert journal.settings_to_restore == {}
+    assert [frame.done for frame in journal.frames] == [True] * len(result.frames)
+    assert set(result.seconds) == {"metering", "exposing", "download", "merge"}
+
+
+@pytest.mark.parametrize(
+    ("model", "words"),
+    [
+        ("S", '"_mode":"bracket"'),
+        ("SC2", '"_mode":"bracket"'),
+        ("Z1", '"_mode":"bracket"'),
+        ("X", '"_shootingMethod":"bracket","_autoBracket"'),
+    ],
+)
+def test_the_camera_brackets_by_itself(tmp_path: Path, model: str, words: str) -> None:
+    made = rig(tmp_path, model)
+    made.shoot()
+    assert any(words in r.body.decode().replace(" ", "") for r in made.camera.log)
+    assert asked(made, "takePicture") == 1  # for metering
+
+
+@pytest.mark.parametrize("model", ["A1", "generic", "insta360"])
+def test_cameras_without_a_bracket_take_single_pictures(tmp_path: Path, model: str) -> None:
+    made = rig(tmp_path, model)
+    made.shoot()
+    assert asked(made, "takePicture") == 4
+    assert asked(made, "startCapture") == 0
+
+
+def test_seams_are_kept_from_the_first_single_picture(tmp_path: Path) -> None:
+    made = rig(tmp_path, "A1")
+    made.shoot()
+    assert asked(made, "dynamicSave") == asked(made, "ApplySave") == 1
+    assert asked(made, "dynamicLoad") == asked(made, "ApplyLoad") == 2
+
+
+def test_an_sc2_is_watched_and_found_done(tmp_path: Path) -> None:
+    made = rig(tmp_path, "SC2")
+    made.shoot()
+    bracket = next(k for k, r in enumerate(made.camera.log) if b"startCapture" in r.body)
+    later = made.camera.log[bracket + 1 :]
+    states = [r for r in later if r.target == "/osc/state"]
+    assert len(states) > 4
+    assert not [r for r in later if r.target == "/osc/commands/status"]
+
+
+def test_a_refused_bracket_becomes_single_pictures(tmp_path: Path) -> None:
+    made = rig(tmp_path, "V")
+    object.__setattr__(made.camera.personality.bracket, "most", 1)
+    try:
+        result = made.shoot()
+    finally:
+        object.__setattr__(made.camera.personality.bracket, "most", 19)
+    assert asked(made, "takePicture") == 4
+    assert len(result.frames) == 3
+
+
+USED: dict[str, Any] = {
+    "exposureProgram": 1,
+    "shutterSpeed": 0.008,
+    "iso": 200,
+    "whiteBalance": "incandescent",
+    "sleepDelay": 300,
+    "offDelay": 900,
+    "exposureDelay": 5,
+}
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_the_users_own_settings_come_back(tmp_path: Path, model: str) -> None:
+    made = rig(tmp_path, model)
+    made.camera.store.set({**USED})
+    if made.camera.personality.ricoh:
+        made.camera.store.set({"whiteBalance": "_colorTemperature", "_colorTemperature": 3200})
+        made.camera.store.set({"whiteBalance": "shade"})
+    made.camera.store.set({"captureMode": "video"})
+    before = copy.deepcopy(made.camera.options)
+    made.shoot()
+    assert made.camera.options == before
+
+
+def test_a_filter_comes_back(tmp_path: Path) -> None:
+    made = rig(tmp_path, "V")
+    made.camera.store.set({"_filter": "hdr"})
+    before = copy.deepcopy(made.camera.options)
+    made.shoot()
+    assert made.camera.options == before
+
+
+@pytest.mark.usefixtures("real_merge")
+@pytest.mark.parametrize("model", ["Z1", "A1"])
+def test_frames_become_an_environment(tmp_path: Path, model: str) -> None:
+    made = rig(tmp_path, model)
+    result = made.shoot()
+    light = read_environment(result.environment).radiance
+    assert light.shape == (*TINY, 3)
+    assert np.array_equal(light, result.probe.merged.radiance)
+    assert set(result.probe.warnings) <= set(result.warnings)
+
+
+def test_what_the_status_says(tmp_path: Path) -> None:
+    made = rig(tmp_path)
+    made.shoot("full")
+    stages = list(dict.fromkeys(status.stage for status in made.seen))
+    assert stages == [
+        Stage.CONNECTING,
+        Stage.METERING,
+        Stage.EXPOSING,
+        Stage.DOWNLOADING,
+        Stage.MERGING,
+        Stage.DONE,
+    ]
+    fractions = [status.fraction for status in made.seen]
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1.0
+    exposing = [s for s in made.seen if s.stage is Stage.EXPOSING and s.shot]
+    shots = [status.shot for status in exposing]
+    assert shots == sorted(shots)
+    assert set(shots) == set(range(1, exposing[-1].shots + 1))
+    left = [s.seconds_left for s in exposing if s.seconds_left is not None]
+    assert left == sorted(left, reverse=True)
+    moving = [status.may_move for status in made.seen]
+    assert moving == sorted(moving)
+    assert not any(s.may_move for s in exposing if s.shot < s.shots)
+    last = made.seen[-1]
+    assert all(row.done and row.thumbnail is not None for row in last.frames)
+
+
+def test_the_preview_is_closed_before_the_first_picture(tmp_path: Path) -> None:
+    made = rig(tmp_path)
+    order: list[str] = []
+    closing = capture(made, before_exposing=lambda: order.append("closed"))
+    when(made, "setOptions", lambda: order.append(f"set at {made.clock.now():.1f} s"))
+    closing.run()
+    assert order[0] == "closed"
+    assert float(order[1].split()[2]) >= 0.5
+
+
+def test_a_self_timer_runs_once(tmp_path: Path) -> None:
+    for model in ("V", "A1"):
+        made = rig(tmp_path / model, model)
+        capture(made, delay_s=5).run()
+        assert asked(made, '"exposureDelay": 5') + asked(made, '"exposureDelay":5') == 1
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda camera: setattr(camera, "battery", 0.05), "battery is at 5%"),
+        (
+            lambda camera: setattr(camera.trouble, "errors", lambda _: ("NO_MEMORY",)),
+            "storage is full",
+        ),
+        (
+            lambda camera: setattr(camera.trouble, "errors", lambda _: ("HIGH_TEMPERATURE",)),
+            "too hot",
+        ),
+        (
+            lambda camera: setattr(camera.trouble, "errors", lambda _: ("CAPTURE_HW_FAILED",)),
+            "CAPTURE_HW_FAILED",
+        ),
+        (
+            lambda camera: setattr(camera.trouble, "free_bytes", lambda _: 5_000_000),
+            "room for 1 more",
+        ),
+    ],
+)
+def test_a_camera_that_cannot_shoot_is_left_alone(
+    tmp_path: Path, spoil: Callable[[Any], None], words: str
+) -> None:
+    made = rig(tmp_path)
+    spoil(made.camera)
+    with pytest.raises(CameraNotReady, match=words) as caught:
+        made.shoot()
+    assert caught.value.hint
+    assert made.seen[-1].stage is Stage.FAILED
+    assert asked(made, "setOptions") == 0
+
+
+@pytest.mark.parametrize("word", ["ELECTRONIC_COMPASS_CALIBRATION", "NO_DATE_SETTING", "NEW_ONE"])
+def test_harmless_words_do_not_stop_a_capture(tmp_path: Path, word: str) -> None:
+    made = rig(tmp_path)
+    made.camera.trouble.errors = lambda camera: (word,)  # type: ignore[method-assign]
+    made.shoot()
+
+
+def test_old_firmware_is_refused(tmp_path: Path) -> None:
+    made = rig(tmp_path, "S")
+    object.__setattr__(made.camera.personality, "firmware", "01.42")
+    try:
+        with pytest.raises(CameraNotReady, match=r"01\.42 is too old"):
+            made.shoot()
+    finally:
+        object.__setattr__(made.camera.personality, "firmware", "01.82")
+
+
+@pytest.mark.parametrize("model", ["V", "A1"])
+def test_equal_exposures_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, model: str
+) -> None:
+    made = rig(tmp_path, model)
+    shooter = made.camera.shooter
+    first: list[dict[str, Any]] = []
+    take = shooter._take
+
+    def same(settings: Any, *rest: Any) -> Any:
+        if settings.get("exposureProgram") == 1:
+            first.append(dict(settings))
+            settings = first[0]
+        return take(settings, *rest)
+
+    monkeypatch.setattr(shooter, "_take", same)
+    before = copy.deepcopy(made.camera.options)
+    with pytest.raises(CaptureFailed, match="three equal exposures") as caught:
+        made.shoot()
+    assert "kept" in caught.value.hint
+    assert len(list((made.folder / "originals").glob("*.JPG"))) == 3
+    assert not (made.folder / ENVIRONMENT).exists()
+    assert made.camera.options == before

@@ -1,0 +1,243 @@
+"""What is tried again, what is not, for how long, and how frames are found again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, cast
+
+import pytest
+
+from app.core.errors import Cancelled
+from app.core.progress import Token
+from app.devices.capture.recovery import (
+    NOT_NOW,
+    PATIENCE_S,
+    REJOIN_S,
+    Contact,
+    find_frames,
+    shooting_order,
+)
+from app.devices.clock import VirtualClock
+from app.devices.errors import (
+    BadReply,
+    CameraNotReady,
+    CameraRefused,
+    DeviceError,
+    NotACamera,
+    PasswordNeeded,
+    Unreachable,
+)
+from app.devices.osc.messages import FileEntry, Info
+
+LOST = Unreachable("gone")
+
+
+class Client:
+    """Answers what it is given; errors are raised."""
+
+    def __init__(self, hello: list[object] | None = None) -> None:
+        self.hello = hello or []
+        self.serial = "1"
+        self.switched = 0
+        self.files: list[FileEntry] = []
+
+    def info(self) -> Info:
+        if self.hello:
+            answer = self.hello.pop(0)
+            if isinstance(answer, Exception):
+                raise answer
+        return Info("RICOH THETA S", serial_number=self.serial)
+
+    def use_api_2(self) -> bool:
+        self.switched += 1
+        return True
+
+    def list_files(self, count: int) -> tuple[FileEntry, ...]:
+        return tuple(self.files[:count])
+
+
+def contact(client: Client, token: Token | None = None) -> Contact:
+    return Contact(cast("Any", client), VirtualClock(), token or Token(), lambda words: None)
+
+
+def script(*answers: object) -> Callable[[], object]:
+    left = list(answers)
+
+    def call() -> object:
+        answer = left.pop(0) if len(left) > 1 else left[0]
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+    return call
+
+
+def refused(code: str, status: int = 400) -> CameraRefused:
+    return CameraRefused("No.", "", code, status)
+
+
+def test_a_lost_question_is_put_again_after_reconnecting() -> None:
+    client = Client([LOST, NotACamera("router"), BadReply("garbage")])
+    camera = contact(client)
+    assert camera.ask(script(LOST, 7)) == 7
+    assert camera.losses == 1
+    assert client.switched == 1
+
+
+def test_a_camera_that_stays_away_is_given_up_within_the_minute() -> None:
+    client = Client([LOST] * 1000)
+    camera = contact(client)
+    with pytest.raises(Unreachable, match="lost") as caught:
+        camera.ask(script(LOST))
+    assert "Wi-Fi" in caught.value.hint
+    assert camera.clock.now() <= REJOIN_S + 1.0
+    assert camera.losses == 0
+
+
+def test_all_waiting_together_is_bounded() -> None:
+    client = Client()
+    camera = contact(client)
+    for _ in range(50):
+        client.hello = [LOST] * 16
+        try:
+            camera.reconnect()
+        except Unreachable:
+            continue
+    assert camera.clock.now() <= PATIENCE_S + REJOIN_S
+
+
+def test_a_link_that_breaks_every_time_ends() -> None:
+    camera = contact(Client())
+    with pytest.raises(Unreachable):
+        camera.ask(script(LOST))
+    assert camera.losses == 3
+
+
+def test_starting_is_never_repeated_after_silence() -> None:
+    client = Client()
+    camera = contact(client)
+    with pytest.raises(Unreachable):
+        camera.once(script(LOST, 7))
+    assert camera.losses == 0
+
+
+@pytest.mark.parametrize(
+    "busy", [refused("serviceUnavailable", 503), refused("unexpected", 200), refused("x", 503)]
+)
+def test_a_busy_camera_is_asked_again(busy: CameraRefused) -> None:
+    assert contact(Client()).once(script(busy, busy, busy, 7)) == 7
+
+
+def test_a_camera_that_stays_busy_is_given_up() -> None:
+    camera = contact(Client())
+    with pytest.raises(CameraRefused):
+        camera.ask(script(refused("serviceUnavailable", 503)))
+    assert 20.0 < camera.clock.now() <= 30.5
+
+
+def test_not_now_passes_only_where_it_may() -> None:
+    not_now = refused("disabledCommand", 403)
+    assert contact(Client()).once(script(not_now, 7), NOT_NOW) == 7
+    with pytest.raises(CameraRefused):
+        contact(Client()).once(script(not_now, 7))
+    camera = contact(Client())
+    with pytest.raises(CameraRefused):
+        camera.once(script(not_now), NOT_NOW)
+    assert camera.clock.now() <= 8.5
+
+
+@pytest.mark.parametrize(
+    "error",
+    [refused("invalidParameterValue"), PasswordNeeded("Who?"), NotACamera("router")],
+)
+def test_what_never_passes_is_raised_at_once(error: DeviceError) -> None:
+    camera = contact(Client())
+    with pytest.raises(type(error)):
+        camera.ask(script(error, 7))
+    assert camera.clock.now() == 0.0
+
+
+def test_garbled_replies_are_asked_for_three_times() -> None:
+    bad = BadReply("?")
+    assert contact(Client()).ask(script(bad, bad, 7)) == 7
+    with pytest.raises(BadReply):
+        contact(Client()).ask(script(bad, bad, bad, 7))
+
+
+def test_another_camera_is_not_taken_for_this_one() -> None:
+    client = Client()
+    camera = contact(client)
+    camera.serial = "2"
+    with pytest.raises(CameraNotReady, match="Another camera"):
+        camera.reconnect()
+
+
+def test_a_password_ends_the_search() -> None:
+    with pytest.raises(PasswordNeeded):
+        contact(Client([PasswordNeeded("Who?")])).reconnect()
+
+
+def test_cancelling_ends_every_wait() -> None:
+    token = Token()
+    client = Client([LOST] * 1000)
+    camera = contact(client, token)
+    camera.say = lambda words: token.cancel()
+    with pytest.raises(Cancelled):
+        camera.ask(script(LOST))
+    assert camera.clock.now() < 1.0
+
+
+def test_what_must_be_done_at_the_end_cannot_be_cancelled() -> None:
+    token = Token()
+    token.cancel()
+    last = contact(Client(), token).unstoppable(5.0)
+    assert last.ask(script(refused("serviceUnavailable", 503), 7)) == 7
+
+
+def entry(number: int, folder: int = 100, group: str | None = None) -> FileEntry:
+    name = f"R{number:07d}.JPG"
+    url = f"http://192.168.1.1/files/ab/{folder}RICOH/{name}"
+    return FileEntry(name, url, 10, "2026:01:02 03:04:05", 64, 32, group, True, "")
+
+
+def found(client: Client, wanted: int, **how: Any) -> list[int]:
+    return [int(each.name[1:8]) for each in find_frames(contact(client), wanted, **how)]
+
+
+def test_frames_are_found_by_their_addresses() -> None:
+    client = Client()
+    client.files = [entry(n) for n in (9, 8, 7, 6, 5)]
+    assert found(client, 3, urls=[entry(n).url for n in (7, 6, 8)]) == [6, 7, 8]
+
+
+def test_frames_are_found_by_their_group() -> None:
+    client = Client()
+    client.files = [entry(9), entry(8, group="b"), entry(7, group="b"), entry(6, group="a")]
+    assert found(client, 3, previous=entry(6).url) == [7, 8]
+    assert found(client, 3, group_id="a", previous=entry(5).url) == [6]
+
+
+def test_frames_are_found_by_what_is_newer() -> None:
+    client = Client()
+    client.files = [entry(n) for n in (9, 8, 7, 6, 5)]
+    assert found(client, 3, previous=entry(6).url) == [7, 8, 9]
+    assert found(client, 3, previous=entry(9).url) == []
+    assert found(client, 5, previous="") == [5, 6, 7, 8, 9]
+
+
+def test_raw_files_and_repeated_entries_do_not_count() -> None:
+    client = Client()
+    raw = FileEntry(
+        "R0000009.DNG", "http://192.168.1.1/x/R0000009.DNG", 1, "", 1, 1, None, True, ""
+    )
+    client.files = [raw, entry(8), entry(8), entry(7)]
+    assert found(client, 3) == [7, 8]
+
+
+def test_numbers_that_begin_anew_come_last() -> None:
+    files = [entry(10001, 101), entry(19999, 100), entry(19998, 100)]
+    assert [each.name for each in shooting_order(files)] == [
+        "R0019998.JPG",
+        "R0019999.JPG",
+        "R0010001.JPG",
+    ]
