@@ -33,7 +33,7 @@ COMMANDS: Final = {
     "bake": "compute the light transport of a head",
     "bench": "time the hot paths against a plain implementation",
 }
-"""Every command with its one line of help; the module of that name in `app.commands` does the work."""
+"""Every command with its one line of help; the work is in `app.commands`."""
 
 _DONE = 0
 _BAD_INPUT = 2

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from app.commands.probe_words import clutter_facts, frame_rows, lamp_rows, probe_facts
 from app.commands.telling import Teller
 from app.core.errors import ProbeError
 from app.core.files import atomic_write, check_target
@@ -22,13 +23,9 @@ from app.core.probe.probe import Probe, Wishes, measure
 if TYPE_CHECKING:
     import argparse
 
-    from app.core.probe.frame import Frame
-    from app.core.probe.lights import Light
-
 __all__ = ["add_parser", "run"]
 
 _WRITERS: Final = (".exr", ".hdr")
-_LEAST_SHARE: Final = 0.0005  # of the light, for a row of its own in the table
 _SUN_WORDS: Final = {
     "clear": "clear",
     "hazy": "hazy",
@@ -210,145 +207,19 @@ def _suggested(probe: Probe, args: argparse.Namespace) -> tuple[Clutter, ...]:
 def _facts(
     probe: Probe, args: argparse.Namespace, suggested: tuple[Clutter, ...], seconds: float
 ) -> dict[str, Any]:
-    finished, audit, response = probe.finished, probe.finished.audit, probe.response.response
-    fractions = probe.merged.clipped_fractions
-    rows = zip(probe.bracket.frames, probe.bracket.stops, fractions, strict=True)
     return {
         "file": str(args.output),
-        "size": [probe.merged.radiance.shape[1], probe.merged.radiance.shape[0]],
-        "frames": [_frame(*row) for row in rows],
-        "response": response.name,
-        "response_residual_stops": _short(response.residual_stops),
-        "cd_m2_per_unit": probe.merged.cd_m2,
-        "clipped_energy_fraction": finished.measured_clipped,
-        "clipped_energy_range": None if audit is None else list(audit.clipped_energy_range),
-        "lamps": [_lamp(light) for light in finished.lights],
-        "advice": [] if audit is None else list(audit.advice),
-        "in_doubt": [] if audit is None else list(audit.in_doubt),
-        "style_changes": [] if audit is None else [_change(c) for c in audit.style_changes],
-        "sun": _sun(probe),
-        "masked": [_clutter(each) for each in finished.clutter],
-        "suggested_masks": [_clutter(each) for each in suggested],
-        "mask_changes": [
-            {
-                "name": change.style,
-                "turn_before_deg": change.turn_before_deg,
-                "turn_after_deg": change.turn_after_deg,
-                "given_up": change.given_up,
-            }
-            for change in finished.changes
-        ],
-        "moved_share": probe.moved.share,
-        "levelled": {"pitch_deg": probe.levelling.pitch_deg, "roll_deg": probe.levelling.roll_deg},
-        "warnings": list(probe.warnings),
-        "notes": list(probe.notes),
+        **probe_facts(probe),
+        "suggested_masks": [clutter_facts(each) for each in suggested],
         "seconds": round(seconds, 3),
     }
-
-
-def _frame(frame: Frame, ev: float, clipped: float) -> dict[str, Any]:
-    exposure = frame.exposure
-    assert exposure is not None
-    known = exposure.known
-    return {
-        "file": str(frame.path),
-        "shutter_s": exposure.shutter_s,
-        "iso": exposure.iso if known else None,
-        "aperture": exposure.aperture if known else None,
-        "ev": round(ev, 4),
-        "clipped_fraction": clipped,
-    }
-
-
-def _lamp(light: Light) -> dict[str, Any]:
-    return {
-        "id": light.id,
-        "azimuth_deg": round(light.azimuth_deg, 2),
-        "elevation_deg": round(light.elevation_deg, 2),
-        "diameter_deg": round(light.diameter_deg, 2),
-        "share": light.share,
-        "clipped": light.clipped,
-    }
-
-
-def _change(change: Any) -> dict[str, Any]:
-    return {
-        "name": change.name,
-        "turn_deg": change.turn_deg,
-        "in_doubt": change.in_doubt,
-        "worst_given_up": change.worst,
-        "cases": [
-            {
-                "lamp": case.light,
-                "stops": case.stops,
-                "turn_deg": case.turn_deg,
-                "given_up": case.given_up,
-            }
-            for case in change.cases
-        ],
-    }
-
-
-def _sun(probe: Probe) -> dict[str, Any] | None:
-    done = probe.finished.restoration
-    if done is None:
-        return None
-    return {
-        "lamp": done.light,
-        "illuminance_lux": round(done.illuminance_lux),
-        "range_lux": [round(value) for value in done.range_lux],
-    }
-
-
-def _clutter(each: Clutter) -> dict[str, Any]:
-    return {
-        "name": each.name,
-        "solid_angle_sr": each.solid_angle_sr,
-        "confidence": each.confidence,
-        "reason": each.reason,
-    }
-
-
-def _short(value: float) -> float | None:
-    return round(value, 4) if math.isfinite(value) else None
 
 
 def _table(
     probe: Probe, args: argparse.Namespace, suggested: tuple[Clutter, ...], seconds: float
 ) -> str:
-    lines = [f"{'frame':24}  {'shutter':>10}  {'ISO':>5}  {'f/':>4}  {'EV':>6}  clipped"]
-    fractions = probe.merged.clipped_fractions
-    for frame, ev, part in zip(probe.bracket.frames, probe.bracket.stops, fractions, strict=True):
-        exposure = frame.exposure
-        assert exposure is not None
-        iso, aperture = (
-            (f"{exposure.iso:g}", f"{exposure.aperture:g}") if exposure.known else ("", "")
-        )
-        lines.append(
-            f"{frame.path.name[:24]:24}  {_shutter(exposure.shutter_s):>10}  {iso:>5}  "
-            f"{aperture:>4}  {ev:+6.2f}  {100 * part:5.1f} %"
-        )
-    lamps = [light for light in probe.finished.lights if light.share >= _LEAST_SHARE]
-    if lamps:
-        lines += ["", "lamp  azimuth  elevation   size  light"]
-        lines += [_lamp_row(light) for light in lamps]
-    audit = probe.finished.audit
-    if audit is not None:
-        lines += ["", *audit.advice] if audit.advice else []
+    lines = [*frame_rows(probe), *lamp_rows(probe)]
     lines += [f"Suggested: {each.name}. {each.reason}" for each in suggested]
     rows, columns = probe.merged.radiance.shape[:2]
     lines += ["", f"Wrote {args.output} ({columns} x {rows}, {seconds:.2f} s)."]
     return "\n".join(lines)
-
-
-def _lamp_row(light: Light) -> str:
-    share = f"{100 * light.share:.1f} %"
-    return (
-        f"{light.id:4}  {light.azimuth_deg:+6.0f}°  {light.elevation_deg:+8.0f}°  "
-        f"{light.diameter_deg:4.0f}°  {f'at least {share}, clipped' if light.clipped else share}"
-    )
-
-
-def _shutter(seconds: float) -> str:
-    """Write an exposure time as photographers do: 1/250, 0.6 s, 2 s."""
-    return f"1/{round(1 / seconds)} s" if seconds < 0.3 else f"{seconds:g} s"

@@ -148,9 +148,7 @@ def shoulder(linear: ArrayLike) -> FloatImage:
     x = np.maximum(np.asarray(linear, dtype=np.float32), 0.0)
     room = 1.0 - SHOULDER_START
     over = np.maximum(x - SHOULDER_START, 0.0) / room
-    result: FloatImage = (np.minimum(x, SHOULDER_START) - room * np.expm1(-over)).astype(
-        np.float32
-    )
+    result: FloatImage = (np.minimum(x, SHOULDER_START) - room * np.expm1(-over)).astype(np.float32)
     return result
 
 

@@ -110,7 +110,7 @@ def test_metadata(wheel: Path) -> None:
         if line.startswith("Requires-Dist") and "extra ==" not in line
     }
     assert "PySide6<6.12,>=6.9".lower() in {name.lower() for name in needed}
-    assert len(needed) == 7
+    assert len(needed) == 10
 
 
 def test_installed_program_works_elsewhere(installed: Path, tmp_path: Path) -> None:

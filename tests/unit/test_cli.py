@@ -125,7 +125,7 @@ def test_help_and_version_end_well(install: Install, capsys: pytest.CaptureFixtu
 def test_overview_says_what_the_command_says_of_itself(name: str) -> None:
     parser = argparse.ArgumentParser()
     subparsers = parser.add_subparsers()
-    importlib.import_module(f"app.commands.{name}").add_parser(subparsers)
+    importlib.import_module(f"app.commands.{name.replace('-', '_')}").add_parser(subparsers)
     own = {action.dest: action.help for action in subparsers._choices_actions}
     assert own == {name: cli.COMMANDS[name]}
     assert callable(subparsers.choices[name].get_default("run"))

@@ -73,6 +73,16 @@ class ArrivingFrames:
         self._reading: dict[Path, Future[_Read]] = {}
         self._lock = threading.Lock()
 
+    def expect(self, count: int) -> None:
+        """Say how many frames will come, before the first is added.
+
+        Parameters
+        ----------
+        count : int
+            As `expected`.
+        """
+        self._expected = count
+
     def prepare(self, pack: StylePack) -> None:
         """Rehearse the merge in a worker, once in a process: call it while there is time.
 

@@ -37,6 +37,7 @@ def fetch(job: Job) -> None:
     """
     job.session.update(stage=Stage.DOWNLOADING.value)
     frames = job.session.journal.frames
+    job.arriving.expect(len(frames))
     rows = [FrameProgress(frame.name, size=frame.size, done=frame.done) for frame in frames]
     view = _View(job, rows)
     view.show("Looking at the small pictures")

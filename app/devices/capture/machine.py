@@ -191,8 +191,7 @@ class Capture:
 def _stages(job: Job) -> tuple[Callable[[Job], None], ...]:
     """Choose what a session still needs: not the camera where all files are here."""
     journal = job.session.journal
-    whole = journal.plan is not None and journal.frames and all(f.done for f in journal.frames)
-    if whole and journal.exposed:
+    if job.session.complete:
         return (_take_stock, _merge)
     if journal.plan is not None and (journal.exposed or journal.stage == Stage.EXPOSING.value):
         return (_connect, _find_again, _download, _merge)
@@ -219,6 +218,8 @@ def _meter(job: Job) -> None:
 
 
 def _expose(job: Job) -> None:
+    # There is time now, and somebody waits later.
+    job.arriving.prepare(job.pack)
     with job.timed("exposing"):
         shooting.expose(job)
 

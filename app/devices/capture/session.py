@@ -163,6 +163,13 @@ class Session:
         """Whether a capture was begun here and did not come to its end."""
         return self._journal.stage not in ("idle", "done")
 
+    @property
+    def complete(self) -> bool:
+        """Whether every file of the bracket is here, so that the camera is not needed."""
+        journal = self._journal
+        here = bool(journal.frames) and all(frame.done for frame in journal.frames)
+        return journal.plan is not None and journal.exposed and here
+
     def update(self, **changes: Any) -> None:
         """Change the journal, on disk first: call it before the act that it speaks of.
 

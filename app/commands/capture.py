@@ -1,0 +1,228 @@
+"""``turnlight capture``: meter, bracket, download and merge with a camera on the network."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from app.commands.probe_words import PARTS, frame_rows, lamp_rows, probe_facts
+from app.commands.reaching import find_camera, find_password, keep_password
+from app.commands.stopping import stopping
+from app.core.errors import CoreError
+from app.core.pack import load_named_pack
+from app.core.progress import Token
+from app.devices.capture.machine import Capture, CaptureResult
+from app.devices.capture.session import Session
+from app.devices.clock import SystemClock
+from app.devices.last_camera import remember
+from app.devices.osc.client import OscClient
+from app.devices.osc.endpoint import ACCESS_POINT
+from app.devices.osc.link import Link
+
+if TYPE_CHECKING:
+    import argparse
+
+    from app.devices.capture.status import Status
+    from app.devices.clock import Clock
+    from app.devices.found import FoundCamera
+
+__all__ = ["StatusTeller", "add_parser", "run"]
+
+_STOPPING: Final = "Stopping; the camera gets its settings back. Once more to end at once."
+_MOST_DELAY_S: Final = 10
+_SAY_AGAIN_S: Final = 5.0
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the ``capture`` command to the command line.
+
+    Parameters
+    ----------
+    subparsers : argparse._SubParsersAction
+        Where commands are added.
+    """
+    parser = subparsers.add_parser(
+        "capture",
+        help="take a bracket with a camera and make an environment of it",
+        description="Meter, take a bracket of exposures, bring it over and merge it; or watch a "
+        "folder for the frames of any other camera. A session that was interrupted is gone on "
+        "with when its folder is named again.",
+    )
+    source = parser.add_mutually_exclusive_group(required=True)
+    source.add_argument(
+        "--camera", metavar="URL", help='address of the camera, or "auto" to look for one'
+    )
+    source.add_argument(
+        "--watch", metavar="DIR", type=Path, help="merge the bracket that comes into a folder"
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="DIR",
+        type=Path,
+        help="folder of the session: new, empty, or one to go on with (with --watch: the "
+        "environment's file or folder)",
+    )
+    parser.add_argument(
+        "--plan",
+        choices=("paper", "full"),
+        default="paper",
+        help="three frames as in the paper, or as many as hold all the light (default: paper)",
+    )
+    parser.add_argument("--user", metavar="NAME", help="user name, for cameras in client mode")
+    parser.add_argument(
+        "--password-file", metavar="FILE", type=Path, help="file whose first line is the password"
+    )
+    parser.add_argument(
+        "--delay", metavar="S", type=int, default=0, help="self-timer in seconds, 0 to 10"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Take a bracket, or wait for one.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        As parsed by the parser of `add_parser`.
+
+    Returns
+    -------
+    int
+        0.
+
+    Raises
+    ------
+    CoreError
+        When an argument, a folder or a file is of no use.
+    DeviceError
+        When the camera or the way to it fails.
+    Cancelled
+        After Ctrl-C, when the camera has its settings back.
+    """
+    if args.watch is not None:
+        from app.commands.capture_watch import watch_folder
+
+        return watch_folder(args)
+    _check(args)
+    clock, token = SystemClock(), Token()
+    with stopping(token, _STOPPING):
+        session = _session(args.output)
+        pack = load_named_pack("generic")
+        # A session whose files are all here is merged without its camera.
+        found = None if session.complete else find_camera(args.camera, clock, token)
+        keys = None if found is None else find_password(found, args.user, args.password_file)
+        endpoint = ACCESS_POINT if found is None else found.endpoint
+        with contextlib.closing(Link(endpoint, clock, keys)) as link:
+            result = Capture(
+                OscClient(link, clock),
+                session,
+                clock,
+                plan=args.plan,
+                pack=pack,
+                delay_s=args.delay,
+                on_status=StatusTeller(clock),
+                token=token,
+            ).run()
+    if found is not None:
+        remember(found)
+        keep_password(keys)
+    for line in (*result.warnings, *result.probe.notes):
+        print(line, file=sys.stderr)
+    if args.json:
+        print(json.dumps(_facts(result, session, found), ensure_ascii=False))
+    else:
+        print(_table(result))
+    return 0
+
+
+class StatusTeller:
+    """Says on stderr how far a capture is: one line for each change.
+
+    Parameters
+    ----------
+    clock : Clock
+        For saying a long step again from time to time.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._last: tuple[object, ...] = ()
+        self._time = -_SAY_AGAIN_S
+        self._free = False
+
+    def __call__(self, status: Status) -> None:
+        """Say what is new."""
+        if status.may_move and not self._free:
+            print("You may move now.", file=sys.stderr, flush=True)
+        self._free = status.may_move
+        now = self._clock.now()
+        what = (status.stage, status.message, status.shot)
+        if not status.message or (what == self._last and now - self._time < _SAY_AGAIN_S):
+            return
+        self._last, self._time = what, now
+        left = "" if status.seconds_left is None else f", {_seconds_left(status.seconds_left)}"
+        line = f"{100 * status.fraction:3.0f} %  {status.message}{left}"
+        print(line, file=sys.stderr, flush=True)
+
+
+def _check(args: argparse.Namespace) -> None:
+    if args.output is None:
+        raise CoreError("A capture needs a folder for its files.", "Name one with -o DIR.")
+    if not 0 <= args.delay <= _MOST_DELAY_S:
+        raise CoreError(f"--delay is 0 to {_MOST_DELAY_S} seconds, not {args.delay}.")
+    if (args.user is None) != (args.password_file is None):
+        raise CoreError("--user and --password-file go together.", "Give both or neither.")
+
+
+def _session(folder: Path) -> Session:
+    session = Session.open_or_create(folder)
+    for notice in session.notices:
+        print(notice, file=sys.stderr)
+    if session.journal.finished:
+        raise CoreError(
+            f"The session in {folder} is finished already.",
+            "Name a new folder, or merge its files again with turnlight merge.",
+        )
+    if session.unfinished:
+        here = sum(frame.done for frame in session.journal.frames)
+        files = f"; {here} of {len(session.journal.frames)} files are here" if here else ""
+        print(f"Going on with the unfinished session in {folder}{files}.", file=sys.stderr)
+    return session
+
+
+def _facts(result: CaptureResult, session: Session, found: FoundCamera | None) -> dict[str, Any]:
+    journal = session.journal
+    facts = probe_facts(result.probe)
+    facts.update(
+        camera={
+            "model": journal.model,
+            "serial": journal.serial,
+            "firmware": journal.firmware,
+            "url": None if found is None else found.endpoint.base,
+        },
+        session=str(session.folder),
+        plan=result.plan.kind,
+        originals=[str(path) for path in result.frames],
+        environment=str(result.environment),
+        seconds={part: round(result.seconds.get(part, 0.0), 3) for part in PARTS},
+        warnings=list(result.warnings),
+    )
+    return facts
+
+
+def _table(result: CaptureResult) -> str:
+    times = [f"{part} {result.seconds.get(part, 0.0):.1f} s" for part in PARTS]
+    rows, columns = result.probe.merged.radiance.shape[:2]
+    lines = [*frame_rows(result.probe), *lamp_rows(result.probe), "", ", ".join(times) + "."]
+    lines.append(f"Wrote {result.environment} ({columns} x {rows}).")
+    return "\n".join(lines)
+
+
+def _seconds_left(seconds: float) -> str:
+    return f"{max(round(seconds), 1)} s left"

@@ -1,0 +1,48 @@
+"""Ctrl-C as a wish that work can follow in its own time."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from app.core.progress import Token
+
+__all__ = ["stopping"]
+
+
+@contextmanager
+def stopping(token: Token, words: str = "Stopping.") -> Iterator[None]:
+    """Let Ctrl-C ask for a stop; the second one ends the program at once.
+
+    Parameters
+    ----------
+    token : Token
+        Is cancelled by the first.
+    words : str, optional
+        Said on stderr then.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield  # signals are the main thread's
+        return
+
+    def handle(number: int, frame: object) -> None:
+        del frame
+        if token.cancelled:
+            signal.signal(number, signal.SIG_DFL)
+            os.kill(os.getpid(), number)
+            return
+        token.cancel()
+        os.write(2, f"{words}\n".encode())  # print is not safe inside a signal handler
+
+    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

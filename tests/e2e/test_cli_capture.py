@@ -1,0 +1,216 @@
+"""`turnlight capture` as a user meets it: an imitation camera in, a session folder out."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.cli import main
+from app.core.environment import from_radiance, read_environment
+from app.core.images import write_exr
+from app.core.paths import resources
+from app.core.probe.frame import Exposure
+from app.core.progress import Token
+from app.core.simulation.bracket_maker import meter, write_bracket
+from app.core.simulation.cameras import THETA_V
+
+ROOT = Path(__file__).resolve().parents[2]
+TURNLIGHT = [sys.executable, "-m", "app"]
+ENOUGH_S = 120.0
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small room."""
+    light = read_environment(resources() / "demo" / "scenes" / "studio.exr").radiance
+    small = light.reshape(128, light.shape[0] // 128, 256, -1, 3).mean(axis=(1, 3))
+    path = tmp_path_factory.mktemp("scene") / "room.exr"
+    write_exr(path, np.ascontiguousarray(small, np.float32))
+    assert from_radiance(small.astype(np.float32), "room").shape == (128, 256)
+    return path
+
+
+@contextmanager
+def camera(scene: Path, *words: str) -> Iterator[str]:
+    """`turnlight simulate-camera` in a process of its own; gives its address."""
+    command = [*TURNLIGHT, "simulate-camera", "--scene", str(scene), *words]
+    with subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    ) as process:
+        try:
+            assert process.stdout is not None
+            yield process.stdout.readline().strip()
+        finally:
+            process.terminate()
+            process.wait(10.0)
+
+
+def start(*words: object) -> subprocess.Popen[str]:
+    """`turnlight capture` in a process of its own."""
+    command = [*TURNLIGHT, "capture", *map(str, words)]
+    return subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def finish(process: subprocess.Popen[str]) -> tuple[int, str, str]:
+    with process:
+        out, err = process.communicate(timeout=ENOUGH_S)
+    assert "Traceback" not in err
+    return process.returncode, out, err
+
+
+def refused(capsys: pytest.CaptureFixture[str], code: int, *words: object) -> str:
+    assert main(["capture", *map(str, words)]) == code
+    error = capsys.readouterr().err
+    assert "Traceback" not in error
+    return error
+
+
+@pytest.mark.slow
+def test_an_interrupted_capture_is_gone_on_with_to_its_end(scene: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "place"
+    with camera(scene, "--model", "V", "--rate", "8") as url:
+        process = start("--camera", url, "-o", folder)
+        assert process.stderr is not None
+        said = ""
+        for line in process.stderr:
+            said += line
+            if "You may move now." in line:
+                break
+        process.send_signal(signal.SIGINT)
+        code, out, err = finish(process)
+        assert code == 130, said + err
+        assert out == ""
+        assert "Stopping" in err
+        journal = json.loads((folder / "session.json").read_text())
+        assert journal["settings_to_restore"] == {}
+
+        code, out, err = finish(start("--camera", url, "-o", folder, "--json"))
+        assert code == 0, err
+        assert "Going on with the unfinished session" in err
+        assert "Exposure 1" not in err
+    values: dict[str, Any] = json.loads(out)
+    assert values["camera"]["model"] == "RICOH THETA V"
+    assert values["camera"]["url"] == url
+    assert set(values["seconds"]) == {"metering", "exposing", "download", "merge"}
+    frames = values["frames"]
+    assert [round(frame["ev"] - frames[1]["ev"]) for frame in frames] == [2, 0, -2]
+    assert Path(values["environment"]).parent == folder
+    assert read_environment(Path(values["environment"])).shape[0] >= 1024
+    assert len(list((folder / "originals").iterdir())) == 3
+    code, _, err = finish(start("--camera", url, "-o", folder))
+    assert code == 2
+    assert "finished already" in err
+
+
+def test_the_table_names_frames_times_and_file(scene: Path, tmp_path: Path) -> None:
+    with camera(scene, "--model", "Z1", "--user", "THETAYN1", "--password", "12345678") as url:
+        secret = tmp_path / "secret"
+        secret.write_text("12345678\n")
+        words = ("--user", "THETAYN1", "--password-file", secret)
+        code, out, err = finish(start("--camera", url, "-o", tmp_path / "a", *words))
+        assert code == 0, err
+        code, _, error = finish(start("--camera", url, "-o", tmp_path / "b"))
+        assert code == 3
+        assert "password" in error
+    assert out.count(".JPG") == 3
+    assert "metering" in out
+    assert "environment.exr" in out
+    assert "Exposure 2 of 3" in err
+    assert "s left" in err
+    assert "12345678" not in (tmp_path / "a" / "session.json").read_text()
+
+
+def test_a_watched_folder_gives_the_bracket_that_comes(tmp_path: Path) -> None:
+    light = read_environment(resources() / "demo" / "scenes" / "studio.exr").radiance
+    metered = meter(light, THETA_V)
+    exposures = [
+        Exposure(metered.shutter_s * 2.0**stop, metered.iso, metered.aperture)
+        for stop in (0.0, 2.0, -2.0)
+    ]
+    folder = tmp_path / "incoming"
+    folder.mkdir()
+    process = start("--watch", folder, "-o", tmp_path / "out", "--json")
+    assert process.stderr is not None
+    assert "Waiting for pictures" in process.stderr.readline()
+    write_bracket(folder, light, THETA_V, exposures, shape=(128, 256))
+    code, out, err = finish(process)
+    assert code == 0, err
+    values = json.loads(out)
+    assert len(values["frames"]) == 3
+    assert values["camera"]["model"] == "RICOH THETA V"
+    assert values["seconds"]["merge"] > 0
+    assert values["environment"] == str(tmp_path / "out" / "environment.exr")
+    assert read_environment(Path(values["environment"])).shape == (128, 256)
+    assert len(os.listdir(folder)) == 3
+
+
+def test_nobody_at_the_address_is_a_device_failure(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    began = time.monotonic()
+    error = refused(capsys, 3, "--camera", "http://127.0.0.1:9", "-o", tmp_path / "a")
+    assert error.rstrip().endswith(".")
+    assert time.monotonic() - began < 20.0
+
+
+def test_bad_usage_is_one_sentence(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    url = "http://127.0.0.1:9"
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "letter.txt").write_text("dear")
+    (tmp_path / "empty").write_text("")
+    assert "-o" in refused(capsys, 2, "--camera", url)
+    assert "--watch" in refused(capsys, 2, "-o", tmp_path / "a")
+    assert "not allowed" in refused(capsys, 2, "--camera", url, "--watch", tmp_path)
+    assert "other than a session" in refused(capsys, 2, "--camera", url, "-o", tmp_path / "full")
+    assert "delay" in refused(capsys, 2, "--camera", url, "-o", tmp_path / "a", "--delay", "99")
+    words = ("--camera", url, "-o", tmp_path / "a", "--user", "me")
+    assert "go together" in refused(capsys, 2, *words)
+    assert "no password" in refused(capsys, 2, *words, "--password-file", tmp_path / "empty")
+    assert "cannot be read" in refused(capsys, 2, *words, "--password-file", tmp_path / "missing")
+    assert "for a camera" in refused(capsys, 2, "--watch", tmp_path, "--delay", "2")
+    assert refused(capsys, 3, "--watch", tmp_path / "missing").count("\n") >= 1
+    assert "choose from" in refused(capsys, 2, "--camera", url, "--plan", "all")
+    assert not (tmp_path / "a").exists()
+    assert os.listdir(tmp_path / "full") == ["letter.txt"]
+
+
+def test_the_second_interrupt_ends_at_once() -> None:
+    program = (
+        "import os, signal, time\n"
+        "from app.commands.stopping import stopping\n"
+        "from app.core.progress import Token\n"
+        "token = Token()\n"
+        "with stopping(token):\n"
+        "    os.kill(os.getpid(), signal.SIGINT)\n"
+        "    print(token.cancelled, flush=True)\n"
+        "    os.kill(os.getpid(), signal.SIGINT)\n"
+        "    time.sleep(5)\n"
+        "    print('still here')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.stdout == "True\n"
+    assert done.returncode == -signal.SIGINT
+
+
+def test_signals_are_as_before_afterwards() -> None:
+    from app.commands.stopping import stopping
+
+    before = signal.getsignal(signal.SIGINT)
+    with stopping(Token()):
+        assert signal.getsignal(signal.SIGINT) is not before
+    assert signal.getsignal(signal.SIGINT) is before
