@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from app.commands.probe_words import PARTS, frame_rows, lamp_rows, probe_facts
-from app.commands.reaching import find_camera, find_password, keep_password
+from app.commands.reaching import find_camera, given_password, keep_password, kept_password
 from app.commands.stopping import stopping
 from app.core.errors import CoreError
 from app.core.pack import load_named_pack
@@ -110,13 +110,14 @@ def run(args: argparse.Namespace) -> int:
 
         return watch_folder(args)
     _check(args)
+    given = given_password(args.user, args.password_file)
     clock, token = SystemClock(), Token()
     with stopping(token, _STOPPING):
         session = _session(args.output)
         pack = load_named_pack("generic")
         # A session whose files are all here is merged without its camera.
         found = None if session.complete else find_camera(args.camera, clock, token)
-        keys = None if found is None else find_password(found, args.user, args.password_file)
+        keys = given or (None if found is None else kept_password(found))
         endpoint = ACCESS_POINT if found is None else found.endpoint
         with contextlib.closing(Link(endpoint, clock, keys)) as link:
             result = Capture(
@@ -176,8 +177,6 @@ def _check(args: argparse.Namespace) -> None:
         raise CoreError("A capture needs a folder for its files.", "Name one with -o DIR.")
     if not 0 <= args.delay <= _MOST_DELAY_S:
         raise CoreError(f"--delay is 0 to {_MOST_DELAY_S} seconds, not {args.delay}.")
-    if (args.user is None) != (args.password_file is None):
-        raise CoreError("--user and --password-file go together.", "Give both or neither.")
 
 
 def _session(folder: Path) -> Session:

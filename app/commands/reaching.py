@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
+from app.core.errors import CoreError
 from app.devices.discovery import check_address, discover, look_at
 from app.devices.errors import PasswordNeeded
 from app.devices.last_camera import last_camera
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from app.devices.clock import Clock
     from app.devices.found import FoundCamera
 
-__all__ = ["find_camera", "find_password", "keep_password"]
+__all__ = ["find_camera", "given_password", "keep_password", "kept_password"]
 
 
 def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
@@ -53,19 +54,40 @@ def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
     return camera
 
 
-def find_password(
-    camera: FoundCamera, user: str | None, password_file: Path | None
-) -> Credentials | None:
-    """Take the password that was given, or the one in the system's keyring where one is needed.
+def given_password(user: str | None, password_file: Path | None) -> Credentials | None:
+    """Read the password that a user gave.
+
+    Parameters
+    ----------
+    user : str or None
+        User name.
+    password_file : Path or None
+        File whose first line is the password; given together with `user`.
+
+    Returns
+    -------
+    Credentials or None
+        None where none was given.
+
+    Raises
+    ------
+    CoreError
+        When only one of both was given, or the file cannot be read.
+    """
+    if user is None and password_file is None:
+        return None
+    if user is None or password_file is None:
+        raise CoreError("--user and --password-file go together.", "Give both or neither.")
+    return Credentials(user, read_password_file(password_file, _say))
+
+
+def kept_password(camera: FoundCamera) -> Credentials | None:
+    """Look into the system's keyring where a camera asks for a password.
 
     Parameters
     ----------
     camera : FoundCamera
-        Who asks for it.
-    user : str or None
-        User name that was given.
-    password_file : Path or None
-        File whose first line is the password; given together with `user`.
+        Who may ask for one.
 
     Returns
     -------
@@ -74,13 +96,9 @@ def find_password(
 
     Raises
     ------
-    CoreError
-        When the file cannot be read.
     PasswordNeeded
-        When the camera asks for a password and none is known.
+        When one is needed and none is known.
     """
-    if user is not None and password_file is not None:
-        return Credentials(user, read_password_file(password_file, _say))
     if not camera.needs_password:
         return None
     kept = Passwords(_say).get(camera.user) if camera.user else None

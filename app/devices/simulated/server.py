@@ -37,6 +37,7 @@ _IDLE_S: Final = 60.0  # of a connection that is kept open
 _MAX_HOST: Final = 255
 _LINGER: Final = struct.pack("ii", 1, 0)  # closing resets instead of saying goodbye
 _JOIN_S: Final = 5.0
+_LAG_S: Final = 0.05
 
 
 class Answering(Protocol):
@@ -271,14 +272,18 @@ class _Handler(BaseHTTPRequestHandler):
         self, first: Piece | None, pieces: Iterator[Piece], *, chunked: bool
     ) -> int | None:
         """Play the pieces; how many bytes went out, None where the connection was cut."""
-        sent = 0
+        clock = self.server.clock
+        sent, due = 0, clock.now()
         piece = first
         while piece is not None:
             if isinstance(piece, Drop):
                 self._reset()
                 return None
             if isinstance(piece, Pause):
-                wait(self.server.clock, piece.seconds, self.server.token)
+                # By the clock and not one after the other: else a rate falls short by the time
+                # that sending takes. What a slow reader has lost is not made up for.
+                due = max(due, clock.now() - _LAG_S) + piece.seconds
+                wait(clock, due - clock.now(), self.server.token)
             elif piece:
                 self._send(b"%x\r\n%b\r\n" % (len(piece), piece) if chunked else piece)
                 sent += len(piece)
