@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from app.commands.probe_words import PARTS, frame_rows, lamp_rows, probe_facts
-from app.commands.reaching import find_camera, given_password, keep_password, kept_password
+from app.commands.reaching import find_camera, given_password, keep, kept_password
 from app.commands.stopping import stopping
 from app.core.errors import CoreError
 from app.core.pack import load_named_pack
@@ -17,7 +17,6 @@ from app.core.progress import Token
 from app.devices.capture.machine import Capture, CaptureResult
 from app.devices.capture.session import Session
 from app.devices.clock import SystemClock
-from app.devices.last_camera import remember
 from app.devices.osc.client import OscClient
 from app.devices.osc.endpoint import ACCESS_POINT
 from app.devices.osc.link import Link
@@ -131,8 +130,7 @@ def run(args: argparse.Namespace) -> int:
                 token=token,
             ).run()
     if found is not None:
-        remember(found)
-        keep_password(keys)
+        keep(found, result.info, keys)
     for line in (*result.warnings, *result.probe.notes):
         print(line, file=sys.stderr)
     if args.json:

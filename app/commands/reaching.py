@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from app.core.errors import CoreError
 from app.devices.discovery import check_address, discover, look_at
-from app.devices.errors import PasswordNeeded
-from app.devices.last_camera import last_camera
+from app.devices.errors import DeviceError, PasswordNeeded
+from app.devices.last_camera import last_camera, remember
 from app.devices.osc.link import Credentials
 from app.devices.passwords import Passwords, default_password_hint, read_password_file
 
@@ -18,8 +19,10 @@ if TYPE_CHECKING:
     from app.core.progress import Token
     from app.devices.clock import Clock
     from app.devices.found import FoundCamera
+    from app.devices.osc.endpoint import Endpoint
+    from app.devices.osc.messages import Info
 
-__all__ = ["find_camera", "given_password", "keep_password", "kept_password"]
+__all__ = ["find_camera", "given_password", "keep", "kept_password"]
 
 
 def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
@@ -40,16 +43,19 @@ def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
 
     Raises
     ------
+    CoreError
+        When the address is none.
     DeviceError
         When nothing answers, something else does, or several cameras do.
     """
     if address != "auto":
-        return look_at(check_address(address), clock)
+        return look_at(_typed(address), clock)
     _say("Looking for cameras.")
     found = discover(clock, token=token, remembered=last_camera())
+    # Where there is none, the error says what the notes say.
+    camera = found.one()
     for note in found.notes:
         _say(note)
-    camera = found.one()
     _say(f"Found {camera.name} at {camera.endpoint.base}.")
     return camera
 
@@ -110,10 +116,31 @@ def kept_password(camera: FoundCamera) -> Credentials | None:
     return Credentials(camera.user, kept)
 
 
-def keep_password(credentials: Credentials | None) -> None:
-    """Put a password that worked into the system's keyring, if there is one."""
+def keep(camera: FoundCamera, info: Info | None, credentials: Credentials | None) -> None:
+    """Remember a camera that worked, and its password if the system has a keyring.
+
+    Parameters
+    ----------
+    camera : FoundCamera
+        As it was found.
+    info : Info or None
+        What it said of itself: one that wants a password says so only when it has got it.
+    credentials : Credentials or None
+        That it accepted.
+    """
+    if info is not None:
+        camera = replace(camera, model=info.model, serial=info.serial_number)
+    remember(camera)
     if credentials is not None:
         Passwords(_say).set(credentials.user, credentials.password)
+
+
+def _typed(address: str) -> Endpoint:
+    """Read an address; a slip of the fingers is bad usage and no failing device."""
+    try:
+        return check_address(address)
+    except DeviceError as error:
+        raise CoreError(error.message, error.hint) from error
 
 
 def _say(line: str) -> None:

@@ -118,6 +118,8 @@ def run(args: argparse.Namespace) -> int:
     camera = _camera(args, clock)
     with contextlib.closing(camera), _server(camera, args, clock) as server:
         print(_words(args, server.url), flush=True)
+        if args.password:
+            _tell(f"It asks for the user name {_user(args)} and its password.")
         while True:
             clock.sleep(_TICK_S)
 
@@ -187,7 +189,13 @@ def _server(camera: SimulatedCamera, args: argparse.Namespace, clock: Clock) -> 
 def _words(args: argparse.Namespace, url: str) -> str:
     if not args.json:
         return url
-    return json.dumps({"url": url, "model": args.model, "faults": list(faults_named(args.fault))})
+    facts = {"url": url, "model": args.model, "faults": list(faults_named(args.fault))}
+    return json.dumps({**facts, "user": _user(args)} if args.password else facts)
+
+
+def _user(args: argparse.Namespace) -> str:
+    user: str = args.user or personality_named(args.model).user
+    return user
 
 
 def _tell(line: str) -> None:
