@@ -103,8 +103,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else _BAD_INPUT
-    except (KeyboardInterrupt, Cancelled):
+    except KeyboardInterrupt:
         print("Stopped.", file=sys.stderr)
+        return _INTERRUPTED
+    except Cancelled as error:
+        print(f"Stopped. {error.hint}".rstrip(), file=sys.stderr)
         return _INTERRUPTED
     except CoreError as error:
         print(f"turnlight: {error}", file=sys.stderr)

@@ -11,12 +11,16 @@ from typing import TYPE_CHECKING, Any, Final
 from app.commands.probe_words import PARTS, frame_rows, lamp_rows, probe_facts
 from app.commands.reaching import find_camera, given_password, keep, kept_password
 from app.commands.stopping import stopping
+from app.core.colour import luminance
+from app.core.environment import reduce
 from app.core.errors import CoreError
 from app.core.pack import load_named_pack
 from app.core.progress import Token
+from app.core.solve import solve_all
 from app.devices.capture.machine import Capture, CaptureResult
 from app.devices.capture.session import Session
 from app.devices.clock import SystemClock
+from app.devices.errors import DeviceError
 from app.devices.osc.client import OscClient
 from app.devices.osc.endpoint import ACCESS_POINT
 from app.devices.osc.link import Link
@@ -24,15 +28,20 @@ from app.devices.osc.link import Link
 if TYPE_CHECKING:
     import argparse
 
+    from app.core.pack import StylePack
+    from app.core.probe.rough import Rough
+    from app.core.solve import StyleResult
     from app.devices.capture.status import Status
     from app.devices.clock import Clock
     from app.devices.found import FoundCamera
+    from app.devices.osc.link import Credentials
 
-__all__ = ["StatusTeller", "add_parser", "run"]
+__all__ = ["StatusTeller", "add_parser", "rough_words", "run"]
 
 _STOPPING: Final = "Stopping; the camera gets its settings back. Once more to end at once."
 _MOST_DELAY_S: Final = 10
 _SAY_AGAIN_S: Final = 5.0
+_ROUGH_STYLES: Final = 3
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -114,29 +123,26 @@ def run(args: argparse.Namespace) -> int:
     with stopping(token, _STOPPING):
         session = _session(args.output)
         pack = load_named_pack("generic")
-        # A session whose files are all here is merged without its camera.
-        found = None if session.complete else find_camera(args.camera, clock, token)
-        keys = given or (None if found is None else kept_password(found))
+        found, keys = _reach(args, session, given, clock, token)
         endpoint = ACCESS_POINT if found is None else found.endpoint
         with contextlib.closing(Link(endpoint, clock, keys)) as link:
-            result = Capture(
+            capture = Capture(
                 OscClient(link, clock),
                 session,
                 clock,
                 plan=args.plan,
                 pack=pack,
                 delay_s=args.delay,
-                on_status=StatusTeller(clock),
+                on_status=StatusTeller(clock, pack),
                 token=token,
-            ).run()
+            )
+            if session.journal.finished:
+                _say_given_back(capture.give_back(), session, args.json)
+                return 0
+            result = capture.run()
+    _say_result(result, session, found, args.json)
     if found is not None:
-        keep(found, result.info, keys)
-    for line in (*result.warnings, *result.probe.notes):
-        print(line, file=sys.stderr)
-    if args.json:
-        print(json.dumps(_facts(result, session, found), ensure_ascii=False))
-    else:
-        print(_table(result))
+        keep(found, result.info, given)
     return 0
 
 
@@ -147,10 +153,13 @@ class StatusTeller:
     ----------
     clock : Clock
         For saying a long step again from time to time.
+    pack : StylePack, optional
+        Head and styles for a first answer from small pictures; without it none is said.
     """
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock: Clock, pack: StylePack | None = None) -> None:
         self._clock = clock
+        self._pack = pack
         self._last: tuple[object, ...] = ()
         self._time = -_SAY_AGAIN_S
         self._free = False
@@ -160,6 +169,10 @@ class StatusTeller:
         if status.may_move and not self._free:
             print("You may move now.", file=sys.stderr, flush=True)
         self._free = status.may_move
+        if status.rough is not None and self._pack is not None:
+            pack, self._pack = self._pack, None
+            with contextlib.suppress(CoreError):  # No answer yet is no reason to stop.
+                print(rough_words(status.rough, pack), file=sys.stderr, flush=True)
         now = self._clock.now()
         what = (status.stage, status.message, status.shot)
         if not status.message or (what == self._last and now - self._time < _SAY_AGAIN_S):
@@ -170,6 +183,29 @@ class StatusTeller:
         print(line, file=sys.stderr, flush=True)
 
 
+def rough_words(rough: Rough, pack: StylePack) -> str:
+    """Say how to turn for the styles that match best, as small pictures tell it.
+
+    Parameters
+    ----------
+    rough : Rough
+        Light of the small pictures.
+    pack : StylePack
+        Head and styles.
+    """
+    light = reduce(rough.environment("small pictures"), pack.header.environment)
+    results = [each for each in solve_all(pack, luminance(light)) if each.attainable]
+    best = sorted(results, key=lambda each: -each.match)[:_ROUGH_STYLES]
+    answer = ", ".join(_turn_words(each) for each in best) or "no style can be reached here"
+    return f"A rough first answer: {answer}."
+
+
+def _turn_words(result: StyleResult) -> str:
+    side = f" (sitter's {result.side})" if result.side != "none" else ""
+    way = "" if result.direction == "none" else f" {result.direction}"
+    return f"{result.title}{side} {abs(result.turn_refined_deg):.0f}°{way}"
+
+
 def _check(args: argparse.Namespace) -> None:
     if args.output is None:
         raise CoreError("A capture needs a folder for its files.", "Name one with -o DIR.")
@@ -177,11 +213,60 @@ def _check(args: argparse.Namespace) -> None:
         raise CoreError(f"--delay is 0 to {_MOST_DELAY_S} seconds, not {args.delay}.")
 
 
+def _reach(
+    args: argparse.Namespace,
+    session: Session,
+    given: Credentials | None,
+    clock: Clock,
+    token: Token,
+) -> tuple[FoundCamera | None, Credentials | None]:
+    """Find the camera and its password, where a session still needs or owes it something."""
+    merges_only = session.complete and not session.journal.finished
+    if merges_only and not session.journal.settings_to_restore:
+        return None, given
+    try:
+        found = find_camera(args.camera, clock, token)
+        return found, given or kept_password(found)
+    except DeviceError as error:
+        if not merges_only:
+            raise
+        print(
+            f"{error.message} Its files are all here and are merged; the camera is still owed its"
+            " own settings.",
+            file=sys.stderr,
+        )
+        return None, given
+
+
+def _say_result(
+    result: CaptureResult, session: Session, found: FoundCamera | None, as_json: bool
+) -> None:
+    for line in (*result.warnings, *result.probe.notes):
+        print(line, file=sys.stderr)
+    if as_json:
+        print(json.dumps(_facts(result, session, found), ensure_ascii=False))
+    else:
+        print(_table(result))
+
+
+def _say_given_back(untaken: str, session: Session, as_json: bool) -> None:
+    warnings = [untaken] if untaken else []
+    if as_json:
+        print(json.dumps({"session": str(session.folder), "warnings": warnings}))
+    else:
+        print(untaken or "The camera has its own settings back.")
+
+
 def _session(folder: Path) -> Session:
     session = Session.open_or_create(folder)
     for notice in session.notices:
         print(notice, file=sys.stderr)
-    if session.journal.finished:
+    if session.journal.finished and session.journal.settings_to_restore:
+        print(
+            f"The session in {folder} is finished, but its camera is still owed its own settings.",
+            file=sys.stderr,
+        )
+    elif session.journal.finished:
         raise CoreError(
             f"The session in {folder} is finished already.",
             "Name a new folder, or merge its files again with turnlight merge.",

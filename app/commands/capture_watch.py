@@ -57,7 +57,7 @@ def watch_folder(args: argparse.Namespace) -> int:
     pack = load_named_pack("generic")
     token = Token()
     with stopping(token):
-        bracket = _next_bracket(WatchedFolder(args.watch, SystemClock()), token)
+        bracket = _next_bracket(args.watch, token)
         began = time.perf_counter()
         target = _target(args.output, bracket)
         with ArrivingFrames(len(bracket.paths)) as frames:
@@ -68,7 +68,7 @@ def watch_folder(args: argparse.Namespace) -> int:
     atomic_write(target, lambda path: write_exr(path, radiance, white))
     seconds = time.perf_counter() - began
     for line in (*probe.warnings, *probe.notes):
-        print(line, file=sys.stderr)
+        _say(line)
     if args.json:
         print(json.dumps(_facts(probe, bracket, target, seconds), ensure_ascii=False))
     else:
@@ -97,13 +97,18 @@ def _is_file(output: Path) -> bool:
     return output.suffix.lower() == ".exr" and not output.is_dir()
 
 
-def _next_bracket(folder: WatchedFolder, token: Token) -> IncomingBracket:
+def _next_bracket(path: Path, token: Token) -> IncomingBracket:
     """Wait for the first bracket; says what is passed over meanwhile."""
-    print(f"Waiting for pictures in {folder.folder}. Ctrl-C ends it.", file=sys.stderr, flush=True)
+    folder = WatchedFolder(path, SystemClock(), say=_say)
+    _say(f"Waiting for pictures in {folder.folder}. Ctrl-C ends it.")
     bracket = next(folder.brackets(token))
-    for line in (*folder.notes, *bracket.reasons):
-        print(line, file=sys.stderr)
+    for line in bracket.reasons:
+        _say(line)
     return bracket
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
 
 
 def _target(output: Path | None, bracket: IncomingBracket) -> Path:

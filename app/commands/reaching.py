@@ -117,7 +117,7 @@ def kept_password(camera: FoundCamera) -> Credentials | None:
 
 
 def keep(camera: FoundCamera, info: Info | None, credentials: Credentials | None) -> None:
-    """Remember a camera that worked, and its password if the system has a keyring.
+    """Remember a camera that worked, and a new password that it wanted.
 
     Parameters
     ----------
@@ -126,12 +126,14 @@ def keep(camera: FoundCamera, info: Info | None, credentials: Credentials | None
     info : Info or None
         What it said of itself: one that wants a password says so only when it has got it.
     credentials : Credentials or None
-        That it accepted.
+        Given by the user for this camera; None where the keyring or nobody gave one. Not kept
+        where the camera did not ask for any, since nobody knows then whether it is right.
     """
+    wanted = camera.needs_password
     if info is not None:
         camera = replace(camera, model=info.model, serial=info.serial_number)
     remember(camera)
-    if credentials is not None:
+    if credentials is not None and wanted:
         Passwords(_say).set(credentials.user, credentials.password)
 
 

@@ -28,7 +28,7 @@ from app.devices.incoming import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from app.devices.clock import Clock
 
@@ -82,6 +82,8 @@ class WatchedFolder:
         A bracket is complete when nothing has come for so many seconds.
     still_s : float, optional
         A file counts when size and time of change were the same for so many seconds.
+    say : Callable[[str], None], optional
+        Told each of the `notes` as soon as it is made, already while this is set up.
 
     Raises
     ------
@@ -95,10 +97,13 @@ class WatchedFolder:
         clock: Clock,
         quiet_s: float = 20.0,
         still_s: float = 2.0,
+        *,
+        say: Callable[[str], None] | None = None,
     ) -> None:
         self.folder = Path(folder)
         self._clock = clock
         self._still_s = still_s
+        self._say = say
         self._grouping = Grouping(quiet_s)
         self._seen: dict[str, _Seen] = {}
         self._notes: dict[str, None] = {}
@@ -177,9 +182,10 @@ class WatchedFolder:
             arrivals = self.poll()
             now = self._clock.now()
             self._take(arrivals, now)
-            yield from self._grouping.complete(now)
-            for sentence in self._grouping.take_notes():
-                self._note(sentence)
+            for bracket in self._grouping.complete(now):
+                self._note_groups()
+                yield bracket
+            self._note_groups()
             wait(self._clock, _POLL_S, token)
 
     def _take(self, arrivals: tuple[Arrival, ...], now: float) -> None:
@@ -263,6 +269,12 @@ class WatchedFolder:
         self._held = [arrival for arrival in self._held if arrival.path != path]
         self._grouping.forget(path)
 
+    def _note_groups(self) -> None:
+        for sentence in self._grouping.take_notes():
+            self._note(sentence)
+
     def _note(self, sentence: str) -> None:
-        if sentence and len(self._notes) < _MAX_NOTES:
+        if sentence and sentence not in self._notes and len(self._notes) < _MAX_NOTES:
             self._notes[sentence] = None
+            if self._say is not None:
+                self._say(sentence)

@@ -7,8 +7,8 @@ without touching anything outside its folder, and with the camera's settings as 
 
 from __future__ import annotations
 
+import contextlib
 import random
-from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -18,14 +18,23 @@ from app.core.errors import CoreError
 from app.core.probe.bracket import read_bracket
 from app.devices.capture.session import Session
 from app.devices.errors import DeviceError
-from app.devices.simulated.faults import FAULTS, LASTING
+from app.devices.simulated.faults import FAULTS
+from app.devices.simulated.personality import PERSONALITIES
 from tests.helpers.cameras import Rig
 
 NAMES = sorted(FAULTS)
-MODELS = ("S", "SC", "SC2", "V", "V-old", "Z1", "X", "A1", "generic")
-SLOW_RUNS = 560
-# Troubles that no patience outlasts, and equal exposures, which must never pass for a bracket.
-LASTS = LASTING | {"equal-exposures"}
+MODELS = tuple(person.name for person in PERSONALITIES)
+SLOW_RUNS, BLOCK = 560, 70
+# How a capture may end with a trouble that lasts; with all others it is done. Equal exposures go
+# away, but must never pass for a bracket.
+ENDS = {
+    "401": {"PasswordNeeded", "NotACamera"},
+    "404-router-in-place-of-the-camera": {"NotACamera"},
+    "battery-low": {"CameraNotReady"},
+    "equal-exposures": {"CaptureFailed"},
+    "overheating": {"CameraNotReady", "CameraRefused", "CaptureFailed", "done"},
+    "storage-full": {"CameraNotReady", "CameraRefused", "CaptureFailed", "done"},
+}
 # Longest capture that is still worth waiting for: a full bracket of a slow camera, every pause for
 # a link that is gone, and every file fetched several times.
 LONGEST_S = 20 * 60.0
@@ -83,32 +92,43 @@ def check_folders(place: Path, what: str) -> None:
 
 
 def check_camera(rig: Rig, before: Mapping[str, object], what: str) -> None:
-    """The camera keeps every frame of a bracket, and has its settings back where it was reached."""
+    """The camera keeps every frame of a bracket, and has its settings back."""
     for file in rig.deleted:
         metered = file.take is not None and file.take.program == 2 and not file.group
         assert metered, f"{what}: {file.name} was deleted"
-    if "404-router-in-place-of-the-camera" in rig.faults or "401" in rig.faults:
+    if {"404-router-in-place-of-the-camera", "401"} & {*rig.faults}:
         return
+    if owed(rig):
+        # The camera was gone at the end. The session knows what it owes, and gives it back.
+        with contextlib.suppress(DeviceError, CoreError):
+            rig.shoot()
     after = rig.camera.options
     changed = {key: (before[key], after[key]) for key in before if before[key] != after.get(key)}
-    assert not changed or owed(rig), f"{what}: {changed}"
+    assert not changed, f"{what}: {changed}"
+    assert not owed(rig), what
 
 
 def owed(rig: Rig) -> bool:
-    """Whether the session still holds what must be put back, because the camera was gone."""
+    """Whether the session still holds what must be put back."""
+    if not (rig.folder / "session.json").exists():
+        return False
     return bool(Session.open(rig.folder).journal.settings_to_restore)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_every_trouble_alone(name: str, tmp_path: Path) -> None:
-    trial(NAMES.index(name), tmp_path)
+    assert trial(NAMES.index(name), tmp_path) in ENDS.get(name, {"done"})
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(1200)
-def test_troubles_in_pairs(tmp_path: Path) -> None:
-    outcomes = {seed: trial(seed, tmp_path / str(seed)) for seed in range(SLOW_RUNS)}
-    # A program that gives up on everything would pass so far: what goes away must be outlasted.
-    passing = [word for seed, word in outcomes.items() if not LASTS & {*draw(seed)[2]}]
-    assert len(passing) >= 0.3 * SLOW_RUNS
-    assert passing.count("done") >= 0.97 * len(passing), Counter(passing)
+@pytest.mark.parametrize("start", range(0, SLOW_RUNS, BLOCK))
+def test_troubles_in_pairs(start: int, tmp_path: Path) -> None:
+    seeds = range(start, start + BLOCK)
+    outcomes = {seed: trial(seed, tmp_path / str(seed)) for seed in seeds}
+    strange = {
+        (seed, *draw(seed), word)
+        for seed, word in outcomes.items()
+        if word not in set().union({"done"}, *(ENDS.get(name, set()) for name in draw(seed)[2]))
+    }
+    # A program that gives up on everything would pass without this: what goes away is outlasted.
+    assert not strange

@@ -11,6 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from app import cli
+from app.core.errors import Cancelled
+
 ROOT = Path(__file__).resolve().parents[2]
 TURNLIGHT = [sys.executable, "-P", "-m", "app"]
 
@@ -103,3 +106,15 @@ def test_ctrl_c_is_130_without_a_traceback(tmp_path: Path) -> None:
     assert process.returncode == 130
     assert "Traceback" not in errors
     assert errors.endswith("Stopped.\n")
+
+
+@pytest.mark.parametrize("hint", ["", "The camera is still owed its settings."])
+def test_what_is_left_to_do_after_stopping_is_said(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, hint: str
+) -> None:
+    def stopped(arguments: list[str]) -> int:
+        raise Cancelled(hint=hint)
+
+    monkeypatch.setattr(cli, "_dispatch", stopped)
+    assert cli.main(["capture"]) == 130
+    assert capsys.readouterr().err == f"Stopped. {hint}".rstrip() + "\n"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import signal
@@ -11,19 +12,31 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from app.cli import main
+from app.commands import capture as command
+from app.commands import reaching
 from app.core.environment import from_radiance, read_environment
 from app.core.images import write_exr
+from app.core.pack import load_named_pack
 from app.core.paths import resources
 from app.core.probe.frame import Exposure
+from app.core.probe.rough import Rough
 from app.core.progress import Token
 from app.core.simulation.bracket_maker import meter, write_bracket
 from app.core.simulation.cameras import THETA_V
+from app.devices.capture.session import Session
+from app.devices.capture.status import Status
+from app.devices.clock import VirtualClock
+from app.devices.errors import Unreachable
+from app.devices.found import FoundCamera
+from app.devices.osc.endpoint import ACCESS_POINT
+from app.devices.osc.link import Credentials
 
 ROOT = Path(__file__).resolve().parents[2]
 TURNLIGHT = [sys.executable, "-m", "app"]
@@ -214,3 +227,77 @@ def test_signals_are_as_before_afterwards() -> None:
     with stopping(Token()):
         assert signal.getsignal(signal.SIGINT) is not before
     assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_finished_session_gives_its_camera_back_what_it_owes(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "place"
+    session = Session.create(folder)
+    session.update(
+        stage="done",
+        finished="2026-01-01T12:00:00+00:00",
+        serial="1",
+        settings_to_restore={"sleepDelay": 300},
+    )
+    with camera(scene, "--model", "V") as url:
+        words = ("--camera", url, "-o", folder)
+        assert "Another camera" in refused(capsys, 3, *words)
+        session.update(serial="")
+        assert main(["capture", *map(str, words)]) == 0
+        told = capsys.readouterr()
+        assert told.out == "The camera has its own settings back.\n"
+        assert "still owed" in told.err
+        assert Session.open(folder).journal.settings_to_restore == {}
+        assert "finished already" in refused(capsys, 2, *words)
+
+
+def test_a_camera_that_is_owed_settings_is_sought_but_does_not_stop_the_merge(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def nobody(*words: object) -> FoundCamera:
+        raise Unreachable("Nothing answers.")
+
+    def reach(owed: dict[str, int], finished: str = "", complete: bool = True) -> object:
+        journal = SimpleNamespace(settings_to_restore=owed, finished=finished)
+        session: Any = SimpleNamespace(complete=complete, journal=journal)
+        args = argparse.Namespace(camera="auto")
+        return command._reach(args, session, None, VirtualClock(), Token())
+
+    monkeypatch.setattr(command, "find_camera", nobody)
+    assert reach({}) == (None, None)
+    assert capsys.readouterr().err == ""
+    assert reach({"sleepDelay": 300}) == (None, None)
+    assert "still owed" in capsys.readouterr().err
+    with pytest.raises(Unreachable):
+        reach({"sleepDelay": 300}, finished="yesterday")
+    with pytest.raises(Unreachable):
+        reach({}, complete=False)
+
+
+@pytest.mark.parametrize("asks", [True, False])
+def test_only_a_password_that_the_camera_wanted_is_kept(
+    monkeypatch: pytest.MonkeyPatch, asks: bool
+) -> None:
+    kept: list[str] = []
+    keyring = SimpleNamespace(set=lambda user, password: kept.append(user))
+    monkeypatch.setattr(reaching, "Passwords", lambda say: keyring)
+    monkeypatch.setattr(reaching, "remember", lambda camera: None)
+    found = FoundCamera("V", ACCESS_POINT, "V", "1", "typed", needs_password=asks)
+    reaching.keep(found, None, Credentials("me", "secret"))
+    reaching.keep(found, None, None)
+    assert kept == (["me"] if asks else [])
+
+
+def test_a_first_answer_is_said_once(capsys: pytest.CaptureFixture[str], scene: Path) -> None:
+    light = read_environment(scene).radiance
+    tell = command.StatusTeller(VirtualClock(), load_named_pack("generic"))
+    tell(Status(message="Bringing the frames over"))
+    assert "rough" not in capsys.readouterr().err
+    for _ in range(2):
+        tell(Status(message="Bringing the frames over", rough=Rough(light / light.mean(), 3, 0.0)))
+    lines = capsys.readouterr().err.splitlines()
+    rough = [line for line in lines if "rough" in line]
+    assert len(rough) == 1
+    assert rough[0].startswith("A rough first answer: ")
+    assert "°" in rough[0]

@@ -29,7 +29,11 @@ LEAKS = [
 ]
 
 
-NETWORK_COMMANDS = ("app.commands.capture", "app.commands.simulate_camera")
+NETWORK_COMMANDS = (
+    "app.commands.capture",
+    "app.commands.reaching",
+    "app.commands.simulate_camera",
+)
 
 
 def contracts(folder: Path) -> subprocess.CompletedProcess[str]:

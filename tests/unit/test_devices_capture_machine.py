@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import errno
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
@@ -11,13 +12,17 @@ import numpy as np
 import pytest
 
 from app.core.environment import read_environment
+from app.core.errors import Cancelled, CoreError
+from app.devices.capture import settings, shooting
 from app.devices.capture.machine import ENVIRONMENT
 from app.devices.capture.session import Session
 from app.devices.capture.status import Stage
 from app.devices.errors import CameraNotReady, CaptureFailed
 from app.devices.simulated.personality import PERSONALITIES
+from tests.helpers.cameras import Rig
 from tests.helpers.captures import (
     TINY,
+    Weather,
     asked,
     capture,
     rig,
@@ -198,10 +203,11 @@ def test_the_preview_is_closed_before_the_first_picture(tmp_path: Path) -> None:
     made = rig(tmp_path)
     order: list[str] = []
     closing = capture(made, before_exposing=lambda: order.append("closed"))
-    when(made, "setOptions", lambda: order.append(f"set at {made.clock.now():.1f} s"))
+    when(made, "/osc/info", lambda: order.append(f"asked at {made.clock.now():.1f} s"))
     closing.run()
     assert order[0] == "closed"
     assert float(order[1].split()[2]) >= 0.5
+    assert order.count("closed") == 1
 
 
 def test_a_self_timer_runs_once(tmp_path: Path) -> None:
@@ -285,3 +291,139 @@ def test_equal_exposures_are_refused(
     assert len(list((made.folder / "originals").glob("*.JPG"))) == 3
     assert not (made.folder / ENVIRONMENT).exists()
     assert made.camera.options == before
+
+
+class Listener(list[Any]):
+    """A list that acts when a stage is shown."""
+
+    def __init__(self, stage: Stage, act: Callable[[], None]) -> None:
+        super().__init__()
+        self.stage, self.act = stage, act
+
+    def append(self, item: Any) -> None:
+        super().append(item)
+        if item.stage is self.stage:
+            self.act()
+
+
+def owing(tmp_path: Path) -> tuple[Rig, Weather, dict[str, Any]]:
+    """A capture that is finished, but whose camera was out of reach at the end."""
+    made = rig(tmp_path)
+    before = copy.deepcopy(made.camera.options)
+    weather = Weather(made)
+    made.seen = Listener(Stage.MERGING, lambda: weather.lose(1e6))
+    result = made.shoot()
+    assert any("could not be put back" in line for line in result.warnings)
+    assert made.camera.options != before
+    return made, weather, before
+
+
+def test_settings_that_are_owed_are_given_back_later(tmp_path: Path) -> None:
+    made, weather, before = owing(tmp_path)
+    journal = Session.open(made.folder).journal
+    assert journal.finished
+    assert journal.settings_to_restore
+    weather.lost_until = made.clock.now()
+    made.seen = []
+    assert capture(made).give_back() == ""
+    assert made.camera.options == before
+    assert Session.open(made.folder).journal.settings_to_restore == {}
+
+
+def test_a_session_that_is_only_merged_gives_back_what_it_owes(tmp_path: Path) -> None:
+    made, weather, before = owing(tmp_path)
+    Session.open(made.folder).update(finished="", stage="merging")
+    weather.lost_until = made.clock.now()
+    made.seen = []
+    made.shoot()
+    assert made.camera.options == before
+
+
+def test_another_camera_does_not_get_what_is_owed(tmp_path: Path) -> None:
+    owed = Session.open(owing(tmp_path)[0].folder)
+    other = rig(tmp_path, "Z1")
+    with pytest.raises(CameraNotReady, match="Another camera"):
+        capture(other).give_back()
+    # A session that only has to be merged does not need its camera, and takes no other for it.
+    owed.update(finished="", stage="merging")
+    result = other.shoot()
+    assert any("could not be put back" in line for line in result.warnings)
+    assert asked(other, "setOptions") == 0
+    assert Session.open(other.folder).journal.settings_to_restore
+
+
+def test_a_full_disk_while_stopping_does_not_keep_the_settings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = rig(tmp_path)
+    before = copy.deepcopy(made.camera.options)
+    stop = shooting.stop
+
+    def stop_and_fail(job: Any) -> None:
+        stop(job)
+        raise CoreError("The disk is full.")
+
+    monkeypatch.setattr(shooting, "stop", stop_and_fail)
+    when(made, "startCapture", made.token.cancel)
+    with pytest.raises(Cancelled):
+        made.shoot()
+    assert made.seen[-1].stage is Stage.CANCELLED
+    assert made.camera.options == before
+
+
+@pytest.mark.parametrize("stated", [{}, {"offDelay": "off\n"}, {"offDelay": [0] * 1000}])
+def test_what_could_not_be_put_back_is_not_changed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stated: dict[str, Any]
+) -> None:
+    made = rig(tmp_path)
+    before = copy.deepcopy(made.camera.options)
+    read = settings.read
+
+    def spoiled(contact: Any, names: Any) -> dict[str, Any]:
+        found = read(contact, names)
+        if found.pop("offDelay", None) is not None:
+            found |= stated
+        return found
+
+    monkeypatch.setattr(settings, "read", spoiled)
+    made.shoot()
+    sent = [request.body for request in made.camera.log if b"setOptions" in request.body]
+    assert sent
+    assert not [body for body in sent if b"offDelay" in body]
+    assert made.camera.options == before
+
+
+@pytest.mark.parametrize("stated", [[5000], [1e-9], [0.1]])
+def test_lists_that_are_no_exposures_give_way_to_the_known_ones(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stated: list[float]
+) -> None:
+    made = rig(tmp_path)
+    read = settings.read
+    monkeypatch.setattr(
+        settings,
+        "read",
+        lambda contact, names: {
+            name: stated if name == "apertureSupport" else value
+            for name, value in ({"apertureSupport": None} | read(contact, names)).items()
+        },
+    )
+    result = made.shoot()
+    assert {shot.exposure.aperture for shot in result.plan.shots} == {2.0}
+
+
+def test_a_full_disk_while_metering_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = rig(tmp_path)
+    write = Path.write_bytes
+
+    def full(path: Path, data: bytes) -> int:
+        if path.name == ".metering.jpg":
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(path, data)
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(CaptureFailed, match="cannot be written: no space") as caught:
+        made.shoot()
+    assert "disk" in caught.value.hint
+    assert asked(made, "takePicture") == 1

@@ -15,6 +15,7 @@ from app.devices.capture.recovery import (
     REJOIN_S,
     Contact,
     find_frames,
+    newest_address,
     shooting_order,
 )
 from app.devices.clock import VirtualClock
@@ -194,6 +195,16 @@ def test_what_must_be_done_at_the_end_cannot_be_cancelled() -> None:
     assert last.ask(script(refused("serviceUnavailable", 503), 7)) == 7
 
 
+def test_an_old_api_that_does_not_go_away_ends() -> None:
+    client = Client()
+    camera = contact(client)
+    camera.switches_api = True
+    old = refused("unknownCommand")
+    assert camera.once(script(old, old, 7)) == 7
+    with pytest.raises(CameraRefused):
+        camera.once(script(old, old, old, 7))
+
+
 def entry(number: int, folder: int = 100, group: str | None = None) -> FileEntry:
     name = f"R{number:07d}.JPG"
     url = f"http://192.168.1.1/files/ab/{folder}RICOH/{name}"
@@ -223,6 +234,19 @@ def test_frames_are_found_by_what_is_newer() -> None:
     assert found(client, 3, previous=entry(6).url) == [7, 8, 9]
     assert found(client, 3, previous=entry(9).url) == []
     assert found(client, 5, previous="") == [5, 6, 7, 8, 9]
+
+
+def test_frames_are_found_at_another_address_of_the_camera() -> None:
+    client = Client()
+    client.files = [entry(n) for n in (9, 8, 7, 6, 5)]
+    old = [entry(n).url.replace("192.168.1.1", "10.0.0.7:8080") for n in range(10)]
+    assert found(client, 5, previous=old[6]) == [7, 8, 9]
+    assert found(client, 2, urls=[old[7], old[8]]) == [7, 8]
+    assert newest_address(client.files, old[7]) == old[7]
+    client.files = [entry(n) for n in (9, 8, 5)]
+    assert found(client, 5, previous=old[6]) == [8, 9]
+    client.files = [entry(5)]
+    assert found(client, 3, previous=old[6].replace("10.0.0.7", "1.0.0.7")) == []
 
 
 def test_raw_files_and_repeated_entries_do_not_count() -> None:

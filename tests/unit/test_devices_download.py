@@ -285,6 +285,38 @@ def test_a_file_that_ends_early_without_saying_so_is_continued(bench: Bench) -> 
     assert bench.target.read_bytes() == DATA
 
 
+def test_a_file_cut_on_the_camera_is_no_refused_request(bench: Bench) -> None:
+    cut = DATA[:7000]
+
+    def answer(start: int) -> Body:
+        if start >= len(cut):
+            raise CameraRefused("No such range.", status=416)
+        return ranges(cut)(start)
+
+    with pytest.raises(DownloadFailed, match="came over damaged") as caught:
+        bench.fetch(answer)
+    assert caught.value.code == "damaged"
+    # To go on from there was tried once.
+    assert bench.camera.starts == [0, 7000, 0, 0, 0]
+    assert bench.part.read_bytes() == cut
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (Unreachable("nobody"), "interrupted"),
+        (BadReply("Nonsense."), "bad-answers"),
+        (CameraRefused("Busy.", status=503), "bad-answers"),
+    ],
+)
+def test_codes_tell_a_broken_link_from_other_failures(
+    bench: Bench, error: DeviceError, code: str
+) -> None:
+    with pytest.raises(DownloadFailed) as caught:
+        bench.fetch(error)
+    assert caught.value.code == code
+
+
 def test_a_wrong_content_length_does_not_matter_once_all_is_here(bench: Bench) -> None:
     def long(start: int) -> Body:
         return Body(DATA, length=len(DATA) + 5000, breaks_after=len(DATA))
@@ -344,8 +376,9 @@ def test_a_full_disk_is_said_before(bench: Bench, monkeypatch: pytest.MonkeyPatc
 
 def test_a_folder_that_is_gone_is_a_sentence(bench: Bench) -> None:
     bench.folder = bench.folder / "gone"
-    with pytest.raises(DownloadFailed, match="no such file"):
+    with pytest.raises(DownloadFailed, match="no such file") as caught:
         bench.fetch(plain())
+    assert caught.value.code != "interrupted"
 
 
 def test_cancelling_keeps_the_part(bench: Bench) -> None:

@@ -270,7 +270,7 @@ def test_a_command_in_progress() -> None:
 
 @pytest.mark.parametrize(
     ("sent", "kept"),
-    [("41", "41"), (41, 41), ("041", "041"), (True, None), (1.5, None), ("", None), (None, None)],
+    [("41", "41"), (41, 41), ("041", "041"), (True, None), ("4\n", None), ("", None), (None, None)],
 )
 def test_an_id_is_kept_as_it_came(sent: Any, kept: Any) -> None:
     command = parse_command(as_json(PROGRESS | {"id": sent}), HERE)

@@ -20,6 +20,7 @@ from app.devices.capture.journal import (
     SessionFrame,
     SessionJournal,
     journal_of,
+    keepable,
     text_of,
 )
 from app.devices.capture.session import JOURNAL, Session
@@ -101,6 +102,7 @@ def test_a_session_is_not_made_twice(tmp_path: Path) -> None:
 
 def test_what_a_killed_write_left_does_not_stand_in_the_way(tmp_path: Path) -> None:
     (tmp_path / ".session-abc123.json").write_text("{")
+    (tmp_path / ".metering.jpg").write_bytes(b"")
     (tmp_path / "originals").mkdir()
     session = Session.open_or_create(tmp_path)
     assert sorted(os.listdir(tmp_path)) == ["originals", JOURNAL, "thumbnails"]
@@ -284,6 +286,24 @@ def test_set_frames_keeps_what_is_known(tmp_path: Path) -> None:
     second, again = session.set_frames([entry(12), entry(11, size=8)])
     assert (again.done, again.local, again.size) == (True, first.local, 8)
     assert not second.done
+
+
+def test_frames_are_known_again_when_the_camera_has_another_address(tmp_path: Path) -> None:
+    session = Session.create(tmp_path / "a")
+    first = session.set_frames([entry(11)])[0]
+    session.path_of(first).write_bytes(picture())
+    session.finish_frame(first.url)
+    moved = replace(entry(11), url="http://10.0.0.7:8080/" + first.url.split("/", 3)[3])
+    assert session.local_name(moved) == first.local
+    (again,) = session.set_frames([moved])
+    assert (again.done, again.local, again.url) == (True, first.local, moved.url)
+
+
+@pytest.mark.parametrize("value", ["off\n", [1] * 1000, {"a\n": 1}, {"a": float("inf")}])
+def test_settings_that_cannot_be_kept_are_left_out(tmp_path: Path, value: Any) -> None:
+    kept = keepable({"sleepDelay": 300, "offDelay": value, "password": "x"})
+    assert kept == {"sleepDelay": 300}
+    Session.create(tmp_path / "a").update(settings_to_restore=kept)
 
 
 def test_the_end_of_a_jpeg_is_found() -> None:

@@ -8,11 +8,13 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 import pytest
 
+from app.commands import capture_watch
 from app.core.errors import Cancelled
 from app.core.probe.frame import Exposure
 from app.core.progress import Token
@@ -45,7 +47,7 @@ def shot(
 class Scenario:
     """A folder whose contents change at given times of a virtual clock."""
 
-    def __init__(self, folder: Path, **options: float) -> None:
+    def __init__(self, folder: Path, **options: Any) -> None:
         self.folder = folder
         folder.mkdir(exist_ok=True)
         self.clock = VirtualClock()
@@ -507,3 +509,37 @@ def test_cancelling_before_anything(tmp_path: Path) -> None:
     token.cancel()
     with pytest.raises(Cancelled):
         next(WatchedFolder(tmp_path, VirtualClock()).brackets(token))
+
+
+def test_what_is_passed_over_is_said_at_once_and_once(tmp_path: Path) -> None:
+    (tmp_path / "old.jpg").write_bytes(b"x")
+    said: list[str] = []
+    watched = WatchedFolder(tmp_path, VirtualClock(), say=said.append)
+    assert said == ["1 file was in the folder before and left alone."]
+    (tmp_path / "new.cr3").write_bytes(b"x")
+    for _ in range(2):
+        watched.poll()
+    assert len(said) == 2
+    assert said[1].startswith("Files ending in .cr3 are passed over")
+    assert tuple(said) == watched.notes
+
+
+def test_the_command_says_what_it_passes_over_while_it_waits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said: list[str] = []
+
+    class Clock(VirtualClock):
+        def sleep(self, seconds: float) -> None:
+            super().sleep(seconds)
+            (tmp_path / "new.cr3").write_bytes(b"x")
+            said.append(capsys.readouterr().err)
+            if self.now() > 5.0:
+                token.cancel()
+
+    token = Token()
+    monkeypatch.setattr(capture_watch, "SystemClock", Clock)
+    with pytest.raises(Cancelled):
+        capture_watch._next_bracket(tmp_path, token)
+    assert "Waiting for pictures" in said[0]
+    assert "".join(said).count(".cr3 are passed over") == 1

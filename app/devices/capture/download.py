@@ -52,6 +52,8 @@ _RESERVE_BYTES: Final = 32 << 20
 _PAUSES_S: Final = (0.5, 1.0, 2.0, 4.0)
 _REPORT_S: Final = 0.1
 _RANGE_REFUSED: Final = 416
+_PASSING_STATUS: Final = (0, 408, 429, 500, 502, 503, 504, _RANGE_REFUSED)
+_PASSING_CODES: Final = ("serviceUnavailable", "unexpected", "disabledCommand")
 # Fewer bytes than this in so many seconds are no link.
 _DRIP_S: Final = 20.0
 _DRIP_BYTES: Final = 100_000
@@ -147,7 +149,10 @@ def fetch_file(
     Raises
     ------
     DownloadFailed
-        When it did not come whole after several attempts, is too long, or the disk refuses.
+        When it did not come whole after several attempts. The code is "interrupted" when the
+        link broke, "bad-answers" when the camera answered wrongly; "damaged",
+        "damaged-on-camera" or "too-long" when the file itself is at fault; "disk-full",
+        "not-written" or "other-file" when it cannot be put where it belongs.
     PasswordNeeded, NotACamera, CameraRefused
         At once, where trying again is of no use.
     Cancelled
@@ -158,15 +163,14 @@ def fetch_file(
     if target.exists():
         if whole(target):
             return target
-        raise DownloadFailed(
-            f"There is another file called {target.name} already.", "Use a new folder."
-        )
+        message = f"There is another file called {target.name} already."
+        raise DownloadFailed(message, "Use a new folder.", "other-file")
     transfer = _Transfer(client, entry, target, clock, token, report, whole)
     try:
         transfer.run()
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise DownloadFailed(f"Cannot write {target.name}: {reason}.", "Make room.") from error
+        message = f"Cannot write {target.name}: {(error.strerror or str(error)).lower()}."
+        raise DownloadFailed(message, "Make room.", "not-written") from error
     return target
 
 
@@ -238,6 +242,7 @@ class _Transfer:
         self.size = max(entry.size, 0)
         self.most = self._received()
         self.clean_lengths: list[int] = []
+        self.short_lengths: set[int] = set()
         self.spoiled: set[bytes] = set()
         # The part can never become whole. It is kept until the next attempt needs its place.
         self.stale = False
@@ -248,6 +253,7 @@ class _Transfer:
             raise DownloadFailed(
                 f"{self.entry.name} is {self.size >> 20} MB long; no picture is.",
                 "Check what is on the camera.",
+                "too-long",
             )
         self._check_room()
         if self._settled(clean=False):
@@ -262,8 +268,10 @@ class _Transfer:
             except CameraRefused as error:
                 if not _passing(error):
                     raise
-                self.stale |= error.status == _RANGE_REFUSED
-                last = error
+                # There is no more of the file, although that is not all of it.
+                short = error.status == _RANGE_REFUSED
+                self.stale |= short
+                last = _NotWhole() if short else error
             else:
                 return
             self.token.check()
@@ -326,6 +334,10 @@ class _Transfer:
         if end is None:
             if (self.size and received >= self.size) or (clean and not self.size):
                 self._spoil()
+            elif clean:
+                # To go on from there is worth one attempt, not every second one.
+                self.stale |= received in self.short_lengths
+                self.short_lengths.add(received)
             return False
         if self.size and received > self.size >= end:
             os.truncate(self.part, self.size)
@@ -391,10 +403,13 @@ class _Transfer:
 
     def _given_up(self, last: Exception) -> DownloadFailed:
         if isinstance(last, DeviceError):
-            return DownloadFailed(f"{self.entry.name} did not come over. {last.message}", _HINT)
+            code = "interrupted" if isinstance(last, Unreachable) else "bad-answers"
+            message = f"{self.entry.name} did not come over. {last.message}"
+            return DownloadFailed(message, _HINT, code)
         return DownloadFailed(
             f"{self.entry.name} came over damaged {ATTEMPTS} times.",
             "The picture on the camera may be damaged: look at it there, or take it again.",
+            "damaged",
         )
 
 
@@ -412,11 +427,7 @@ def _continues(incoming: Incoming, start: int, size: int) -> bool:
 
 def _passing(error: CameraRefused) -> bool:
     """Whether a refusal may be over after a pause."""
-    return error.status in (0, 408, 429, 500, 502, 503, 504, 416) or error.code in (
-        "serviceUnavailable",
-        "unexpected",
-        "disabledCommand",
-    )
+    return error.status in _PASSING_STATUS or error.code in _PASSING_CODES
 
 
 class _Watch:

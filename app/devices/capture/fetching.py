@@ -5,15 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from app.core.errors import ProbeError
+from app.core.probe.bracket import EQUAL_STOPS
+from app.core.probe.metadata import read_header
 from app.core.probe.rough import rough_environment
+from app.core.probe.words import listed
 from app.devices.capture.download import FileProgress, fetch_file, fetch_thumbnails
 from app.devices.capture.status import FrameProgress, Stage
 from app.devices.capture.whole import whole_file, whole_picture
-from app.devices.errors import DownloadFailed, Unreachable
+from app.devices.errors import CameraRefused, DeviceError, DownloadFailed, Unreachable
 from app.devices.osc.messages import FileEntry
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable, Mapping
     from pathlib import Path
 
     from app.core.probe.rough import Rough
@@ -23,15 +27,28 @@ if TYPE_CHECKING:
 __all__ = ["fetch"]
 
 _CONTINUATIONS: Final = 3
+_ENOUGH: Final = 3
+# What another try may mend once the camera has been found again.
+_PASSING: Final = frozenset({"interrupted", "bad-answers"})
+# What one file has, and the next one need not have.
+_OF_ONE_FILE: Final = frozenset(
+    {"bad-answers", "damaged", "damaged-on-camera", "too-long", "other-file"}
+)
 
 
 def fetch(job: Job) -> None:
-    """Bring all frames of the journal over.
+    """Bring the frames of the journal over.
+
+    A file that cannot be had does not keep the others from coming. Where three with different
+    exposures are whole, these are used and the user is told; the others stay open in the journal.
 
     Raises
     ------
     DownloadFailed
-        When one does not come whole; what came stays and can be continued.
+        When the link does not last, the disk refuses, or too few came whole; what came stays and
+        can be continued.
+    CameraRefused
+        When the camera does not give the files, and too few came whole.
     Cancelled
         When the token was cancelled.
     """
@@ -44,16 +61,52 @@ def fetch(job: Job) -> None:
     missing = [frame for frame in frames if not frame.done]
     _thumbnails(job, view, frames if missing else ())
     entries = {frame.url: _entry(frame) for frame in missing}
+    failed: dict[str, DeviceError] = {}
     for number, frame in enumerate(frames):
         if frame.url in entries:
-            _one(job, view, number, entries[frame.url])
+            error = _one(job, view, number, entries[frame.url])
+            if error is not None:
+                failed[frame.url] = error
+                continue
             job.session.finish_frame(frame.url)
         view.set(number, done=True, received=view.rows[number].size)
         job.arriving.add(job.session.path_of(frame))
     for number, frame in enumerate(frames):
-        if frame.url in entries and job.arriving.problem(job.session.path_of(frame), job.token):
-            _again(job, view, number, entries[frame.url])
-    job.paths = tuple(job.session.path_of(frame) for frame in job.session.journal.frames)
+        if frame.url not in entries or frame.url in failed:
+            continue
+        if job.arriving.problem(job.session.path_of(frame), job.token):
+            error = _again(job, view, number, entries[frame.url])
+            if error is not None:
+                failed[frame.url] = error
+    _settle(job, failed)
+
+
+def _settle(job: Job, failed: Mapping[str, DeviceError]) -> None:
+    """Be content with the frames that are whole where they are enough, or say why not."""
+    frames = job.session.journal.frames
+    paths = tuple(job.session.path_of(frame) for frame in frames if frame.done)
+    if failed:
+        if _different(paths) < _ENOUGH:
+            raise next(iter(failed.values()))
+        names = listed([frame.name for frame in frames if not frame.done])
+        job.warn(
+            f"{names} could not be brought over whole; only {len(paths)} of"
+            f" {len(job.plan.shots)} exposures are used."
+        )
+    job.paths = paths
+
+
+def _different(paths: Iterable[Path]) -> int:
+    """Count the exposures that differ; a file that does not state its own is of no use here."""
+    known: list[float] = []
+    for path in paths:
+        try:
+            exposure = read_header(path).frame.exposure
+        except ProbeError:
+            continue
+        if exposure and all(abs(exposure.ev - other) >= EQUAL_STOPS for other in known):
+            known.append(exposure.ev)
+    return len(known)
 
 
 class _View:
@@ -115,15 +168,19 @@ def _entry(frame: SessionFrame) -> FileEntry:
     )
 
 
-def _again(job: Job, view: _View, number: int, entry: FileEntry) -> None:
+def _again(job: Job, view: _View, number: int, entry: FileEntry) -> DeviceError | None:
     """Fetch a file once more whose length was right but whose picture is damaged."""
     path = job.session.originals / job.session.local_name(entry)
     job.arriving.discard(path)
-    path.rename(path.with_name(f"{path.name}.damaged"))
+    path.replace(path.with_name(f"{path.name}.damaged"))
     job.session.set_frame(entry.url, done=False, sha256="")
-    _one(job, view, number, entry, whole_picture)
-    job.session.finish_frame(entry.url)
-    job.arriving.add(path)
+    view.set(number, done=False)
+    error = _one(job, view, number, entry, whole_picture)
+    if error is None:
+        job.session.finish_frame(entry.url)
+        view.set(number, done=True)
+        job.arriving.add(path)
+    return error
 
 
 def _one(
@@ -132,10 +189,11 @@ def _one(
     number: int,
     entry: FileEntry,
     check: Callable[[Path], bool] = whole_file,
-) -> None:
+) -> DeviceError | None:
     """Bring one file over, and go on with it when the link comes back.
 
-    Only its structure is checked here by default: it is decoded while the next one comes.
+    Only its structure is checked here by default: it is decoded while the next one comes. What is
+    wrong with this file alone is returned, everything else is raised.
     """
 
     def report(progress: FileProgress) -> None:
@@ -150,9 +208,15 @@ def _one(
     for attempt in range(_CONTINUATIONS):
         try:
             fetch_file(job.client, entry, target, job.clock, job.token, report, check=check)
-        except (DownloadFailed, Unreachable):
-            if attempt + 1 == _CONTINUATIONS:
+        except CameraRefused as error:
+            return error
+        except (DownloadFailed, Unreachable) as error:
+            passing = isinstance(error, Unreachable) or error.code in _PASSING
+            if not passing or attempt + 1 == _CONTINUATIONS:
+                if error.code in _OF_ONE_FILE:
+                    return error
                 raise
-            job.contact.reconnect()
         else:
-            return
+            break
+        job.contact.reconnect()
+    return None

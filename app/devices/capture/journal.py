@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import re
@@ -15,17 +16,26 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
 __all__ = [
+    "EXPOSURE_LIMITS",
     "VERSION",
     "Damaged",
     "Newer",
     "SessionFrame",
     "SessionJournal",
     "journal_of",
+    "keepable",
     "text_of",
 ]
 
 VERSION: Final = 1
 """Of the journal's form; a file with a higher one is left alone."""
+
+EXPOSURE_LIMITS: Final = {
+    "shutter_s": (1e-7, 1e5),
+    "iso": (0.5, 1e7),
+    "aperture": (0.3, 1000.0),
+}
+"""Least and largest value of an exposure that a journal holds."""
 
 JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, JsonValue] | None"
 
@@ -217,6 +227,15 @@ def journal_of(text: str) -> SessionJournal:
     )
 
 
+def keepable(settings: Mapping[str, JsonValue]) -> dict[str, JsonValue]:
+    """Leave out the settings of a camera that a journal cannot hold."""
+    kept: dict[str, JsonValue] = {}
+    for name, value in settings.items():
+        with contextlib.suppress(Damaged):
+            kept |= _settings({name: value})
+    return kept
+
+
 def _plain(value: Any) -> Any:
     """Turn the journal's dataclasses into dictionaries; everything else is JSON already."""
     if isinstance(value, (Exposure, Plan, PlannedShot, SessionFrame)):
@@ -296,9 +315,9 @@ def _number(value: Any, where: str, low: float, high: float) -> float:
 def _exposure(facts: Any) -> Exposure:
     read = _Reader(facts, "an exposure")
     return Exposure(
-        read.number("shutter_s", 1e-7, 1e5),
-        read.number("iso", 0.5, 1e7),
-        read.number("aperture", 0.3, 1000.0),
+        read.number("shutter_s", *EXPOSURE_LIMITS["shutter_s"]),
+        read.number("iso", *EXPOSURE_LIMITS["iso"]),
+        read.number("aperture", *EXPOSURE_LIMITS["aperture"]),
         read.truth("known"),
     )
 
@@ -362,6 +381,8 @@ def _check_depth(value: Any, left: int) -> None:
             raise Damaged("a setting is too long")
         for each in value.values() if isinstance(value, dict) else value:
             _check_depth(each, left - 1)
+        for name in value if isinstance(value, dict) else ():
+            _text(name, "a setting")
 
 
 def _command_id(value: Any) -> str | int | None:

@@ -8,6 +8,7 @@ was interrupted still needs, and what happens at the end however it ends.
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import TYPE_CHECKING, Final
@@ -47,6 +48,7 @@ ENVIRONMENT: Final = "environment.exr"
 """Name of the environment in the session's folder."""
 
 _LAST_REJOIN_S: Final = 20.0
+_IDLE_S: Final = 30.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +112,7 @@ class Capture:
     token : Token
         Stops it.
     before_exposing : Callable, optional
-        Called before the first picture: closes a live preview.
+        Called before anything is asked of the camera: closes a live preview.
     """
 
     def __init__(
@@ -128,13 +130,15 @@ class Capture:
         before_exposing: Callable[[], None] = lambda: None,
     ) -> None:
         board = Board(on_status)
+        contact = Contact(client, clock, token, board.say)
+        contact.serial = session.journal.serial  # No other one gets what is owed to this camera.
         self._job = Job(
             client=client,
             session=session,
             clock=clock,
             token=token,
             board=board,
-            contact=Contact(client, clock, token, board.say),
+            contact=contact,
             kind=plan,
             pack=pack,
             wishes=wishes or Wishes(),
@@ -167,9 +171,7 @@ class Capture:
                     job.token.check()
                     stage(job)
             except Cancelled as error:
-                if job.exposing:
-                    job.board.show(Stage.CANCELLED, "Stopping the camera")
-                    shooting.stop(job)
+                _stop(job)
                 _end(job, Stage.CANCELLED, error)
                 raise
             except DeviceError as error:
@@ -186,6 +188,28 @@ class Capture:
                 raise
             _end(job, Stage.DONE)
         return _result(job)
+
+    def give_back(self) -> str:
+        """Only put back the settings that an earlier capture could not put back.
+
+        Returns
+        -------
+        str
+            A sentence about those that the camera did not take, "" where it took all.
+
+        Raises
+        ------
+        DeviceError
+            When the camera does not answer, is busy or is another one: the session still owes it
+            its settings then.
+        Cancelled
+            When the token was cancelled.
+        """
+        job = self._job
+        with job.arriving:
+            ready.connect(job)
+            ready.wait_until_idle(job, _IDLE_S)
+            return settings.untaken_words(settings.restore(job.contact, job.session))
 
 
 def _stages(job: Job) -> tuple[Callable[[Job], None], ...]:
@@ -206,7 +230,7 @@ def _connect(job: Job) -> None:
 def _restore_first(job: Job) -> None:
     """Put back what an interrupted capture has changed, before it is taken for the user's own."""
     if job.session.journal.settings_to_restore:
-        ready.wait_until_idle(job, 30.0)
+        ready.wait_until_idle(job, _IDLE_S)
         job.warn(settings.restore_or_say(job.contact, job.session))
 
 
@@ -233,7 +257,7 @@ def _find_again(job: Job) -> None:
         return
     try:
         with job.timed("exposing"):
-            shooting.gather(job)
+            shooting.gather(job, least=len(job.plan.shots))
     except CaptureFailed:
         job.warn("The interrupted bracket was not complete; it was shot again.")
         _meter(job)
@@ -275,20 +299,34 @@ def _merge(job: Job) -> None:
     job.session.update(environment=ENVIRONMENT, seconds=dict(job.seconds))
 
 
+def _stop(job: Job) -> None:
+    """Make the camera stop shooting; whatever comes of it, its settings come back next."""
+    if job.exposing:
+        job.board.show(Stage.CANCELLED, "Stopping the camera")
+        with contextlib.suppress(DeviceError, CoreError):
+            shooting.stop(job)
+
+
 def _give_back(job: Job) -> str:
-    """Put the camera's settings back as far as it can be reached."""
+    """Put the camera's settings back as far as it can be reached; a sentence about what failed."""
     if not job.session.journal.settings_to_restore:
         return ""
-    return settings.restore_or_say(job.contact.unstoppable(_LAST_REJOIN_S), job.session)
+    try:
+        return settings.restore_or_say(job.contact.unstoppable(_LAST_REJOIN_S), job.session)
+    except CoreError as error:
+        # The camera has them, only the journal does not know; they may be put back twice.
+        return error.message
 
 
 def _end(job: Job, stage: Stage, error: DeviceError | CoreError | None = None) -> None:
     """Give the camera back, write down how it ended, and say so."""
     unrestored = _give_back(job)
-    if unrestored:
+    if error is None:
         job.warn(unrestored)
-        if error is not None:
-            error.hint = f"{error.hint} {unrestored}".strip()
+    elif unrestored:
+        error.hint = f"{error.hint} {unrestored}".strip()
+        with contextlib.suppress(CoreError):  # It is told, even where the disk takes no more.
+            job.warn(unrestored)
     if stage is Stage.DONE:
         finished = datetime.now().astimezone().isoformat(timespec="seconds")
         job.session.update(stage=stage.value, finished=finished)

@@ -15,6 +15,7 @@ from app.core.probe.exposures import metered_exposure
 from app.core.probe.metadata import read_header
 from app.core.probe.planner import CameraLimits, Plan, plan
 from app.devices.capture import settings
+from app.devices.capture.journal import EXPOSURE_LIMITS
 from app.devices.capture.recovery import NOT_NOW, newest_address
 from app.devices.capture.single import take_picture
 from app.devices.capture.status import Stage
@@ -36,7 +37,11 @@ _LONGEST_S: Final = 15.0
 _FILE: Final = ".metering.jpg"
 _MOST_VALUES: Final = 400
 _LISTED: Final = 8
-_SUPPORT: Final = ("shutterSpeedSupport", "isoSupport", "apertureSupport")
+_SUPPORT: Final = {
+    "shutterSpeedSupport": "shutter_s",
+    "isoSupport": "iso",
+    "apertureSupport": "aperture",
+}
 
 
 def make_plan(job: Job) -> None:
@@ -74,7 +79,7 @@ class _Lost(Exception):
 
 def _metered_plan(job: Job) -> Plan:
     job.board.show(Stage.METERING, "Setting the camera up")
-    settings.save(job.contact, job.session, job.profile)
+    job.profile = settings.save(job.contact, job.session, job.profile)
     settings.prepare(job.contact, job.profile)
     job.board.show(Stage.METERING, "Metering", 0.3)
     metered = meter(job)
@@ -104,7 +109,8 @@ def meter(job: Job) -> Exposure:
         When no picture comes, or it does not state its exposure.
     """
     settings.change(job.contact, {"exposureProgram": _AUTOMATIC})
-    settings.change_if_known(job.contact, {"exposureCompensation": 0})
+    if "exposureCompensation" in job.profile.saved:
+        settings.change_if_known(job.contact, {"exposureCompensation": 0})
     settings.settle(job.contact, job.profile)
     listed = job.contact.ask(lambda: job.client.list_files(_LISTED))
     latest = job.contact.ask(job.client.state).latest_file_url
@@ -129,9 +135,11 @@ def read_limits(job: Job) -> CameraLimits:
         The camera's own where it states them, else those known of the model.
     """
     settings.change(job.contact, {"exposureProgram": _MANUAL})
-    stated = settings.read(job.contact, _SUPPORT)
+    stated = settings.read(job.contact, tuple(_SUPPORT))
     known = job.profile.fallback
-    times, isos, apertures = (_values(stated.get(name)) for name in _SUPPORT)
+    times, isos, apertures = (
+        _values(stated.get(name), *EXPOSURE_LIMITS[kind]) for name, kind in _SUPPORT.items()
+    )
     return CameraLimits(times or known.shutters_s, isos or known.isos, apertures or known.apertures)
 
 
@@ -147,14 +155,16 @@ def _most_shots(job: Job) -> int:
     return max(2, min(most, number))
 
 
-def _values(stated: Any) -> tuple[float, ...]:
+def _values(stated: Any, least: float, largest: float) -> tuple[float, ...]:
     """Return the numbers of a list that can be exposures; 0 stands for automatic."""
     if not isinstance(stated, list) or len(stated) > _MOST_VALUES:
         return ()
     numbers = (
         float(value)
         for value in stated
-        if isinstance(value, (int, float)) and not isinstance(value, bool) and 0 < value < 1e6
+        if isinstance(value, (int, float))
+        and not isinstance(value, bool)
+        and least <= value <= largest
     )
     return tuple(sorted(set(numbers)))
 
@@ -166,19 +176,30 @@ def _exposure_of(job: Job, url: str) -> Exposure:
     try:
         path.write_bytes(data)
         found = metered_exposure(read_header(path))
-    except (ProbeError, OSError) as error:
+    except ProbeError as error:
         # It may have been cut off on the way: asked for again.
         raise BadReply("The picture for metering could not be read.", "Start again.") from error
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise CaptureFailed(
+            f"{path} cannot be written: {reason}.", "Make room on the disk.", "disk"
+        ) from error
     finally:
         with contextlib.suppress(OSError):
             path.unlink()
-    if found is None or not found.known:
+    if found is None or not found.known or not _plausible(found):
         raise CaptureFailed(
             "The camera does not state the exposure it metered.",
             "Take a bracket by hand and merge its files.",
             "metering",
         )
     return found
+
+
+def _plausible(exposure: Exposure) -> bool:
+    """Whether an exposure that a file states can be one."""
+    limits = EXPOSURE_LIMITS.items()
+    return all(least <= getattr(exposure, name) <= most for name, (least, most) in limits)
 
 
 def _start_of(job: Job, url: str) -> bytes:

@@ -65,7 +65,7 @@ _BROKEN: Final = frozenset(
 
 
 def connect(job: Job) -> None:
-    """Ask who the camera is and choose its profile.
+    """Close the preview, ask who the camera is and choose its profile.
 
     Raises
     ------
@@ -74,6 +74,9 @@ def connect(job: Job) -> None:
         too old.
     """
     job.board.show(Stage.CONNECTING, "Connecting to the camera")
+    # A camera that shows a preview refuses most of what follows.
+    job.before_exposing()
+    job.contact.pause(_PREVIEW_S)
     journal = job.session.journal
     job.contact.serial = journal.serial
     job.info = info = job.contact.ask(job.contact.hello)
@@ -85,7 +88,7 @@ def connect(job: Job) -> None:
 
 
 def check_ready(job: Job) -> None:
-    """Check that nothing keeps the camera from shooting, and close the preview.
+    """Check that nothing keeps the camera from shooting.
 
     Raises
     ------
@@ -104,8 +107,6 @@ def check_ready(job: Job) -> None:
             "plug-in",
         )
     _check_storage(job)
-    job.before_exposing()
-    job.contact.pause(_PREVIEW_S)
     wait_until_idle(job, _IDLE_S)
 
 

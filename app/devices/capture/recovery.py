@@ -35,7 +35,8 @@ not known
 `CameraRefused`:              status                        `CaptureFailed`: stopped at the camera
 canceledShooting
 `CameraRefused`: unknown      anything, on S and SC         API 2.1 is switched on again, if it is
-command or parameter                                        off, and the question put once more
+command or parameter                                        off, and the question put once more,
+                                                            twice at most
 `CameraRefused`:              switching an S or SC to       again as long as it shoots, ten minutes
 disabledCommand               API 2.1                       at most, at the end of a capture one
 `CameraRefused`: others       anything                      never
@@ -97,6 +98,7 @@ PATIENCE_S: Final = 240.0
 
 _OLD_API: Final = frozenset({"unknownCommand", "missingParameter", "invalidParameterName"})
 _ROUNDS: Final = 4
+_SWITCHES: Final = 2
 _BAD_REPLIES: Final = 3
 _BUSY_S: Final = 30.0
 _NOT_NOW_S: Final = 8.0
@@ -220,14 +222,15 @@ class Contact:
         Cancelled
             When the token was cancelled.
         """
-        began, number = self.clock.now(), 0
+        began, number, switched = self.clock.now(), 0, 0
         while True:
             if self.token is not None:
                 self.token.check()
             try:
                 return call()
             except CameraRefused as error:
-                if self._fell_back(error):
+                if switched < _SWITCHES and self._fell_back(error):
+                    switched += 1
                     continue
                 patience = _patience(error, passing)
                 pause = _PAUSES_S[min(number, len(_PAUSES_S) - 1)]
@@ -354,8 +357,8 @@ def find_frames(
     """
     count = min(wanted + _SPARE, _MOST_LISTED)
     listed = contact.ask(lambda: contact.client.list_files(count))
-    pictures = {entry.url: entry for entry in listed if _is_jpeg(entry)}
-    named = [pictures[url] for url in dict.fromkeys(urls) if url in pictures]
+    pictures = {_path(entry.url): entry for entry in listed if _is_jpeg(entry)}
+    named = [pictures[path] for path in dict.fromkeys(map(_path, urls)) if path in pictures]
     if len(named) >= wanted:
         return shooting_order(named)[:wanted]
     newer = _newer(tuple(pictures.values()), previous)
@@ -379,7 +382,7 @@ def newest_address(entries: Sequence[FileEntry], stated: str) -> str:
     str
         "" where there is none.
     """
-    if any(entry.url == stated for entry in entries):
+    if any(_path(entry.url) == _path(stated) for entry in entries):
         return stated
     likely = shooting_order(_one_folder(entries, 1))
     return likely[-1].url if likely else ""
@@ -387,11 +390,12 @@ def newest_address(entries: Sequence[FileEntry], stated: str) -> str:
 
 def _newer(entries: Sequence[FileEntry], previous: str) -> list[FileEntry]:
     """Return the entries before a known one; where that is gone, those with higher addresses."""
-    if not any(entry.url == previous for entry in entries):
+    known = _path(previous)
+    if not any(_path(entry.url) == known for entry in entries):
         return [entry for entry in entries if _place(entry.url) > _place(previous)]
     newer = []
     for entry in entries:
-        if entry.url == previous:
+        if _path(entry.url) == known:
             break
         newer.append(entry)
     return newer
@@ -409,8 +413,14 @@ def _one_folder(entries: Sequence[FileEntry], wanted: int) -> list[FileEntry]:
 
 
 def _place(url: str) -> tuple[str, str]:
-    folder, _, name = url.rpartition("/")
+    folder, _, name = _path(url).rpartition("/")
     return folder, name
+
+
+def _path(url: str) -> str:
+    """Return an address without the camera's own, which is another one on another network."""
+    _, absolute, rest = url.partition("://")
+    return f"/{rest.partition('/')[2]}" if absolute else url
 
 
 def shooting_order(entries: Sequence[FileEntry]) -> tuple[FileEntry, ...]:

@@ -18,6 +18,7 @@ from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
+from urllib.parse import urlsplit
 
 from app.core.errors import CoreError
 from app.core.files import atomic_write_text, check_target
@@ -49,8 +50,9 @@ _MAX_WARNINGS: Final = 100
 _ORIGINALS: Final = "originals"
 _THUMBNAILS: Final = "thumbnails"
 _DAMAGED: Final = re.compile(r"session\.damaged-[0-9]+\.json")
-# What a killed `atomic_write` leaves of the journal and of the environment.
-_TEMPORARY: Final = re.compile(r"\.session-.*\.json|\.environment-.*\.exr")
+# What a killed `atomic_write` leaves of the journal and of the environment, and metering of its
+# picture.
+_TEMPORARY: Final = re.compile(r"\.session-.*\.json|\.environment-.*\.exr|\.metering\.jpg")
 # Files that systems leave in folders by themselves.
 _LITTER: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini", ".directory"})
 _TAKEN: Final = re.compile(r"(\d{4}):(\d\d):(\d\d) (\d\d):(\d\d):(\d\d)")
@@ -207,7 +209,8 @@ class Session:
     def set_frames(self, entries: Iterable[FileEntry]) -> tuple[SessionFrame, ...]:
         """State which files of the camera are the frames, in the order of shooting.
 
-        What is known of a frame already (by its URL) is kept; each gets its local name.
+        What is known of a frame already is kept, also where the camera has another address now;
+        each gets its local name.
 
         Returns
         -------
@@ -215,12 +218,13 @@ class Session:
             As they stand in the journal now.
         """
         with self._lock:
-            known = {frame.url: frame for frame in self._journal.frames}
+            known = {_on_camera(frame.url): frame for frame in self._journal.frames}
             frames: list[SessionFrame] = []
             for entry in entries:
-                old = known.get(entry.url, SessionFrame(entry.name, entry.url))
+                old = known.get(_on_camera(entry.url), SessionFrame(entry.name, entry.url))
                 taken = _clean(entry.taken, 100)
-                new = replace(old, name=entry.name, size=max(entry.size, 0), taken=taken)
+                size = max(entry.size, 0)
+                new = replace(old, name=entry.name, url=entry.url, size=size, taken=taken)
                 used = {each.local for each in (*known.values(), *frames)}
                 local = old.local or self._free_name(entry, used)
                 frames.append(replace(new, local=local))
@@ -269,7 +273,7 @@ class Session:
         """
         with self._lock:
             for frame in self._journal.frames:
-                if frame.url == entry.url and frame.local:
+                if _on_camera(frame.url) == _on_camera(entry.url) and frame.local:
                     return frame.local
             return self._free_name(entry, {frame.local for frame in self._journal.frames})
 
@@ -388,6 +392,11 @@ def _beside(folder: Path, stem: str, ending: str = "") -> Path:
     while (folder / f"{stem}-{number}{ending}").exists():
         number += 1
     return folder / f"{stem}-{number}{ending}"
+
+
+def _on_camera(url: str) -> str:
+    """Return what stays of an address when the camera gets another one in the network."""
+    return urlsplit(url)._replace(scheme="", netloc="").geturl()
 
 
 def _date(taken: str) -> str:

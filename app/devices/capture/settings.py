@@ -6,8 +6,10 @@ after a power cut the camera can be given back as it was.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
+from app.devices.capture.journal import keepable
 from app.devices.capture.recovery import NOT_NOW
 from app.devices.errors import CameraNotReady, CameraRefused, DeviceError
 from app.devices.profiles import KELVIN
@@ -29,6 +31,7 @@ __all__ = [
     "restore_or_say",
     "save",
     "settle",
+    "untaken_words",
 ]
 
 _NEVER: Final = 65535
@@ -36,6 +39,7 @@ _MANUAL: Final = 1
 _EXPOSING: Final = ("shutterSpeed", "iso", "aperture")
 _UNKNOWN: Final = frozenset({"invalidParameterName", "invalidParameterValue", "missingParameter"})
 _TOGETHER: Final = ("fileFormat", "exposureDelay", "_imageStitching", "_topBottomCorrection")
+_SEAMS: Final = frozenset({"_imageStitching", "_topBottomCorrection"})
 # Not worth a sentence when the camera does not want its own value back.
 _UNTOLD: Final = frozenset({"_autoBracket", "shutterSpeed", "iso", "aperture", "offDelay"})
 
@@ -121,14 +125,20 @@ def settle(contact: Contact, profile: ModelProfile) -> None:
     contact.pause(profile.settle_s - (contact.clock.now() - contact.changed_at))
 
 
-def save(contact: Contact, session: Session, profile: ModelProfile) -> None:
+def save(contact: Contact, session: Session, profile: ModelProfile) -> ModelProfile:
     """Write into the journal how everything is that `prepare` and the shots will change.
 
     What stands there already is from before an interruption, and better.
+
+    Returns
+    -------
+    ModelProfile
+        The profile without the options that cannot be put back, since the camera does not state
+        them or states what cannot be kept: they are not to be changed.
     """
     known = dict(session.journal.settings_to_restore)
     if "captureMode" not in known:
-        known = read(contact, ("captureMode",)) | known
+        known = keepable(read(contact, ("captureMode",))) | known
         session.update(settings_to_restore=known)
     if known.get("captureMode", "image") != "image":
         # The other options of a camera follow its mode.
@@ -136,11 +146,25 @@ def save(contact: Contact, session: Session, profile: ModelProfile) -> None:
         contact.pause(profile.settle_s)
     missing = [name for name in profile.saved if name not in known]
     if missing:
-        session.update(settings_to_restore=known | read(contact, missing))
+        known |= keepable(read(contact, missing))
+        session.update(settings_to_restore=known)
+    return replace(
+        profile,
+        saved=tuple(name for name in profile.saved if name in known),
+        extra=tuple(each for each in profile.extra if each[0] in known),
+        stitching=profile.stitching and known.keys() >= _SEAMS,
+    )
 
 
 def prepare(contact: Contact, profile: ModelProfile) -> None:
     """Make the camera take plain pictures and stay awake; what it does not know is left out.
+
+    Parameters
+    ----------
+    contact : Contact
+        The camera.
+    profile : ModelProfile
+        As `save` returned it.
 
     Raises
     ------
@@ -220,6 +244,11 @@ def restore_or_say(contact: Contact, session: Session) -> str:
             "The camera's own settings could not be put back: connect to it and open this session"
             " again."
         )
+    return untaken_words(refused)
+
+
+def untaken_words(refused: Sequence[str]) -> str:
+    """Return a sentence about the options that a camera did not take back, "" for none."""
     if not refused:
         return ""
     return f"The camera did not take back these settings of its own: {', '.join(refused)}."

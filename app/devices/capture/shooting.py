@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+from app.core.errors import CoreError
 from app.devices.capture import settings
 from app.devices.capture.recovery import NOT_NOW, find_frames, newest_address
-from app.devices.capture.single import FRAME_S, as_sent, ask_how_far, shoot_singly
+from app.devices.capture.single import FRAME_S, as_sent, ask_how_far, set_timer, shoot_singly
 from app.devices.capture.status import Stage
 from app.devices.errors import CameraRefused, CaptureFailed, DeviceError, Unreachable
 from app.devices.profiles import KELVIN
@@ -15,6 +17,7 @@ from app.devices.profiles import KELVIN
 if TYPE_CHECKING:
     from app.core.probe.planner import Plan, PlannedShot
     from app.devices.capture.job import Job
+    from app.devices.capture.recovery import Contact
     from app.devices.osc.messages import Command, FileEntry
     from app.devices.profiles import ModelProfile
 
@@ -89,13 +92,22 @@ def expose(job: Job) -> None:
     gather(job, urls)
 
 
-def gather(job: Job, urls: tuple[str, ...] = ()) -> None:
+def gather(job: Job, urls: tuple[str, ...] = (), *, least: int | None = None) -> None:
     """Find the files of the bracket and write them into the journal.
+
+    Parameters
+    ----------
+    job : Job
+        The capture.
+    urls : tuple[str, ...], optional
+        Their addresses, where the camera has named them.
+    least : int, optional
+        How many must be there; by default as many as can be merged.
 
     Raises
     ------
     CaptureFailed
-        When there are too few to be of use.
+        When there are fewer.
     """
     wanted = len(job.plan.shots)
     journal = job.session.journal
@@ -114,7 +126,7 @@ def gather(job: Job, urls: tuple[str, ...] = ()) -> None:
             break
     group = next((entry.group_id for entry in found if entry.group_id), "") or ""
     job.session.set_frames(found)
-    if len(found) < min(wanted, _ENOUGH):
+    if len(found) < min(wanted, _ENOUGH if least is None else least):
         raise CaptureFailed(
             f"The camera took {len(found)} of {wanted} exposures.",
             "What it took is on the camera. Look whether it shows a fault, then shoot again.",
@@ -129,20 +141,28 @@ def stop(job: Job) -> None:
     """Make the camera stop shooting, after cancelling; whatever it answers is well."""
     contact = job.contact.unstoppable(10.0)
     try:
-        status = contact.ask(job.client.state).capture_status
+        _stop_shooting(job, contact)
+        journal = job.session.journal
+        found = find_frames(contact, len(job.plan.shots), previous=journal.previous_latest)
+        job.session.set_frames(found)
+    except (DeviceError, CoreError):
+        return
+
+
+def _stop_shooting(job: Job, contact: Contact) -> None:
+    """Stop what can be stopped, and wait for the end of what cannot, such as a single picture."""
+    status = contact.ask(job.client.state).capture_status
+    with suppress(DeviceError):
         if status == "self-timer countdown":
             contact.once(job.client.stop_self_timer)
         elif status not in ("", "idle"):
             contact.once(job.client.stop_capture)
-        until = job.clock.now() + _STOP_S
-        while status not in ("", "idle") and job.clock.now() < until:
-            contact.pause(1.0)
-            status = contact.ask(job.client.state).capture_status
-        journal = job.session.journal
-        found = find_frames(contact, len(job.plan.shots), previous=journal.previous_latest)
-        job.session.set_frames(found)
-    except DeviceError:
-        return
+    longest = max(shot.exposure.shutter_s for shot in job.plan.shots)
+    until = job.clock.now() + max(longest * 2 + FRAME_S, _STOP_S)
+    while status not in ("", "idle") and job.clock.now() < until:
+        job.board.say("Waiting until the camera has finished its exposure")
+        contact.pause(1.0)
+        status = contact.ask(job.client.state).capture_status
 
 
 def watch(job: Job, run: Run) -> None:
@@ -161,10 +181,11 @@ def watch(job: Job, run: Run) -> None:
         if status in ("", "idle"):
             idle += 1
         else:
+            # Not while it is idle: the time may have passed while nobody heard it.
+            _check_deadline(job, run.until)
             idle, seen = 0, True
         if idle >= 2 and (seen or job.clock.now() - began > _UNSEEN_S):
             return
-        _check_deadline(job, run.until)
         _tell(job, None, run)
         job.contact.pause(_WATCH_S)
 
@@ -262,7 +283,7 @@ def _by_itself(job: Job, plan: Plan) -> tuple[str, ...]:
 
 def _arm(job: Job, plan: Plan) -> None:
     if job.delay_s:
-        settings.change_if_known(job.contact, {"exposureDelay": job.delay_s})
+        set_timer(job)
     for white in (True, False):
         try:
             settings.change(job.contact, bracket_options(job.profile, plan, white=white))
@@ -293,7 +314,6 @@ def _follow(job: Job, command: Command, run: Run) -> tuple[str, ...]:
         return ()
     idle = 0
     while command.state != "done":
-        _check_deadline(job, run.until)
         _tell(job, command.completion, run)
         job.contact.pause(job.profile.poll_s)
         command = ask_how_far(job, command)
@@ -303,6 +323,8 @@ def _follow(job: Job, command: Command, run: Run) -> tuple[str, ...]:
             idle = idle + 1 if status in ("", "idle") else 0
             if idle >= 2 and _complete(job):
                 return ()
+            if idle != 1:
+                _check_deadline(job, run.until)
     urls = command.file_urls
     if not urls and not command.refused_urls and not _complete(job):
         raise CaptureFailed(
@@ -336,7 +358,8 @@ def _complete(job: Job) -> bool:
 
 
 def _overdue(job: Job, run: Run) -> bool:
-    return job.clock.now() - run.began > 1.5 * (job.plan.expected_s + job.delay_s)
+    now = job.clock.now()
+    return now > run.until or now - run.began > 1.5 * (job.plan.expected_s + job.delay_s)
 
 
 def _check_deadline(job: Job, until: float) -> None:

@@ -172,8 +172,15 @@ def shoot_singly(job: Job, shots: Sequence[PlannedShot]) -> tuple[str, ...]:
     return tuple(urls)
 
 
+def set_timer(job: Job) -> None:
+    """Set the self-timer; a camera that does not want it shoots at once, and that is said."""
+    if settings.change_if_known(job.contact, {"exposureDelay": job.delay_s}):
+        job.delay_s = 0
+        job.board.say("The camera does not accept the self-timer; it shoots at once")
+        job.warn("The camera did not accept the self-timer: the pictures were taken at once.")
+
+
 def _one(job: Job, shot: PlannedShot, number: int, taken: tuple[str, ...]) -> str:
-    delay = job.delay_s if number == 0 else 0
     previous = taken[-1] if taken else job.session.journal.previous_latest
     for attempt in range(_STARTS):
         if attempt:
@@ -182,8 +189,9 @@ def _one(job: Job, shot: PlannedShot, number: int, taken: tuple[str, ...]) -> st
         _set_exposure(job, shot)
         if job.profile.stitching:
             _keep_seams(job, first=number == 0)
-        if delay:
-            settings.change_if_known(job.contact, {"exposureDelay": delay})
+        if number == 0 and job.delay_s:
+            set_timer(job)
+        delay = job.delay_s if number == 0 else 0
         if job.contact.losses != losses:
             continue
         settings.settle(job.contact, job.profile)

@@ -176,7 +176,8 @@ class Command:
     state : str
         "done", "inProgress" or "error".
     id : str, int or None
-        For asking on; must be sent back exactly as it came.
+        For asking on; must be sent back exactly as it came. None where it came without a usable
+        one.
     completion : float or None
         0 to 1 while in progress.
     results : Mapping[str, JsonValue]
@@ -368,7 +369,7 @@ def _all_files(results: Mapping[str, JsonValue]) -> tuple[str, ...]:
 
 
 def _id(value: object) -> str | int | None:
-    if isinstance(value, str) and 0 < len(value) <= _LONGEST_ID:
+    if isinstance(value, str) and 0 < len(value) <= _LONGEST_ID and value.isprintable():
         return value
     return value if isinstance(value, int) and not isinstance(value, bool) else None
 
