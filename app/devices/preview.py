@@ -32,9 +32,12 @@ if TYPE_CHECKING:
 
     from app.devices.clock import Clock
     from app.devices.mailbox import Mailbox
+    from app.devices.osc.client import OscClient
+    from app.devices.osc.untrusted import JsonValue
+    from app.devices.profiles import ModelProfile
 
 __all__ = ["LOST_S", "MAX_SHAPE", "MjpegParser", "PreviewFrame", "PreviewState", "PreviewStream"]
-__all__ += ["decode"]
+__all__ += ["decode", "opened_preview"]
 
 LOST_S: Final = 5.0
 """The preview counts as lost after so many seconds without a picture."""
@@ -49,6 +52,7 @@ _BUSY_S: Final = 0.5
 _ENDED_S: Final = 0.1
 _JOIN_S: Final = 0.05
 _PAUSES_S: Final = (0.5, 1.0, 2.0)
+_SETTLE_S: Final = 1.0  # cameras want it between options and a preview
 _FLAGS: Final = cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION
 
 
@@ -93,6 +97,53 @@ class PreviewFrame:
     jpeg: bytes = field(repr=False)
     number: int
     received_s: float
+
+
+@contextlib.contextmanager
+def opened_preview(client: OscClient, profile: ModelProfile) -> Iterator[Incoming]:
+    """Open a camera's preview, in the best format for looking that it accepts.
+
+    Parameters
+    ----------
+    client : OscClient
+        With a connection of its own.
+    profile : ModelProfile
+        The camera's; one without formats is left at what it sends.
+
+    Yields
+    ------
+    Incoming
+        The stream.
+
+    Raises
+    ------
+    DeviceError
+        When the camera refuses or cannot be reached.
+    """
+    if profile.api_switch:
+        client.use_api_2()
+    _choose_format(client, profile)
+    with client.live_preview() as incoming:
+        yield incoming
+
+
+def _choose_format(client: OscClient, profile: ModelProfile) -> None:
+    """Set the first format that the camera knows, unless it is set already."""
+    if not profile.previews:
+        return
+    now = client.get_options(["previewFormat"]).get("previewFormat")
+    for width, height, rate in profile.previews:
+        wanted: dict[str, JsonValue] = {"width": width, "height": height, "framerate": rate}
+        if now == wanted:
+            return
+        try:
+            client.set_options({"previewFormat": wanted})
+        except CameraRefused as error:
+            if not error.code.startswith("invalidParameter"):
+                raise
+        else:
+            wait(client.clock, _SETTLE_S)
+            return
 
 
 def decode(frame: PreviewFrame) -> NDArray[np.uint8]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -14,8 +14,19 @@ from app.devices.errors import PasswordNeeded
 from app.devices.mailbox import Mailbox
 from app.devices.osc.client import OscClient
 from app.devices.osc.endpoint import Endpoint
-from app.devices.osc.link import Credentials, Incoming, Link, Timeouts
-from app.devices.preview import LOST_S, PreviewFrame, PreviewState, PreviewStream, decode
+from app.devices.osc.link import Credentials, Link, Timeouts
+from app.devices.preview import (
+    LOST_S,
+    PreviewFrame,
+    PreviewState,
+    PreviewStream,
+    decode,
+    opened_preview,
+)
+from app.devices.preview import (
+    Incoming as Pieces,
+)
+from app.devices.profiles import profile_named
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.live import LOOP, read_number
 from app.devices.simulated.scene import Scene
@@ -42,12 +53,8 @@ class Rig:
         self.box: Mailbox[PreviewFrame] = Mailbox()
         self.stream = PreviewStream(self._open, self.box, clock, self.links[1].close)
 
-    @contextlib.contextmanager
-    def _open(self) -> Iterator[Incoming]:
-        if self.camera.personality.switches_api:
-            self.viewer.use_api_2()
-        with self.viewer.live_preview() as incoming:
-            yield incoming
+    def _open(self) -> contextlib.AbstractContextManager[Pieces]:
+        return opened_preview(self.viewer, profile_named(self.camera.personality.name))
 
     def __enter__(self) -> Rig:
         self.server.start()
@@ -134,3 +141,17 @@ def test_a_camera_that_goes_away_and_comes_back() -> None:
         rig.server = CameraServer(rig.camera, port, clock=ScaledClock(5.0))
         rig.server.start()
         assert until(lambda: rig.stream.state is PreviewState.LIVE), rig.stream.error
+
+
+@pytest.mark.parametrize(("model", "size"), [("S", (640, 320)), ("V", (1024, 512))])
+def test_the_best_format_for_looking_is_chosen(model: str, size: tuple[int, int]) -> None:
+    with Rig(model, ScaledClock(10.0)) as rig:
+        if model == "V":
+            rig.client.set_options(
+                {"previewFormat": {"width": 640, "height": 320, "framerate": 30}}
+            )
+        rig.stream.start()
+        frame = rig.box.get(10.0)
+        assert frame is not None
+        picture = decode(frame)
+        assert (picture.shape[1], picture.shape[0]) == size
