@@ -1,0 +1,180 @@
+"""Render ``resources/demo/location/``: the place that ``turnlight --demo`` shows.
+
+Usage::
+
+    pip install mitsuba-oidn nanobind-backend     # denoiser of the views, only for this
+    python scripts/build_demo_location.py --minutes 70
+
+It may be stopped at any time and goes on where it stopped; passes are kept in ``--work``. The
+files in ``--out`` are whole at any time after the first round. It says how long a round took.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import json
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from demo_location.render import Studio
+
+_ROOT: Final = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(_ROOT))
+_OUT: Final = _ROOT / "resources" / "demo" / "location"
+_WORK: Final = _ROOT / "build" / "demo-location"
+# Samples of the large panorama, of the two others, and of the views after each round.
+ROUNDS: Final = (
+    (6, 8, 4), (32, 32, 4), (64, 64, 4), (64, 64, 8), (96, 128, 8),
+    (144, 160, 8), (144, 200, 12), (192, 256, 16), (256, 320, 24),
+)  # fmt: skip
+
+
+class _TimeUp(Exception):
+    """The minutes given are over."""
+
+
+def _say(words: str) -> None:
+    sys.stdout.write(f"{time.strftime('%H:%M:%S')}  {words}\n")
+    sys.stdout.flush()
+
+
+def build(work: Path, out: Path, minutes: float, rounds: int) -> None:
+    """Render rounds until they are done or the time is up; write what there is after each."""
+    from app.core.baking.backend import select_variant
+
+    select_variant("llvm")
+    (out / "views").mkdir(parents=True, exist_ok=True)
+    if rounds == 0:
+        _finish(work, out)
+        return
+    from demo_location.render import Studio
+
+    started = time.monotonic()
+    end = started + 60 * minutes
+    studio = Studio(work, _ROOT / "resources" / "heads")
+    _say(f"modelled in {time.monotonic() - started:.0f} s")
+    for number, (large, small, views) in enumerate(ROUNDS[:rounds], 1):
+        if _done(studio, large, small, views):
+            continue
+        began = time.monotonic()
+        try:
+            _panoramas(studio, large, small, end)
+            _views(studio, views, end)
+        except _TimeUp:
+            _say("time is up")
+            break
+        finally:
+            _finish(work, out)
+        _say(f"round {number} ({large}, {small}, {views}) took {time.monotonic() - began:.0f} s")
+    _say(f"{(time.monotonic() - started) / 60:.1f} minutes in all")
+
+
+def _done(studio: Studio, large: int, small: int, views: int) -> bool:
+    from demo_location.frame import SPOTS, TURNS
+    from demo_location.render import load_panorama
+
+    for spot in SPOTS:
+        kept = load_panorama(studio.work, spot)
+        if kept is None or kept.passes < (large if spot is SPOTS[0] else small):
+            return False
+    return all(studio.view_spp(turn) >= views for turn in TURNS)
+
+
+def _panoramas(studio: Studio, large: int, small: int, end: float) -> None:
+    from demo_location.frame import SPOTS
+    from demo_location.render import load_panorama
+
+    for spot in SPOTS:
+        wanted = large if spot is SPOTS[0] else small
+        kept = load_panorama(studio.work, spot)
+        passes = 0 if kept is None else kept.passes
+        while passes < wanted:
+            if time.monotonic() > end:
+                raise _TimeUp
+            made = studio.panorama_pass(spot)
+            passes = made.passes
+            _say(f"{spot.name}: {passes} of {wanted}, {made.seconds / passes:.1f} s a pass")
+
+
+def _views(studio: Studio, spp: int, end: float) -> None:
+    from demo_location.frame import TURNS
+
+    for turn in TURNS:
+        if studio.view_spp(turn) < spp:
+            if time.monotonic() > end:
+                raise _TimeUp
+            began = time.monotonic()
+            studio.turn_pass(turn, spp)
+            _say(f"views at {turn} deg: {spp} samples, {time.monotonic() - began:.1f} s")
+
+
+def _finish(work: Path, out: Path) -> None:
+    """Write every result that exists; a view is encoded again only when it has new samples."""
+    from demo_location import writing
+    from demo_location.frame import DISTANCES, SPOTS, TURNS
+    from demo_location.render import load_panorama, load_view
+
+    began = time.monotonic()
+    for left in [path for path in out.rglob(".*") if path.is_file()]:
+        left.unlink()  # half a file of a run that was killed
+    before = _described(out)
+    panoramas = []
+    for spot in SPOTS:
+        kept = load_panorama(work, spot)
+        if kept is None:
+            return
+        panoramas.append(writing.write_panorama(out, spot, kept))
+    views: list[dict[str, Any]] = []
+    seconds = 0.0
+    for distance in DISTANCES:
+        for turn in TURNS:
+            view = load_view(work, turn, distance)
+            if view is None:
+                continue
+            seconds += view.seconds
+            old = before.get((turn, distance))
+            fresh = old is None or old["samples"] != view.spp
+            views.append(writing.write_view(out, turn, distance, view) if fresh else old or {})
+    writing.write_views_json(out, views)
+    writing.write_location(out, panoramas, {"count": len(views), "seconds": round(seconds)})
+    size = sum(path.stat().st_size for path in out.rglob("*") if path.is_file())
+    _say(f"written: {len(views)} views, {size / 1e6:.1f} MB, {time.monotonic() - began:.0f} s")
+
+
+def _described(out: Path) -> dict[tuple[int, float], dict[str, Any]]:
+    from demo_location.writing import ENCODING
+
+    path = out / "views" / "views.json"
+    if not path.is_file():
+        return {}
+    text = json.loads(path.read_text(encoding="utf-8"))
+    if text.get("encoding") != ENCODING:
+        return {}
+    return {(v["turn_deg"], v["distance_m"]): v for v in text["views"]}
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Command line entry."""
+    parser = argparse.ArgumentParser(description="Render the demo location.")
+    parser.add_argument("--out", type=Path, default=_OUT, help="folder of the finished files")
+    parser.add_argument("--work", type=Path, default=_WORK, help="folder where passes are kept")
+    parser.add_argument("--minutes", type=float, default=70.0, help="stop after so many minutes")
+    parser.add_argument(
+        "--rounds",
+        type=int,
+        default=len(ROUNDS),
+        help="stop after so many rounds; 0 only writes what has been rendered",
+    )
+    args = parser.parse_args(argv)
+    if importlib.util.find_spec("mitsuba_oidn") is None:
+        parser.error("the views need a denoiser: pip install mitsuba-oidn nanobind-backend")
+    build(args.work, args.out, args.minutes, args.rounds)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

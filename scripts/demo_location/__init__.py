@@ -1,0 +1,1 @@
+"""The demo location: a gallery café that opens to a sunlit court, modelled and lit in Python."""

@@ -1,0 +1,109 @@
+"""Where things are: the world's frame, the spots, the photographer's places, the sun.
+
+World: metres, +Y up, origin on the floor under the first spot. Azimuth 0 is +Z, azimuth 90 deg
+is -X, so that azimuth grows clockwise seen from above, as everywhere in Turnlight, and a Mitsuba
+``envmap`` without ``to_world`` agrees with it. The place itself is modelled in building
+coordinates (x along the court's wall, z from the hall into the court) and turned into the world.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "DISTANCES",
+    "EYE_HEIGHT",
+    "SPOTS",
+    "SUN_AZIMUTH",
+    "SUN_ELEVATION",
+    "TURNS",
+    "VIEW_FOV",
+    "VIEW_SIZE",
+    "Spot",
+    "direction",
+    "to_world",
+    "view_pose",
+    "world_matrix",
+]
+
+Floats = NDArray[np.float64]
+
+EYE_HEIGHT: Final = 1.60
+TURNS: Final = tuple(range(0, 360, 5))
+DISTANCES: Final = (1.2, 1.8, 2.5)
+VIEW_FOV: Final = 60.0  # degrees, horizontal
+VIEW_SIZE: Final = (512, 384)
+YAW: Final = 155.0  # building direction +z lies at this azimuth
+SUN_AZIMUTH: Final = 155.0 - 42.0
+SUN_ELEVATION: Final = 47.0
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """A place where a probe was put up.
+
+    Attributes
+    ----------
+    name : str
+        File name without its ending.
+    words : str
+        For people.
+    building : (float, float)
+        x and z in building coordinates, metres.
+    shape : (int, int)
+        Rows and columns of its panorama.
+    """
+
+    name: str
+    words: str
+    building: tuple[float, float]
+    shape: tuple[int, int]
+
+
+SPOTS: Final = (
+    Spot("probe-1", "In the shade just inside the wide doors", (0.3, -2.9), (2048, 4096)),
+    Spot("probe-2", "Deep in the hall, between side window and lamps", (3.4, -6.3), (1024, 2048)),
+    Spot("probe-3", "Out in the court, in the sun", (-2.6, 5.2), (1024, 2048)),
+)
+
+
+def direction(azimuth_deg: float, elevation_deg: float = 0.0) -> Floats:
+    """Return the unit vector of a direction in the world, (3,)."""
+    a, e = np.radians([azimuth_deg, elevation_deg])
+    return np.array([-np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)])
+
+
+def world_matrix() -> Floats:
+    """4 x 4 matrix that takes building coordinates to the world."""
+    z, y = direction(YAW), np.array([0.0, 1.0, 0.0])
+    turn = np.stack([np.cross(y, z), y, z], axis=1)
+    x0, z0 = SPOTS[0].building
+    matrix = np.eye(4)
+    matrix[:3, :3] = turn
+    matrix[:3, 3] = -turn @ np.array([x0, 0.0, z0])
+    return matrix
+
+
+def to_world(x: float, y: float, z: float) -> Floats:
+    """Take a point from building coordinates to the world, (3,)."""
+    return np.asarray(world_matrix() @ np.array([x, y, z, 1.0]))[:3]
+
+
+def view_pose(turn_deg: float, distance: float) -> tuple[Floats, Floats]:
+    """Where the photographer's camera is and how it looks at the sitter.
+
+    Returns
+    -------
+    position : (3,)
+        World position, metres.
+    rotation : (3, 3)
+        World to camera: rows are the image's right, its down, and the optical axis.
+    """
+    axis = -direction(turn_deg)
+    position = distance * direction(turn_deg) + np.array([0.0, EYE_HEIGHT, 0.0])
+    down = np.array([0.0, -1.0, 0.0])
+    return position, np.stack([np.cross(down, axis), down, axis])
