@@ -230,7 +230,7 @@ def test_wrong_fields_of_a_state_are_neutral() -> None:
     state = parse_state(
         with_state(
             batteryLevel=67,
-            _latestFileUrl="file:///etc/passwd",
+            _latestFileUrl="file:///private/notes",
             _cameraError="HOT",
             _apiVersion=True,
             _capturedPictures=-1,
@@ -362,8 +362,8 @@ def test_a_file_with_little_said_of_it() -> None:
 
 def test_hostile_names_fall_back_to_the_url_and_hostile_urls_are_left_out() -> None:
     found = entries(
-        entry(1, name="../../etc/passwd"),
-        entry(2, fileUrl="http://192.168.1.1/../../etc/passwd"),
+        entry(1, name="../../private/notes"),
+        entry(2, fileUrl="http://192.168.1.1/../../private/notes"),
         entry(3, fileUrl="https://evil.example/x.JPG"),
         entry(4, name=None),
         entry(5, name="..", fileUrl=FOLDER + "%41.JPG"),

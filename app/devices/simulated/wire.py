@@ -136,7 +136,7 @@ class WireTrouble:
                 f"http://192.168.1.1{path}\r\nX-Evil: 1",
                 f"http://192.168.1.1{path}" + "A" * 100_000,
                 f"file://{path}",
-                "file:///etc/passwd",
+                "file:///private/notes",
                 f"ftp://192.168.1.1{path}",
                 "javascript:alert(1)",
                 "",
