@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from app.core.errors import CoreError
 from app.devices.discovery import check_address, discover, look_at
 from app.devices.errors import DeviceError, PasswordNeeded
-from app.devices.last_camera import last_camera, remember
+from app.devices.last_camera import remember
 from app.devices.osc.link import Credentials
 from app.devices.passwords import Passwords, default_password_hint, read_password_file
 
@@ -51,7 +51,7 @@ def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
     if address != "auto":
         return look_at(_typed(address), clock)
     _say("Looking for cameras.")
-    found = discover(clock, token=token, remembered=last_camera())
+    found = discover(clock, token=token)
     # Where there is none, the error says what the notes say.
     camera = found.one()
     for note in found.notes:

@@ -43,7 +43,6 @@ __all__ = [
     "FoundCamera",
     "check_address",
     "discover",
-    "find_cameras",
     "look_at",
 ]
 
@@ -117,26 +116,6 @@ class Discovery:
             "Give the address of the one that is meant.",
             "several-cameras",
         )
-
-
-def find_cameras(
-    clock: Clock,
-    timeout_s: float = 3.0,
-    *,
-    token: Token | None = None,
-    link_factory: Callable[[Endpoint], Asker] | None = None,
-    browse: Callable[[Callable[[Advert], None], threading.Event], None] = browse_network,
-    remembered: FoundCamera | None = None,
-) -> tuple[FoundCamera, ...]:
-    """Look for cameras; the same as `discover` without its notes."""
-    return discover(
-        clock,
-        timeout_s,
-        token=token,
-        link_factory=link_factory,
-        browse=browse,
-        remembered=remembered,
-    ).cameras
 
 
 def discover(

@@ -69,7 +69,7 @@ JPEG = b"\xff\xd8\xff\xe1" + bytes(range(256)) * 8 + b"\xff\xd9"
 JUNK: list[Any] = [
     None, True, False, 0, -1, 1, 2**63, -(2**70), 1e308, 5e-324, 0.1, "", "x", "all", "\x00",
     "\ud800", "é" * 300, "x" * 100_000, [], {}, [[]], {"": None}, [None] * 2000,
-    "http://192.168.1.1/../../private/notes", "file:///private/notes", "//evil.example/x", "\\\\evil\\x",
+    "http://192.168.1.1/../../notes", "file:///private/notes", "//evil.example/x", "\\\\evil\\x",
     "http://evil.example/" + "a" * 5000, "../../x", "R1.JPG\r\nX: y", "serviceUnavailable",
     {"code": "serviceUnavailable"}, {"code": {"code": []}}, "error", "inProgress", "done",
 ]  # fmt: skip

@@ -19,7 +19,6 @@ from app.devices.discovery import (
     Discovery,
     check_address,
     discover,
-    find_cameras,
     look_at,
 )
 from app.devices.errors import (
@@ -136,12 +135,6 @@ def test_nothing_found_says_what_to_do_next() -> None:
     assert result == Discovery()
     with pytest.raises(Unreachable, match=r"No camera was found\. Switch the camera's Wi-Fi on"):
         result.one()
-
-
-def test_find_cameras_is_the_short_form() -> None:
-    net = Net().at("192.168.1.1", theta())
-    (camera,) = find_cameras(VirtualClock(), 3.0, link_factory=net, browse=silence)
-    assert camera.serial == "10010104"
 
 
 @pytest.mark.parametrize(
