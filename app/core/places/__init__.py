@@ -1,0 +1,65 @@
+"""Places: one folder per place and time, with its light, its results and the user's files."""
+
+from app.core.places.light import StoredLight, fingerprint_of, read_light, store_environment
+from app.core.places.listing import (
+    PLACE,
+    THUMBNAIL,
+    PlaceSummary,
+    capture_folders,
+    list_places,
+    new_capture_folder,
+    summarise,
+)
+from app.core.places.originals import ORIGINALS, adopt_files
+from app.core.places.place import (
+    Asked,
+    CaptureFacts,
+    FrameFacts,
+    Location,
+    Place,
+    PlaceError,
+    clean_name,
+)
+from app.core.places.results import results_from_json, results_to_json
+from app.core.places.store import (
+    create_place,
+    free_place_folder,
+    read_place,
+    rename_place,
+    write_place,
+)
+from app.core.places.trash import delete_place, list_trash, purge_trash, restore_place
+
+__all__ = [
+    "ORIGINALS",
+    "PLACE",
+    "THUMBNAIL",
+    "Asked",
+    "CaptureFacts",
+    "FrameFacts",
+    "Location",
+    "Place",
+    "PlaceError",
+    "PlaceSummary",
+    "StoredLight",
+    "adopt_files",
+    "capture_folders",
+    "clean_name",
+    "create_place",
+    "delete_place",
+    "fingerprint_of",
+    "free_place_folder",
+    "list_places",
+    "list_trash",
+    "new_capture_folder",
+    "purge_trash",
+    "read_light",
+    "read_place",
+    "rename_place",
+    "restore_place",
+    "results_from_json",
+    "results_to_json",
+    "store_environment",
+    "summarise",
+    "write_place",
+]

@@ -1,0 +1,148 @@
+"""The settings as the program uses them, each with its type."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Final
+
+from app.core.settings.table import TABLE, setting
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from app.core.settings.setting import Value
+
+__all__ = ["DEFAULTS", "Settings"]
+
+
+def _default(key: str) -> Any:
+    return setting(key).default
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """A value for every line of `TABLE`; none that the table does not take.
+
+    ``Settings()`` has all the defaults. `with_` changes one.
+
+    Attributes
+    ----------
+    theme : str
+        "system", "dark", "light" or "contrast".
+    text_scale : float
+        1 to 2.
+    reduce_motion : bool
+    head : str
+        Name of a style pack; it need not be there any more.
+    sitter_name : str
+    objective : str
+        "picture" or "paper".
+    match_limit, strength_limit : float
+        Of 100.
+    plan : str
+        "paper" or "full".
+    self_timer_s : int
+    watch_folder : str
+        "" for none.
+    mode : str
+        "walk" or "selfie".
+    camera_looks : str
+        "ask" until the user has said it once, then "sitter" or "me".
+    webcam : int
+        From 0.
+    webcam_fov_deg : float
+        Horizontal, deg.
+    camera_distance_m : float
+        From the sitter, m.
+    sounds : bool
+    volume : float
+        Per cent.
+    places_folder : str
+        "" for ``places`` in the user's data.
+    tour_seen : bool
+    unknown : Mapping[str, Any]
+        What a newer version wrote into the file; it is written back.
+
+    Raises
+    ------
+    SettingsError
+        When a value is not one that its setting takes.
+
+    Examples
+    --------
+    >>> Settings().with_("text_scale", 1.5).text_scale
+    1.5
+    """
+
+    theme: str = _default("theme")
+    text_scale: float = _default("text_scale")
+    reduce_motion: bool = _default("reduce_motion")
+    head: str = _default("head")
+    sitter_name: str = _default("sitter_name")
+    objective: str = _default("objective")
+    match_limit: float = _default("match_limit")
+    strength_limit: float = _default("strength_limit")
+    plan: str = _default("plan")
+    self_timer_s: int = _default("self_timer_s")
+    watch_folder: str = _default("watch_folder")
+    mode: str = _default("mode")
+    camera_looks: str = _default("camera_looks")
+    webcam: int = _default("webcam")
+    webcam_fov_deg: float = _default("webcam_fov_deg")
+    camera_distance_m: float = _default("camera_distance_m")
+    sounds: bool = _default("sounds")
+    volume: float = _default("volume")
+    places_folder: str = _default("places_folder")
+    tour_seen: bool = _default("tour_seen")
+    unknown: Mapping[str, Any] = field(default_factory=dict, repr=False, hash=False)
+
+    def __post_init__(self) -> None:
+        for entry in TABLE:
+            object.__setattr__(self, entry.key, entry.checked(getattr(self, entry.key)))
+
+    def value(self, key: str) -> Value:
+        """Return the value of a setting by its key.
+
+        Raises
+        ------
+        SettingsError
+            When there is no such setting.
+        """
+        value: Value = getattr(self, setting(key).key)
+        return value
+
+    def with_(self, key: str, value: object) -> Settings:
+        """Change one setting.
+
+        Parameters
+        ----------
+        key : str
+            Of the setting.
+        value : object
+            Its new value.
+
+        Returns
+        -------
+        Settings
+            All others are the same.
+
+        Raises
+        ------
+        SettingsError
+            When there is no such setting, or it does not take the value.
+        """
+        changes: dict[str, Any] = {setting(key).key: setting(key).checked(value)}
+        return replace(self, **changes)
+
+    def reset(self, section: str = "") -> Settings:
+        """Set a section back to its defaults, or all that the dialog shows."""
+        changes: dict[str, Any] = {
+            entry.key: entry.default
+            for entry in TABLE
+            if entry.shown and section in ("", entry.section)
+        }
+        return replace(self, **changes)
+
+
+DEFAULTS: Final = Settings()
+"""What counts until the user says otherwise."""

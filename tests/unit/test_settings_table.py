@@ -1,0 +1,153 @@
+"""The table of settings, the values it takes, and the page that is made of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.core.pack import pack_names
+from app.core.settings import (
+    DEFAULTS,
+    SECTIONS,
+    TABLE,
+    Setting,
+    Settings,
+    SettingsError,
+    document,
+    setting,
+)
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+IDS = [entry.key for entry in TABLE]
+
+
+def values_of(entry: Setting) -> st.SearchStrategy[object]:
+    """Values that a setting takes."""
+    if entry.kind == "toggle":
+        return st.booleans()
+    if entry.kind == "number":
+        if entry.whole:
+            return st.integers(int(entry.minimum), int(entry.maximum))
+        return st.floats(entry.minimum, entry.maximum)
+    if entry.kind == "choice":
+        keys = [key for key, _ in entry.choices] or list(pack_names())
+        return st.sampled_from(keys)
+    if entry.kind == "folder":
+        return st.sampled_from(["", "/home/me/Bilder und Töne", "C:\\Users\\me", "\\\\nas\\photos"])
+    return st.sampled_from(["", "Zoë", "Anne-Marie d’Été", "家族 👨‍👩‍👧"])
+
+
+def test_page_is_the_table() -> None:
+    assert (DOCS / "settings.md").read_text(encoding="utf-8") == document()
+
+
+def test_page_names_every_setting_and_choice() -> None:
+    page = document()
+    for entry in TABLE:
+        assert f"| {entry.title} |" in page
+        assert f"| `{entry.key}` |" in page
+        assert all(f"{words} (`{key}`)" in page for key, words in entry.choices)
+
+
+def test_settings_have_a_typed_field_for_every_line_and_no_other() -> None:
+    assert [each.name for each in fields(Settings)] == [*IDS, "unknown"]
+    for entry in TABLE:
+        value = getattr(DEFAULTS, entry.key)
+        assert value == entry.default
+        kinds = {"number": int if entry.whole else float, "toggle": bool}
+        assert type(value) is kinds.get(entry.kind, str)
+
+
+@pytest.mark.parametrize("entry", TABLE, ids=IDS)
+def test_lines_are_complete(entry: Setting) -> None:
+    assert entry.title
+    assert entry.help.endswith(".")
+    assert entry.section in SECTIONS
+    assert entry.checked(entry.default) == entry.default
+    if entry.kind == "number":
+        assert entry.minimum < entry.maximum
+        assert entry.step > 0
+    if entry.kind == "choice":
+        assert bool(entry.choices) != bool(entry.offers)
+        assert len({key for key, _ in entry.choices}) == len(entry.choices)
+
+
+def test_keys_are_unique() -> None:
+    assert len(set(IDS)) == len(IDS)
+
+
+def test_what_was_agreed() -> None:
+    # The paper's epsilon, the strength beside it, and the usual portrait distance.
+    assert (DEFAULTS.match_limit, DEFAULTS.strength_limit) == (45.0, 20.0)
+    assert DEFAULTS.camera_distance_m == 1.8
+    assert DEFAULTS.camera_looks == "ask"
+    assert DEFAULTS.head in pack_names()
+    assert (setting("text_scale").minimum, setting("text_scale").maximum) == (1.0, 2.0)
+
+
+@given(st.data())
+def test_takes_what_it_offers(data: st.DataObject) -> None:
+    entry = data.draw(st.sampled_from(TABLE))
+    value = data.draw(values_of(entry))
+    changed = DEFAULTS.with_(entry.key, value)
+    assert changed.value(entry.key) == value
+    others = [each.key for each in TABLE if each is not entry]
+    assert all(changed.value(key) == DEFAULTS.value(key) for key in others)
+
+
+BAD: dict[str, list[object]] = {
+    "theme": ["purple", "", 1, None, True],
+    "text_scale": [0.99, 2.01, math.nan, math.inf, True, "1", None, [1.0]],
+    "sounds": [1, 0, "on", None],
+    "webcam": [0.5, -1, 16, 10**400, "0"],
+    "self_timer_s": [11, -1, 2.5],
+    "head": ["", "a\nb", 3, "x" * 81],
+    "sitter_name": ["x" * 81, 7],
+    "places_folder": ["here", "../up", "/with\nline", "C:", 3, "/" + "x" * 5000],
+}
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [(k, v) for k, values in BAD.items() for v in values], ids=str
+)
+def test_refuses_with_what_it_takes(key: str, value: object) -> None:
+    with pytest.raises(SettingsError) as caught:
+        DEFAULTS.with_(key, value)
+    assert setting(key).title in str(caught.value)
+    assert setting(key).takes() in str(caught.value)
+    with pytest.raises(SettingsError):
+        Settings(**{key: value})  # type: ignore[arg-type]
+
+
+def test_unknown_key_is_a_sentence() -> None:
+    with pytest.raises(SettingsError, match="no setting 'colour'"):
+        DEFAULTS.with_("colour", "red")
+    with pytest.raises(SettingsError, match="no setting 'unknown'"):
+        DEFAULTS.with_("unknown", {})
+    with pytest.raises(SettingsError):
+        DEFAULTS.value("unknown")
+
+
+def test_texts_are_cleaned_to_one_line() -> None:
+    assert DEFAULTS.with_("sitter_name", "  Zoë\t\u2028\x00 ").sitter_name == "Zoë"
+
+
+def test_words_for_the_dialog() -> None:
+    assert setting("camera_distance_m").words(1.8) == "1.8 m"
+    assert setting("webcam_fov_deg").words(65.0) == "65°"
+    assert setting("text_scale").words(1.25) == "1.25×"
+    assert setting("volume").words(70.0) == "70 %"
+    assert setting("theme").words("contrast") == "High contrast"
+    assert setting("places_folder").words("") == "Turnlight’s own folder"
+    assert setting("sounds").words(True) == "on"
+
+
+def test_reset_of_a_section_leaves_the_others_and_what_is_remembered() -> None:
+    changed = DEFAULTS.with_("theme", "light").with_("volume", 5).with_("tour_seen", True)
+    assert changed.reset("Looks") == DEFAULTS.with_("volume", 5).with_("tour_seen", True)
+    assert changed.reset() == DEFAULTS.with_("tour_seen", True)
