@@ -14,6 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.angles import TURNS
+from app.core.light_table import light_table
+from app.core.painting.brush import Brush, Tool
+from app.core.painting.canvas import canvas_size
+from app.core.painting.session import PaintSession
+from app.core.painting.start import from_weights
 from app.core.search import curves, quality_curves
 from app.core.solve import match_and_strength
 from app.core.transport import preintegrate, render
@@ -31,6 +36,7 @@ __all__ = ["Row", "bandwidth", "run_all"]
 Float32: TypeAlias = NDArray[np.float32]
 
 _STROKE: Final = 200  # pixels that one stroke changes
+_SEGMENT: Final = 8.0  # canvas pixels that the brush moves from one event to the next
 _BUFFER: Final = 1 << 26  # bytes; far beyond any cache
 
 
@@ -143,7 +149,11 @@ def _environment(shape: tuple[int, int]) -> Float32:
 
 
 def _cases(transport: Transport, pack: StylePack) -> list[_Case]:
-    return [*_search_cases(transport, pack), *_transport_cases(transport, pack)]
+    return [
+        *_search_cases(transport, pack),
+        *_transport_cases(transport, pack),
+        _paint_case(transport),
+    ]
 
 
 def _search_cases(transport: Transport, pack: StylePack) -> Iterator[_Case]:
@@ -213,6 +223,58 @@ def _transport_cases(transport: Transport, pack: StylePack) -> Iterator[_Case]:
         transport.pixel_basis.nbytes + texels,
         "T @ L per channel, full matrix",
     )
+
+
+class _Painter:
+    """Somebody who paints on and on: one call, one segment and its full answer."""
+
+    def __init__(self, transport: Transport, radiance: Float32) -> None:
+        luminance = radiance @ np.asarray(transport.header.luminance_weights, np.float32)
+        picture = render(transport, luminance)
+        start = from_weights(transport, target_weights(picture, transport.face))
+        table = light_table(transport, luminance, radiance)
+        self.session = PaintSession(transport, start, table)
+        self._size = canvas_size(transport)
+        self._segments = 0
+
+    def __call__(self) -> None:
+        """Move the brush over the face; every 32 segments a new stroke undoes the last."""
+        count = self._segments
+        angle = 2 * np.pi * _SEGMENT * count / self._size
+        x, y = self._size * (0.5 + 0.25 * np.cos(angle)), self._size * (0.5 + 0.3 * np.sin(angle))
+        if count % 32 == 0:
+            self.session.commit()
+            tool = (Tool.BRIGHTER, Tool.DARKER)[count // 32 % 2]
+            self.session.begin(Brush(tool, diameter=0.16 * self._size, mirror=True), x, y)
+        self.session.extend(x, y)
+        self.session.answer()
+        self._segments += 1
+
+
+def _paint_case(transport: Transport) -> _Case:
+    radiance = _environment(transport.environment_shape)
+    painter = _Painter(transport, radiance)
+    luminance = radiance @ np.asarray(transport.header.luminance_weights, np.float32)
+    full = transport.luminance_basis[transport.face] @ transport.texel_basis
+    channels = [transport.matrix(c) for c in range(3)]
+    flat = np.ascontiguousarray(radiance.reshape(-1, 3).T)
+    weights = painter.session.weights.weights[transport.face].astype(np.float32)
+
+    def plain() -> None:
+        assert (weights @ full).size
+        _plain_match(full, weights[None], luminance)
+        assert all((channels[c] @ flat[c]).size for c in range(3))
+
+    brush = int(0.16 * painter.session.canvas.size) ** 2
+    rows = brush // (painter.session.canvas.size // transport.size) ** 2
+    touched = (
+        2 * brush * 6 * 4  # both sides of the face: layers before and after, cover
+        + 2 * rows * transport.luminance_basis.shape[1] * 4
+        + transport.texel_basis.nbytes
+        + transport.header.rank * TURNS * 8
+        + 3 * len(transport.pixels) * 3 * 4
+    )
+    return _Case("paint.segment", painter, plain, touched, "f @ T, 64 products T @ L, picture")
 
 
 def _plain_quality(targets: Float32, light: Float32) -> NDArray[np.float64]:

@@ -13,17 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.angles import TURNS, direction, wrap
-from app.core.errors import EnvironmentFileError
+from app.core.light_table import light_table, normalised, painted_curves
 from app.core.peaks import Gate, Peak, best_index, find_peaks, shift
 from app.core.reasons import EPSILON, MIN_STRENGTH, LightMap, Limits, reason
-from app.core.search import Curves, build_tables, curves
-from app.core.transport import Transport, preintegrate
+from app.core.search import Curves, curves
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.light_table import LightTable
     from app.core.pack import StylePack
     from app.core.styles import Style
+    from app.core.transport import Transport
     from app.core.weights import PaintedWeights
 
 __all__ = [
@@ -33,6 +34,7 @@ __all__ = [
     "StyleResult",
     "match_and_strength",
     "solve_all",
+    "solve_on_table",
     "solve_painted",
 ]
 
@@ -206,7 +208,7 @@ def solve_all(
         If a style is unknown.
     """
     limits = Limits(epsilon, min_strength)
-    light, scale = _normalised(luminance, pack.header.environment)
+    light, scale = normalised(luminance, pack.header.environment)
     wanted = range(len(pack.styles))
     chosen = wanted if styles is None else sorted({pack.index(name) for name in styles})
     found = curves(pack.tables, light)
@@ -287,55 +289,49 @@ def solve_painted(
     EnvironmentFileError
         As `solve_all`.
     """
-    limits = Limits(epsilon, min_strength)
-    light, scale = _normalised(luminance, transport.environment_shape)
-    target = weights.preintegrated(transport).astype(np.float64)
-    active = weights.active / max(weights.count, 1)
-    mean = preintegrate(transport, active).astype(np.float64)
-    glow = np.maximum(target, 0.0)
-    studio = float((target * glow).sum()) / max(float((mean * glow).sum()), 1e-30)
-    height, width = transport.environment_shape
-    texels = transport.texel_basis.reshape(-1, height, width).astype(np.float64)
-    no_basis = np.zeros((0, height, width // 2))
-    found = curves(build_tables(target[None], mean, no_basis, no_basis), light)
-    turned = _all_turns(light)
-    pictures = transport.luminance_basis[weights.active] @ (
-        texels.reshape(len(texels), -1) @ turned.T
+    return solve_on_table(
+        light_table(transport, luminance),
+        weights,
+        objective,
+        epsilon=epsilon,
+        min_strength=min_strength,
     )
-    contrast = np.linalg.norm(pictures - pictures.mean(axis=0), axis=0)
-    norm = float(np.linalg.norm(weights.weights))
-    ratio = found.quality[0] / np.maximum(found.mean, 1e-30)
-    strength = 100.0 * ratio / studio if studio > 0 else np.zeros(TURNS)
-    match = _match(found.quality[0], norm, contrast)
-    measured = _Measured(found.quality[0], match, strength, strength)
-    return _answer(None, measured, objective, limits, LightMap(light), scale)
 
 
-def _normalised(
-    luminance: NDArray[np.floating[Any]], shape: tuple[int, int]
-) -> tuple[Float64, float]:
-    """Environment with mean 1, and what it was divided by."""
-    if luminance.shape != shape:
-        raise EnvironmentFileError(
-            f"The environment has {luminance.shape} texels, the head takes {shape}."
-        )
-    light = np.asarray(luminance, np.float64)
-    # The largest value first: sums of very large or small values may leave the number range.
-    peak = float(light.max())
-    if not np.isfinite(light).all() or peak <= 0:
-        raise EnvironmentFileError("The environment is black: there is no light to turn toward.")
-    light = light / peak
-    mean = float(light.mean())
-    return light / mean, mean * peak
+def solve_on_table(
+    table: LightTable,
+    weights: PaintedWeights,
+    objective: Objective = "picture",
+    *,
+    contrast: Float64 | None = None,
+    epsilon: float = EPSILON,
+    min_strength: float = MIN_STRENGTH,
+) -> StyleResult:
+    """Find the best turn for painted weights in a light that was prepared, as strokes need it.
 
+    Parameters
+    ----------
+    table : LightTable
+        Of the place and the head.
+    weights : PaintedWeights
+        What was painted on the head.
+    objective, epsilon, min_strength
+        As for `solve_all`.
+    contrast : (64,) float64, optional
+        From `contrast_of` for the same active pixels, where it is known already.
 
-def _all_turns(light: Float64) -> Float64:
-    """Environment at all turns, (64, H * W); turns by part of a texel are band-limited."""
-    width = light.shape[1]
-    spectrum = np.fft.rfft(light, axis=1)
-    phase = 2j * np.pi / TURNS * np.outer(np.arange(TURNS), np.arange(spectrum.shape[1]))
-    turned = np.fft.irfft(spectrum * np.exp(phase)[:, None, :], n=width, axis=2)
-    return np.asarray(turned.reshape(TURNS, -1), np.float64)
+    Returns
+    -------
+    StyleResult
+        As `solve_painted`.
+    """
+    found = painted_curves(table, weights, contrast)
+    ratio = found.quality / np.maximum(found.mean, 1e-30)
+    strength = 100.0 * ratio / found.studio if found.studio > 0 else np.zeros(TURNS)
+    match = _match(found.quality, found.norm, found.contrast)
+    measured = _Measured(found.quality, match, strength, strength)
+    limits = Limits(epsilon, min_strength)
+    return _answer(None, measured, objective, limits, table.light, table.scale)
 
 
 def _match(quality: Float64, norm: NDArray[np.float64] | float, contrast: Float64) -> Float64:

@@ -13,13 +13,28 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-__all__ = ["LampValues", "StyleValues", "read_toml"]
+__all__ = [
+    "PAINTED_FORMAT",
+    "LampValues",
+    "PaintedValues",
+    "StyleValues",
+    "is_painted",
+    "read_painted",
+    "read_toml",
+]
+
+PAINTED_FORMAT: Final = 1
+"""Version of the form in which painted styles are written."""
 
 _MAX_BYTES: Final = 64_000
 _MAX_LAMPS: Final = 8
 _NAME: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
 _STYLE_KEYS: Final = ("title", "side", "place", "note", "paper", "lamps")
 _TEXT_LENGTHS: Final = {"title": 32, "place": 40, "note": 400}
+_PAINTED_KEYS: Final = ("title", "side", "place", "note", "painted")
+_PAINTED_TABLE: Final = ("format", "sha256", "size", "head", "from")
+_PAINTED_LENGTHS: Final = {**_TEXT_LENGTHS, "title": 80, "head": 80, "from": 80}
+_SHA256: Final = re.compile(r"[0-9a-f]{64}")
 _RANGES: Final = {
     "azimuth_deg": (-180.0, 180.0),
     "elevation_deg": (-90.0, 90.0),
@@ -91,6 +106,96 @@ def read_toml(path: Path) -> StyleValues:
     return StyleValues(path.stem, title, side, place, note, _lamps(table, path.name), paper)
 
 
+class PaintedValues(NamedTuple):
+    """What the file of a painted style says, checked; its weights lie in a file beside it."""
+
+    name: str
+    title: str
+    side: Literal["left", "right", "none"]
+    place: str
+    note: str
+    head: str
+    origin: str
+    size: int
+    sha256: str
+
+
+def is_painted(path: Path) -> bool:
+    """Tell whether a style file says that its style was painted.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    bool
+        False also for a file that cannot be read: then nobody knows.
+    """
+    try:
+        return "painted" in _parse(path)
+    except StyleError:
+        return False
+
+
+def read_painted(path: Path) -> PaintedValues:
+    """Read the file of a painted style and check everything in it.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    PaintedValues
+        `size` is the side of its canvas in pixels, `sha256` belongs to its weights.
+
+    Raises
+    ------
+    StyleError
+        When the file cannot be read, is not of this format, or anything in it is unknown,
+        missing or out of range.
+    """
+    if not _NAME.fullmatch(path.stem):
+        raise StyleError(
+            f"{path.name} is not a name for a style.",
+            "Use lower-case letters, digits and hyphens, at most 40.",
+        )
+    table, where = _parse(path), path.name
+    painted = table.get("painted")
+    if not isinstance(painted, dict):
+        raise StyleError(f"{where} has no [painted] part.")
+    _check_format(painted.get("format"), where)
+    _refuse_unknown(table, _PAINTED_KEYS, where)
+    _refuse_unknown(painted, _PAINTED_TABLE, where)
+    side = table.get("side", "none")
+    if side not in ("left", "right", "none"):
+        raise StyleError(f"{where}: side must be left, right or none, not {side!r}.")
+    title, place, note = (_text(table, key, where, _PAINTED_LENGTHS) for key in _TEXT_LENGTHS)
+    head, origin = (_text(painted, key, where, _PAINTED_LENGTHS) for key in ("head", "from"))
+    if not title:
+        raise StyleError(f"{where}: the title is missing.")
+    size, sha256 = painted.get("size"), painted.get("sha256")
+    if isinstance(size, bool) or not isinstance(size, int) or not isinstance(sha256, str):
+        raise StyleError(f"{where} does not say which weights are its own.")
+    if not _SHA256.fullmatch(sha256):
+        raise StyleError(f"{where} does not say which weights are its own.")
+    return PaintedValues(path.stem, title, side, place, note, head, origin, size, sha256)
+
+
+def _check_format(version: object, where: str) -> None:
+    if isinstance(version, bool) or not isinstance(version, int):
+        raise StyleError(f"{where} does not say which format it has.")
+    if version > PAINTED_FORMAT:
+        raise StyleError(
+            f"{where} was made by a newer Turnlight (format {version}).", "Update Turnlight."
+        )
+    if version < PAINTED_FORMAT:
+        raise StyleError(f"{where} has an older format ({version}) that is no longer read.")
+
+
 def _parse(path: Path) -> Mapping[str, object]:
     try:
         with path.open("rb") as stream:
@@ -112,13 +217,18 @@ def _refuse_unknown(table: Mapping[str, object], known: tuple[str, ...], where: 
             raise StyleError(f"{where}: unknown key {key!r}.", f"Known are {', '.join(known)}.")
 
 
-def _text(table: Mapping[str, object], key: str, where: str) -> str:
+def _text(
+    table: Mapping[str, object],
+    key: str,
+    where: str,
+    lengths: Mapping[str, int] = _TEXT_LENGTHS,
+) -> str:
     value = table.get(key, "")
     if not isinstance(value, str):
         raise StyleError(f"{where}: {key} must be text.")
     value = " ".join(value.split())
-    if len(value) > _TEXT_LENGTHS[key]:
-        raise StyleError(f"{where}: {key} is longer than {_TEXT_LENGTHS[key]} characters.")
+    if len(value) > lengths[key]:
+        raise StyleError(f"{where}: {key} is longer than {lengths[key]} characters.")
     if not value.isprintable():
         raise StyleError(f"{where}: {key} has characters that cannot be shown.")
     return value

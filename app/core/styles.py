@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from app.core.errors import StyleError
 from app.core.paths import resources
-from app.core.style_file import read_toml
+from app.core.style_file import is_painted, read_toml
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -234,6 +234,8 @@ def read_style(path: Path | str) -> Style:
 def load_styles(user_folder: Path | None = None) -> tuple[Style, ...]:
     """Load the built-in styles and, after them, the user's own by name.
 
+    Painted styles in the user's folder have weights and no lamps; `app.core.painting` reads them.
+
     Parameters
     ----------
     user_folder : Path, optional
@@ -253,7 +255,7 @@ def load_styles(user_folder: Path | None = None) -> tuple[Style, ...]:
     built_in = tuple(read_style(folder / f"{name}.toml") for name in NAMES)
     if user_folder is None or not user_folder.is_dir():
         return built_in
-    files = sorted(user_folder.glob("*.toml"))
+    files = [file for file in sorted(user_folder.glob("*.toml")) if not is_painted(file)]
     if len(files) > _MAX_USER_STYLES:
         raise StyleError(
             f"{user_folder} has {len(files)} styles; at most {_MAX_USER_STYLES} are read.",

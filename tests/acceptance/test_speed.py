@@ -24,6 +24,7 @@ RATIOS = {
     "solve.quality": 100.0,
     "solve.match": 100.0,
     "solve.match.product": 20.0,
+    "paint.segment": 20.0,
     "merge.three": 3.5,
 }
 SECONDS = {
@@ -32,6 +33,7 @@ SECONDS = {
     "preintegrate.full": 1e-3,
     "preintegrate.stroke": 0.1e-3,
     "render.rgb": 3e-3,
+    "paint.segment": 6e-3,
 }
 
 pytestmark = pytest.mark.slow

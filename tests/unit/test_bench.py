@@ -20,6 +20,7 @@ NAMES = [
     "preintegrate.full",
     "preintegrate.stroke",
     "render.rgb",
+    "paint.segment",
 ]
 
 

@@ -1,0 +1,286 @@
+"""The canvas: what is painted on the head's picture, finer than the pixels that are searched.
+
+It covers the whole square picture of the head. Painting there and averaging down keeps strokes
+smooth on screen; the search sees the head's own pixels.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.errors import StyleError
+from app.core.weights import painted
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from app.core.transport import Transport
+    from app.core.weights import PaintedWeights
+
+__all__ = [
+    "IGNORED",
+    "MAX_SIZE",
+    "MIN_SIZE",
+    "NOTHING_PAINTED",
+    "ONE_SIDED",
+    "Canvas",
+    "Region",
+    "advice",
+    "around",
+    "blank",
+    "block_means",
+    "canvas_size",
+    "head_values",
+    "make_canvas",
+    "resized",
+    "weights_of",
+]
+
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+Floats: TypeAlias = NDArray[np.floating[Any]]
+
+MIN_SIZE: Final = 16
+MAX_SIZE: Final = 1024
+"""Smallest and largest side of a canvas that is read from a file, canvas pixels."""
+
+IGNORED: Final = 0.5
+"""From this share of the ignore layer on, a pixel does not count."""
+
+NOTHING_PAINTED: Final = "Nothing painted yet"
+ONE_SIDED: Final = "Paint at least one brighter and one darker area."
+
+_ABOUT: Final = 400
+_VISIBLE: Final = 0.01  # of full weight: less cannot be seen, nor asked for
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """Part of the canvas, canvas pixels; columns [left, right), rows [top, bottom)."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+    @property
+    def empty(self) -> bool:
+        """Whether nothing lies in it."""
+        return self.left >= self.right or self.top >= self.bottom
+
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """Rows and columns, for indexing an array."""
+        return slice(self.top, self.bottom), slice(self.left, self.right)
+
+    def mirrored(self, size: int) -> Region:
+        """Return the same at the other side of a canvas of `size` pixels."""
+        return Region(size - self.right, self.top, size - self.left, self.bottom)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Canvas:
+    """Painted weights and what they started from. Its arrays cannot be written to.
+
+    Row 0 is the top, column 0 the left of the picture, which is the sitter's right.
+
+    Attributes
+    ----------
+    weights : (S, S) float32
+        In [-1, 1]: +1 should be brighter, -1 darker.
+    ignore : (S, S) float32
+        In [0, 1]; from `IGNORED` on a pixel does not count.
+    start_weights, start_ignore : (S, S) float32
+        What "Restore" goes back to.
+    """
+
+    weights: Float32 = field(repr=False)
+    ignore: Float32 = field(repr=False)
+    start_weights: Float32 = field(repr=False)
+    start_ignore: Float32 = field(repr=False)
+
+    @property
+    def size(self) -> int:
+        """Side of the canvas in pixels, S."""
+        return int(self.weights.shape[0])
+
+    @property
+    def touched(self) -> bool:
+        """Whether anything differs from the start."""
+        return not (
+            np.array_equal(self.weights, self.start_weights)
+            and np.array_equal(self.ignore, self.start_ignore)
+        )
+
+
+def around(regions: Iterable[Region]) -> Region:
+    """Return the smallest region that holds all of several, at least one."""
+    edges = [(r.left, r.top, r.right, r.bottom) for r in regions]
+    left, top, right, bottom = zip(*edges, strict=True)
+    return Region(min(left), min(top), max(right), max(bottom))
+
+
+def canvas_size(transport: Transport) -> int:
+    """Side of the canvas for a head: the multiple of its picture's side next below 400."""
+    return transport.size * max(_ABOUT // transport.size, 1)
+
+
+def blank(transport: Transport) -> Canvas:
+    """Make a canvas on which nothing is painted."""
+    return make_canvas(np.zeros((canvas_size(transport),) * 2, np.float32))
+
+
+def make_canvas(
+    weights: Floats,
+    ignore: Floats | None = None,
+    start_weights: Floats | None = None,
+    start_ignore: Floats | None = None,
+) -> Canvas:
+    """Make a canvas of layers, copied and checked.
+
+    Parameters
+    ----------
+    weights : (S, S) float
+        In [-1, 1]; what is a little outside is clipped.
+    ignore : (S, S) float, optional
+        In [0, 1], likewise; nothing is ignored without it.
+    start_weights, start_ignore : (S, S) float, optional
+        What to restore; by default the layers themselves.
+
+    Returns
+    -------
+    Canvas
+
+    Raises
+    ------
+    StyleError
+        If the layers are not square, not of one size, or not numbers.
+    """
+    shape = weights.shape
+    nothing = np.zeros(shape, np.float32)
+    ignore = nothing if ignore is None else ignore
+    layers = [
+        (weights, -1.0),
+        (ignore, 0.0),
+        (weights if start_weights is None else start_weights, -1.0),
+        (ignore if start_ignore is None else start_ignore, 0.0),
+    ]
+    fits = len(shape) == 2 and shape[0] == shape[1] and MIN_SIZE <= shape[0] <= 4 * MAX_SIZE
+    if not fits or any(layer.shape != shape or not np.isfinite(layer).all() for layer, _ in layers):
+        raise StyleError("These weights are damaged: they do not make a square picture.")
+    return Canvas(*(_frozen(np.clip(layer, low, 1.0)) for layer, low in layers))
+
+
+def resized(layer: Floats, size: int) -> Float32:
+    """Bring a layer to another canvas size; averaged where it becomes smaller.
+
+    Parameters
+    ----------
+    layer : (S, S) float
+        Any layer.
+    size : int
+        Side wanted, pixels.
+
+    Returns
+    -------
+    (size, size) float32
+    """
+    values = np.ascontiguousarray(layer, np.float32)
+    if len(values) == size:
+        return values.copy()
+    how = cv2.INTER_AREA if size < len(values) else cv2.INTER_LINEAR
+    return np.asarray(cv2.resize(values, (size, size), interpolation=how), np.float32)
+
+
+def block_means(layer: Float32, pixels: int, region: Region | None = None) -> Float64:
+    """Average a canvas layer over the head's pixels.
+
+    Parameters
+    ----------
+    layer : (S, S) float32
+        Any layer.
+    pixels : int
+        Side of the head's picture, N; S is a multiple of it.
+    region : Region, optional
+        Only these; given in the head's pixels, not the canvas's.
+
+    Returns
+    -------
+    (n, m) float64
+        One value per head pixel of the region; (N, N) without one.
+    """
+    step = len(layer) // pixels
+    if region is None:
+        region = Region(0, 0, pixels, pixels)
+    part = layer[region.top * step : region.bottom * step, region.left * step : region.right * step]
+    blocks = part.reshape(region.bottom - region.top, step, region.right - region.left, step)
+    # Two plain sums are several times faster than one over two axes, and always in this order.
+    sums = np.add.reduce(np.add.reduce(blocks, axis=3, dtype=np.float64), axis=1)
+    result: Float64 = sums / (step * step)
+    return result
+
+
+def head_values(canvas: Canvas, transport: Transport) -> tuple[Float64, Mask]:
+    """Reduce a canvas to the pixels of a head.
+
+    Parameters
+    ----------
+    canvas : Canvas
+        Of any size.
+    transport : Transport
+        Of the head.
+
+    Returns
+    -------
+    values : (P,) float64
+        Painted weights in [-1, 1], not yet zero-mean.
+    ignored : (P,) bool
+        Pixels that do not count.
+    """
+    weights, ignore = canvas.weights, canvas.ignore
+    if canvas.size % transport.size:
+        size = canvas_size(transport)
+        weights, ignore = resized(weights, size), resized(ignore, size)
+    values = block_means(weights, transport.size).ravel()[transport.pixels]
+    ignored = block_means(ignore, transport.size).ravel()[transport.pixels] >= IGNORED
+    return values, ignored
+
+
+def weights_of(canvas: Canvas, transport: Transport) -> PaintedWeights:
+    """Pre-integrate a whole canvas on a head (eq. 3); see `app.core.weights.painted`."""
+    return painted(transport, *head_values(canvas, transport))
+
+
+def advice(canvas: Canvas, weights: PaintedWeights) -> str | None:
+    """Say what is missing before the canvas can be kept as a style.
+
+    Parameters
+    ----------
+    canvas : Canvas
+        What was painted.
+    weights : PaintedWeights
+        The same on the head.
+
+    Returns
+    -------
+    str or None
+        `NOTHING_PAINTED`, `ONE_SIDED`, or None when nothing is missing.
+    """
+    if not canvas.touched:
+        return NOTHING_PAINTED
+    values = weights.values[weights.active]
+    if values.size == 0 or not (values.max() > _VISIBLE and values.min() < -_VISIBLE):
+        return ONE_SIDED
+    return None
+
+
+def _frozen(layer: Floats) -> Float32:
+    array = np.array(layer, np.float32, order="C")
+    array.setflags(write=False)
+    return array

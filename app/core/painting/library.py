@@ -1,0 +1,414 @@
+"""The user's own styles in their folder: keep, name, copy, put away and get back.
+
+Nothing is overwritten or lost: names are always new, changed and deleted styles go to a folder
+``trash`` inside, and a file that cannot be read is left as it is.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import unicodedata
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+from app.core.errors import StyleError
+from app.core.painting.user_style import (
+    MAX_TITLE,
+    UserStyle,
+    checksum,
+    clean_text,
+    layers_path,
+    not_saved,
+    read_user_style,
+    text_path,
+    write_user_style,
+)
+from app.core.paths import user_data
+from app.core.style_file import is_painted, read_painted, read_toml
+from app.core.styles import NAMES
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+    from pathlib import Path
+
+    from app.core.painting.canvas import Canvas
+    from app.core.styles import Side
+
+__all__ = [
+    "CANNOT_READ",
+    "DamagedStyle",
+    "Trashed",
+    "add",
+    "delete",
+    "duplicate",
+    "list_user_styles",
+    "rename",
+    "restore",
+    "save_user_style",
+    "styles_folder",
+    "update_user_style",
+]
+
+CANNOT_READ: Final = "This style cannot be read. Its file is untouched."
+
+_MAX_STYLES: Final = 100  # their weights are held in memory, 1.3 MB each
+_TRASH: Final = "trash"
+_LONGEST: Final = 28
+_RESERVED: Final = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(-.*)?")  # on Windows
+
+
+@dataclass(frozen=True, slots=True)
+class DamagedStyle:
+    """A file in the folder of styles that cannot be read.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    reason : str
+        What is wrong with it.
+    message : str
+        What a card says.
+    """
+
+    path: Path
+    reason: str
+    message: str = CANNOT_READ
+
+
+@dataclass(frozen=True, slots=True)
+class Trashed:
+    """A style that was put away.
+
+    Attributes
+    ----------
+    folder : Path
+        Its own folder within the trash.
+    name, title : str
+        As they were.
+    """
+
+    folder: Path
+    name: str
+    title: str
+
+
+def styles_folder() -> Path:
+    """Return the folder of the user's styles; it need not exist."""
+    return user_data() / "styles"
+
+
+def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[DamagedStyle, ...]]:
+    """Read all painted styles of a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Need not exist. Styles with lamps, written by hand, are passed over.
+
+    Returns
+    -------
+    tuple of UserStyle
+        By name.
+    tuple of DamagedStyle
+        Files that are neither; they are left as they are.
+    """
+    styles: list[UserStyle] = []
+    damaged: list[DamagedStyle] = []
+    try:
+        files = sorted(folder.glob("*.toml"), key=lambda f: f.stem) if folder.is_dir() else []
+    except OSError as error:
+        words = (error.strerror or str(error)).lower()
+        return (), (DamagedStyle(folder, f"The folder cannot be read: {words}."),)
+    for file in files:
+        if file.name.startswith(".") or _has_lamps(file):
+            continue
+        if len(styles) >= _MAX_STYLES:
+            reason = f"There are more than {_MAX_STYLES} styles; this one is not read."
+            damaged.append(DamagedStyle(file, reason))
+            continue
+        try:
+            styles.append(read_user_style(file))
+        except StyleError as error:
+            damaged.append(DamagedStyle(file, str(error)))
+    return tuple(styles), tuple(damaged)
+
+
+def save_user_style(
+    folder: Path,
+    canvas: Canvas,
+    title: str,
+    *,
+    side: Side = "none",
+    place: str = "",
+    note: str = "",
+    head: str = "",
+    origin: str = "",
+) -> UserStyle:
+    """Keep a canvas as a new style.
+
+    Parameters
+    ----------
+    folder : Path
+        Where styles are kept; made when missing.
+    canvas : Canvas
+        What was painted.
+    title : str
+        Any text; a number is added when a style bears it already.
+    side, place : Side, str, optional
+        Where its light comes from, see `app.core.painting.gallery.light_side`.
+    note, head, origin : str, optional
+        See `UserStyle`.
+
+    Returns
+    -------
+    UserStyle
+        As it was written.
+
+    Raises
+    ------
+    StyleError
+        If it cannot be written, or a text is too long. Then nothing is left behind that counts.
+    """
+    draft = UserStyle(
+        "",
+        clean_text(title, "title"),
+        side,
+        clean_text(place, "place"),
+        clean_text(note, "note"),
+        clean_text(head, "head"),
+        clean_text(origin, "origin"),
+        canvas.weights,
+        canvas.ignore,
+    )
+    return add(folder, draft)
+
+
+def add(folder: Path, style: UserStyle) -> UserStyle:
+    """Keep a style under a name and title of its own.
+
+    Parameters
+    ----------
+    folder : Path
+        Where styles are kept; made when missing.
+    style : UserStyle
+        Its name is not used.
+
+    Returns
+    -------
+    UserStyle
+        As it was written.
+
+    Raises
+    ------
+    StyleError
+        If it cannot be written.
+    """
+    title = _free_title(folder, style.title)
+    named = replace(style, name=_free_name(folder, title), title=title)
+    write_user_style(folder, named)
+    return named
+
+
+def update_user_style(folder: Path, style: UserStyle, canvas: Canvas) -> UserStyle:
+    """Give a style other weights; a copy of the old ones goes to the trash.
+
+    Parameters
+    ----------
+    folder : Path
+        Where styles are kept.
+    style : UserStyle
+        As read or saved.
+    canvas : Canvas
+        Its new weights.
+
+    Returns
+    -------
+    UserStyle
+        As it was written.
+
+    Raises
+    ------
+    StyleError
+        If it cannot be written; the old ones then still count.
+    """
+    changed = replace(style, weights=canvas.weights, ignore=canvas.ignore)
+    if checksum(changed) == checksum(style):
+        return style
+    away = _trash_folder(folder, style.name)
+    write_user_style(away, style)
+    write_user_style(folder, changed)
+    _discard(layers_path(folder, style.name, checksum(style)))
+    return changed
+
+
+def rename(folder: Path, style: UserStyle, title: str) -> UserStyle:
+    """Give a style another title; its name in files stays.
+
+    Parameters
+    ----------
+    folder : Path
+        Where styles are kept.
+    style : UserStyle
+        As read or saved.
+    title : str
+        Any text that no other style bears.
+
+    Returns
+    -------
+    UserStyle
+        As it was written.
+
+    Raises
+    ------
+    StyleError
+        If another style is called so, or it cannot be written.
+    """
+    wanted = clean_text(title, "title")
+    if _key(wanted) in _titles(folder, without=style.name):
+        raise StyleError(f"There is already a style called “{wanted}”.", "Choose another name.")
+    renamed = replace(style, title=wanted)
+    write_user_style(folder, renamed)
+    return renamed
+
+
+def duplicate(folder: Path, style: UserStyle, title: str = "") -> UserStyle:
+    """Keep a copy of a style, by default as "… 2"; errors as `add`."""
+    return add(folder, replace(style, title=clean_text(title or style.title, "title")))
+
+
+def delete(folder: Path, style: UserStyle) -> Trashed:
+    """Put a style away, so that `restore` can bring it back.
+
+    Parameters
+    ----------
+    folder : Path
+        Where styles are kept.
+    style : UserStyle
+        As read or saved.
+
+    Returns
+    -------
+    Trashed
+        For `restore`.
+
+    Raises
+    ------
+    StyleError
+        If its files cannot be moved.
+    """
+    away = _trash_folder(folder, style.name)
+    text, layers = text_path(folder, style.name), layers_path(folder, style.name, checksum(style))
+    try:
+        # First the text, without which the style does not count.
+        os.replace(text, away / text.name)
+        if layers.exists():
+            os.replace(layers, away / layers.name)
+    except OSError as error:
+        words = (error.strerror or str(error)).lower()
+        raise StyleError(f"“{style.title}” was not deleted: {words}.") from error
+    return Trashed(away, style.name, style.title)
+
+
+def restore(folder: Path, trashed: Trashed) -> UserStyle:
+    """Bring a style back; its files in the trash stay as they are.
+
+    Parameters
+    ----------
+    folder : Path
+        Where styles are kept.
+    trashed : Trashed
+        From `delete`.
+
+    Returns
+    -------
+    UserStyle
+        Under its old name and title, unless others bear them by now.
+
+    Raises
+    ------
+    StyleError
+        If it is no longer in the trash, damaged, or cannot be written.
+    """
+    style = read_user_style(text_path(trashed.folder, trashed.name))
+    title = _free_title(folder, style.title)
+    taken = text_path(folder, style.name).exists()
+    back = replace(style, name=_free_name(folder, title) if taken else style.name, title=title)
+    write_user_style(folder, back)
+    return back
+
+
+def _has_lamps(file: Path) -> bool:
+    if is_painted(file):
+        return False
+    try:
+        read_toml(file)
+    except StyleError:
+        return False
+    return True
+
+
+def _titles(folder: Path, without: str = "") -> set[str]:
+    titles = set()
+    for file in folder.glob("*.toml") if folder.is_dir() else ():
+        # A title that cannot be read cannot be met again either.
+        with contextlib.suppress(StyleError):
+            if file.stem != without:
+                titles.add(_key(read_painted(file).title))
+    return titles
+
+
+def _key(title: str) -> str:
+    return unicodedata.normalize("NFKC", title).casefold()
+
+
+def _free_title(folder: Path, title: str) -> str:
+    taken = _titles(folder)
+    if _key(title) not in taken:
+        return title
+    # "My Rembrandt 2" is followed by "My Rembrandt 3".
+    base = re.sub(r" \d{1,4}$", "", title)
+    return _first(
+        (f"{base[: MAX_TITLE - 5]} {number}" for number in range(2, 10_000)),
+        lambda candidate: _key(candidate) not in taken,
+    )
+
+
+def _free_name(folder: Path, title: str) -> str:
+    plain = unicodedata.normalize("NFKD", title).encode("ascii", "ignore").decode().lower()
+    base = re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:_LONGEST].strip("-") or "style"
+    if _RESERVED.fullmatch(base) or base in NAMES:
+        base = f"my-{base}"
+    return _first(
+        (base if number == 1 else f"{base}-{number}" for number in range(1, 10_000)),
+        lambda candidate: not text_path(folder, candidate).exists(),
+    )
+
+
+def _first(candidates: Iterable[str], free: Callable[[str], bool]) -> str:
+    found = next((candidate for candidate in candidates if free(candidate)), None)
+    if found is None:
+        raise StyleError("There are too many styles of this name.", "Choose another name.")
+    return found
+
+
+def _discard(file: Path) -> None:
+    """Remove weights that no text names any more and that lie in the trash as well."""
+    with contextlib.suppress(OSError):
+        file.unlink()
+
+
+def _trash_folder(folder: Path, name: str) -> Path:
+    trash = folder / _TRASH
+    try:
+        trash.mkdir(parents=True, exist_ok=True)
+        for number in range(1, 100_000):
+            away = trash / (name if number == 1 else f"{name}-{number}")
+            if not away.exists():
+                away.mkdir()
+                return away
+    except OSError as error:
+        raise not_saved(error) from error
+    raise StyleError("The trash of styles is full.", f"Empty {trash}.")

@@ -1,0 +1,278 @@
+"""Painting under way: strokes in, answers out.
+
+Strokes are drawn at once; the answer is asked for when there is time, and then costs the pixels
+that have changed since. Between strokes everything is counted afresh from the canvas, so that an
+answer depends on what is on the canvas and not on how it came there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.light_table import contrast_of, table_picture
+from app.core.painting.canvas import (
+    IGNORED,
+    Canvas,
+    Region,
+    advice,
+    block_means,
+    canvas_size,
+    make_canvas,
+    resized,
+    weights_of,
+)
+from app.core.painting.stroke import Stroke
+from app.core.painting.tiles import TileChange, apply, revert
+from app.core.reasons import EPSILON, MIN_STRENGTH
+from app.core.solve import Objective, StyleResult, solve_on_table
+from app.core.transport import to_image
+from app.core.weights import paint
+
+if TYPE_CHECKING:
+    from app.core.light_table import LightTable
+    from app.core.painting.brush import Brush
+    from app.core.transport import Transport
+    from app.core.weights import PaintedWeights
+
+__all__ = ["Answer", "PaintSession"]
+
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Answer:
+    """What the painted weights come to.
+
+    Attributes
+    ----------
+    preintegrated : (H, W) float32
+        Pre-integrated target F (eq. 3) in panorama coordinates at turn 0: positive where light
+        helps, negative where it harms.
+    advice : str or None
+        What is missing before this can be kept as a style; None when nothing is.
+    result : StyleResult or None
+        Best turn, match, strength and curves here; None without a place.
+    picture : (N, N, 3) float32 or None
+        Linear Rec. 709 picture at the refined best turn on black, in the unit of the
+        environment; None without a place or without colours.
+    """
+
+    preintegrated: Float32 = field(repr=False)
+    advice: str | None
+    result: StyleResult | None
+    picture: Float32 | None = field(repr=False)
+
+
+class PaintSession:
+    """A canvas, the head it belongs to, and the place's light. For one thread at a time.
+
+    Parameters
+    ----------
+    transport : Transport
+        Of the head.
+    canvas : Canvas
+        To begin with; brought to the head's canvas size where it differs.
+    table : LightTable, optional
+        Of the place and the same head.
+    objective, epsilon, min_strength
+        As for `app.core.solve.solve_all`.
+    front_deg : float, optional
+        Azimuth at which the photographer stands, deg.
+    """
+
+    def __init__(
+        self,
+        transport: Transport,
+        canvas: Canvas,
+        table: LightTable | None = None,
+        *,
+        objective: Objective = "picture",
+        epsilon: float = EPSILON,
+        min_strength: float = MIN_STRENGTH,
+        front_deg: float = 0.0,
+    ) -> None:
+        self._transport = transport
+        self._table = table
+        self._front_deg = front_deg
+        self._objective: Objective = objective
+        self._limits = epsilon, min_strength
+        place = np.full(transport.size**2, -1)
+        place[transport.pixels[transport.face]] = np.flatnonzero(transport.face)
+        self._place = place.reshape(transport.size, transport.size)
+        self._stroke: Stroke | None = None
+        self._dirty: list[Region] = []
+        self._contrast: tuple[Mask, Float64] | None = None
+        self.replace(canvas)
+
+    @property
+    def canvas(self) -> Canvas:
+        """The canvas as it is now, with the stroke under way."""
+        return self._canvas if self._stroke is None else self._stroke.canvas
+
+    @property
+    def stroking(self) -> bool:
+        """Whether a stroke is under way."""
+        return self._stroke is not None
+
+    @property
+    def weights(self) -> PaintedWeights:
+        """The weights as of now."""
+        if self._dirty:
+            self._weights = self._caught_up()
+            self._dirty.clear()
+        return self._weights
+
+    def set_light(self, table: LightTable | None, front_deg: float = 0.0) -> None:
+        """Take another place's light, or none.
+
+        Parameters
+        ----------
+        table : LightTable or None
+            Of the same head.
+        front_deg : float, optional
+            Azimuth at which the photographer stands, deg.
+        """
+        self._table, self._front_deg, self._contrast = table, front_deg, None
+
+    def replace(self, canvas: Canvas) -> None:
+        """Take another canvas; a stroke under way is given up.
+
+        Parameters
+        ----------
+        canvas : Canvas
+            Brought to the head's canvas size where it differs.
+        """
+        size = canvas_size(self._transport)
+        if canvas.size != size:
+            layers = (canvas.weights, canvas.ignore, canvas.start_weights, canvas.start_ignore)
+            canvas = make_canvas(*(resized(layer, size) for layer in layers))
+        self._stroke = None
+        self._start_afresh(canvas)
+
+    def begin(self, brush: Brush, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:
+        """Begin a stroke; one under way is given up.
+
+        Parameters
+        ----------
+        brush : Brush
+        x, y : float
+            Canvas pixels from the upper left corner.
+        pressure : float, optional
+            0 to 1.
+
+        Returns
+        -------
+        tuple of Region
+            What has changed on the canvas.
+        """
+        self.abort()
+        self._stroke = Stroke(self._canvas, brush, x, y, pressure)
+        self._dirty += self._stroke.begun
+        return self._stroke.begun
+
+    def extend(self, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:
+        """Draw on to a place; as `begin`. Without a stroke under way nothing happens."""
+        if self._stroke is None:
+            return ()
+        regions = self._stroke.extend(x, y, pressure)
+        self._dirty += regions
+        return regions
+
+    def commit(self) -> TileChange:
+        """End the stroke; returns what it changed, for undo. Empty without a stroke."""
+        if self._stroke is None:
+            return TileChange(())
+        canvas, change = self._stroke.commit()
+        self._stroke = None
+        self._start_afresh(canvas)
+        return change
+
+    def abort(self) -> None:
+        """Give up the stroke under way, if there is one."""
+        if self._stroke is not None:
+            self._stroke = None
+            self._start_afresh(self._canvas)
+
+    def apply(self, change: TileChange) -> None:
+        """Do a change again; see `app.core.painting.tiles.apply`."""
+        self.abort()
+        self._start_afresh(apply(self._canvas, change))
+
+    def revert(self, change: TileChange) -> None:
+        """Take a change back; see `app.core.painting.tiles.revert`."""
+        self.abort()
+        self._start_afresh(revert(self._canvas, change))
+
+    def answer(self) -> Answer:
+        """Work out what the canvas asks for and where to turn for it.
+
+        Returns
+        -------
+        Answer
+            Of the canvas as it is now.
+        """
+        weights, table = self.weights, self._table
+        target = weights.preintegrated(self._transport)
+        missing = advice(self.canvas, weights)
+        if table is None:
+            return Answer(target, missing, None, None)
+        epsilon, least = self._limits
+        result = solve_on_table(
+            table,
+            weights,
+            self._objective,
+            contrast=self._contrast_now(table, weights.active),
+            epsilon=epsilon,
+            min_strength=least,
+        )
+        picture = None
+        if table.pictures is not None:
+            flat = table_picture(table, result.turn_refined_deg)
+            picture = to_image(self._transport, flat)
+        seen = result.seen_from(self._front_deg) if self._front_deg else result
+        return Answer(target, missing, seen, picture)
+
+    def _start_afresh(self, canvas: Canvas) -> None:
+        self._canvas = canvas
+        self._weights = weights_of(canvas, self._transport)
+        self._dirty.clear()
+
+    def _contrast_now(self, table: LightTable, active: Mask) -> Float64:
+        known = self._contrast
+        if known is None or not np.array_equal(known[0], active):
+            known = self._contrast = active, contrast_of(table, active)
+        return known[1]
+
+    def _caught_up(self) -> PaintedWeights:
+        """Weights after the changes since they were last asked for."""
+        pixels, values, ignored = (
+            np.concatenate(parts)
+            for parts in zip(*(self._changed(region) for region in self._dirty), strict=True)
+        )
+        pixels, first = np.unique(pixels, return_index=True)
+        return paint(self._transport, self._weights, pixels, values[first], ignored[first])
+
+    def _changed(self, region: Region) -> tuple[NDArray[np.intp], Float64, Mask]:
+        """Pixels of the face in a region of the canvas that are not what they were."""
+        canvas, size = self.canvas, self._transport.size
+        step = canvas.size // size
+        part = Region(
+            region.left // step,
+            region.top // step,
+            -(-region.right // step),
+            -(-region.bottom // step),
+        )
+        place = self._place[part.slices]
+        on_face = place >= 0
+        pixels = place[on_face]
+        values = block_means(canvas.weights, size, part)[on_face]
+        ignored = block_means(canvas.ignore, size, part)[on_face] >= IGNORED
+        before = self._weights
+        same = (values == before.values[pixels]) & (ignored == ~before.active[pixels])
+        return pixels[~same], values[~same], ignored[~same]

@@ -1,0 +1,219 @@
+"""One stroke of the brush, from the pen's first touch until it is lifted.
+
+Within a stroke cover only grows toward its maximum along the path, as paint programs have it:
+going over a place again in the same stroke does not make it stronger.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.painting.brush import Tool, cover, reach
+from app.core.painting.canvas import Canvas, Region, around
+from app.core.painting.tiles import TileChange, difference
+
+if TYPE_CHECKING:
+    from app.core.painting.brush import Brush, Point
+
+__all__ = ["Stroke"]
+
+Float32: TypeAlias = NDArray[np.float32]
+
+_CELL_SHARE: Final = 0.125  # of the radius: path over which one pressure holds
+_LEAST_CELL: Final = 2.0  # canvas pixels
+
+
+class Stroke:
+    """A stroke under way, on a copy of the canvas.
+
+    Pressure is taken as the largest within each stretch of an eighth of the brush's radius,
+    counted along the path from its beginning, so that the stroke does not depend on how many
+    events told of it.
+
+    Parameters
+    ----------
+    canvas : Canvas
+        What is painted on; never changed.
+    brush : Brush
+        What is painted with.
+    x, y : float
+        Where the brush comes down, canvas pixels from the upper left corner.
+    pressure : float, optional
+        0 to 1; counts only if the brush says so.
+    """
+
+    def __init__(
+        self, canvas: Canvas, brush: Brush, x: float, y: float, pressure: float = 1.0
+    ) -> None:
+        self._before = canvas
+        self._brush = brush
+        self._weights = canvas.weights.copy()
+        self._ignore = canvas.ignore.copy()
+        self._shape = np.zeros_like(self._weights)  # profile, whatever the strength
+        self._cover = np.zeros_like(self._weights)  # profile times strength times pressure
+        self._cell = max(_CELL_SHARE * brush.radius, _LEAST_CELL)
+        self._at = self._inside(x, y)
+        self._pressure = self._felt(pressure)
+        self._travelled = 0.0
+        self._path: list[Point] = [self._at]
+        self._strongest = self._pressure
+        self.begun: tuple[Region, ...] = self._stamp(self._at, self._at)
+
+    @property
+    def canvas(self) -> Canvas:
+        """The canvas as it is now; a view that goes on changing until the stroke ends."""
+        return replace(self._before, weights=_view(self._weights), ignore=_view(self._ignore))
+
+    def extend(self, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:
+        """Draw on in a straight line.
+
+        Parameters
+        ----------
+        x, y : float
+            Where the brush is now, canvas pixels; may lie outside the canvas.
+        pressure : float, optional
+            0 to 1; in between it is taken to change evenly.
+
+        Returns
+        -------
+        tuple of Region
+            What may have changed; none when the place is not a number.
+        """
+        if not (math.isfinite(x) and math.isfinite(y)):
+            return ()
+        start, first = self._at, self._pressure
+        stop, last = self._inside(x, y), self._felt(pressure)
+        self._at, self._pressure = stop, last
+        length = math.dist(start, stop)
+        regions = [] if length else self._press(last)
+        done = 0.0
+        while done < length:
+            upto, closed = self._cell_end(done, length, steady=first == last == self._strongest)
+            pressed = [_between(first, last, share / length) for share in (done, upto)]
+            regions += self._press(max(pressed))
+            end = _along(start, stop, upto / length)
+            regions += self._stamp(_along(start, stop, done / length), end)
+            self._path.append(end)
+            self._travelled += upto - done
+            if closed is not None:
+                # A new cell has begun, here or (at steady pressure) a little way back.
+                self._travelled = upto - closed
+                self._path = [_along(start, stop, closed / length), end]
+                self._strongest = pressed[1]
+            done = upto
+        return self._joined(regions)
+
+    def commit(self) -> tuple[Canvas, TileChange]:
+        """End the stroke.
+
+        Returns
+        -------
+        Canvas
+            With the stroke on it.
+        TileChange
+            What it changed, for undo.
+        """
+        layers = [self._weights, self._ignore]
+        for layer in layers:
+            layer.setflags(write=False)
+        after = replace(self._before, weights=layers[0], ignore=layers[1])
+        return after, difference(self._before, after)
+
+    def abort(self) -> Canvas:
+        """Give the stroke up; return the canvas as it was."""
+        return self._before
+
+    def _inside(self, x: float, y: float) -> Point:
+        """Keep far away places within one canvas of the canvas."""
+        size = float(self._before.size)
+        if not (math.isfinite(x) and math.isfinite(y)):
+            return (-size, -size)
+        return min(max(x, -size), 2 * size), min(max(y, -size), 2 * size)
+
+    def _felt(self, pressure: float) -> float:
+        if not self._brush.pen_pressure or not math.isfinite(pressure):
+            return 1.0
+        return min(max(pressure, 0.0), 1.0)
+
+    def _cell_end(self, done: float, length: float, *, steady: bool) -> tuple[float, float | None]:
+        """Up to where to draw at one pressure, and where on the way the last cell was closed."""
+        first_end = done + self._cell - self._travelled
+        if first_end > length:
+            return length, None
+        if not steady:
+            return first_end, first_end
+        # The same pressure in every cell: one piece does, however many cells it crosses.
+        return length, first_end + (length - first_end) // self._cell * self._cell
+
+    def _press(self, pressure: float) -> list[Region]:
+        """Take note of a pressure; a larger one counts for the whole cell."""
+        if pressure <= self._strongest:
+            return []
+        self._strongest = pressure
+        ends = self._path[1:] or self._path
+        return [
+            region
+            for start, stop in zip(self._path, ends, strict=False)
+            for region in self._stamp(start, stop)
+        ]
+
+    def _stamp(self, start: Point, stop: Point) -> tuple[Region, ...]:
+        size = self._before.size
+        region = reach(start, stop, self._brush.radius, size)
+        if region.empty:
+            return ()
+        profile = cover(self._brush, start, stop, region)
+        if not self._brush.mirror:
+            self._lay(region, profile)
+            return (region,)
+        twin = region.mirrored(size)
+        self._lay(region, profile)
+        self._lay(twin, profile[:, ::-1])
+        return region, twin
+
+    def _joined(self, regions: list[Region]) -> tuple[Region, ...]:
+        """One region per side of the face; with a mirror the two sides alternate."""
+        sides = [regions[::2], regions[1::2]] if self._brush.mirror else [regions]
+        return tuple(around(side) for side in sides if side)
+
+    def _lay(self, region: Region, profile: Float32) -> None:
+        place = region.slices
+        shape, strong = self._shape[place], self._cover[place]
+        np.maximum(shape, profile, out=shape)
+        strength = min(max(self._brush.strength, 0.0), 1.0) * self._strongest
+        np.maximum(strong, profile * np.float32(strength), out=strong)
+        before, tool = self._before, self._brush.tool
+        weights, ignore = before.weights[place], before.ignore[place]
+        if tool is Tool.IGNORE:
+            np.maximum(ignore, shape, out=self._ignore[place])
+            return
+        goal: Float32 | np.float32
+        if tool is Tool.RESTORE:
+            goal = before.start_weights[place]
+            self._ignore[place] = ignore + (before.start_ignore[place] - ignore) * shape
+        else:
+            goal = np.float32(1.0 if tool is Tool.BRIGHTER else -1.0)
+            # What is painted on counts again.
+            np.minimum(ignore, 1 - shape, out=self._ignore[place])
+        self._weights[place] = weights + (goal - weights) * strong
+
+
+def _between(first: float, last: float, share: float) -> float:
+    return first + (last - first) * share
+
+
+def _along(start: Point, stop: Point, share: float) -> Point:
+    if share >= 1:
+        return stop
+    return _between(start[0], stop[0], share), _between(start[1], stop[1], share)
+
+
+def _view(layer: Float32) -> Float32:
+    view = layer.view()
+    view.setflags(write=False)
+    return view

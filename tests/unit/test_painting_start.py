@@ -1,0 +1,100 @@
+"""Starting points: the weights of eq. 6 on the canvas, exact on the head's own pixels."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from app.core.errors import StyleError
+from app.core.pack import load_named_pack
+from app.core.painting import PaintSession, blank, canvas_size, from_style, from_weights
+from app.core.painting.canvas import head_values, make_canvas, resized, weights_of
+from app.core.solve import solve_all, solve_painted
+from app.core.styles import NAMES
+from app.core.transport import load_named
+from app.core.weights import target_weights
+from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
+
+GENERIC, PACK = load_named("generic"), load_named_pack("generic")
+
+
+def _weights(name: str) -> np.ndarray:
+    target = PACK.target(name).reshape(-1, 3)[GENERIC.pixels].astype(np.float64)
+    luminance = target @ np.asarray(GENERIC.header.luminance_weights)
+    return target_weights(luminance, GENERIC.face)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_canvas_averages_to_eq_6(name: str) -> None:
+    canvas = from_style(PACK, GENERIC, name)
+    assert canvas.size == 400
+    values, ignored = head_values(canvas, GENERIC)
+    np.testing.assert_allclose(values[GENERIC.face], _weights(name)[GENERIC.face], atol=1e-6)
+    assert not ignored.any()
+    assert np.abs(canvas.weights).max() <= 1
+    assert not canvas.touched
+
+
+def test_canvas_is_smooth_where_the_head_is() -> None:
+    """Ramps come out as ramps, not as the head's blocks of pixels."""
+    transport = lambert_sphere_transport()
+    x = transport.pixels % transport.size
+    canvas = from_weights(transport, (x - transport.size / 2) / transport.size)
+    row = canvas.weights[canvas.size // 2, canvas.size // 3 : -canvas.size // 3]
+    steps = np.diff(row) * canvas.size
+    np.testing.assert_allclose(steps, 1.0, atol=1e-3)
+
+
+def test_left_and_right_are_mirrors() -> None:
+    one = from_style(PACK, GENERIC, "left-rembrandt").weights
+    two = from_style(PACK, GENERIC, "right-rembrandt").weights
+    face = resized(PACK.coverage.astype(np.float32), len(one)) > 0.99
+    np.testing.assert_allclose(one[face], two[:, ::-1][face], atol=1e-6)
+
+
+def test_brighter_is_on_the_sitters_left_in_a_left_style() -> None:
+    canvas = from_style(PACK, GENERIC, "left-split")
+    assert canvas.weights[150:250, 240:280].mean() > 0.1  # picture's right
+    assert canvas.weights[150:250, 120:160].mean() < -0.1
+
+
+def test_a_start_answers_like_the_style_itself() -> None:
+    light = lamp_environment(30.0, 30.0, fill=0.05)
+    result = solve_painted(
+        GENERIC, weights_of(from_style(PACK, GENERIC, "left-loop"), GENERIC), light
+    )
+    style = solve_all(PACK, light, styles=["left-loop"])[0]
+    assert result.match == pytest.approx(style.match, abs=0.7)
+    assert result.turn_refined_deg == pytest.approx(style.turn_refined_deg, abs=1.0)
+    direct = PaintSession(GENERIC, from_style(PACK, GENERIC, "left-loop"))
+    np.testing.assert_allclose(direct.weights.weights, _weights("left-loop"), atol=1e-6)
+
+
+def test_what_does_not_fit_is_refused() -> None:
+    transport = lambert_sphere_transport()
+    with pytest.raises(StyleError, match="another head"):
+        from_style(synthetic_pack(20, (16, 32)), transport, "butterfly")
+    with pytest.raises(StyleError, match="no target"):
+        from_style(synthetic_pack(), transport, "disco")
+    with pytest.raises(StyleError, match="do not fit"):
+        from_weights(transport, np.zeros(3))
+    for bad in (np.zeros((20, 30)), np.full((20, 20), np.nan), np.zeros((4, 4))):
+        with pytest.raises(StyleError, match="square"):
+            make_canvas(bad)
+
+
+def test_blank_is_blank() -> None:
+    canvas = blank(GENERIC)
+    assert canvas.size == canvas_size(GENERIC) == 400
+    assert not canvas.weights.any()
+    assert not canvas.touched
+
+
+def test_layers_of_another_size_keep_their_averages() -> None:
+    rng = np.random.default_rng(0)
+    layer = rng.uniform(-1, 1, (400, 400)).astype(np.float32)
+    small = resized(layer, 100)
+    np.testing.assert_allclose(small, layer.reshape(100, 4, 100, 4).mean(axis=(1, 3)), atol=1e-6)
+    odd = make_canvas(layer[:390, :390])
+    values, _ = head_values(odd, GENERIC)
+    assert values.shape == GENERIC.pixels.shape
