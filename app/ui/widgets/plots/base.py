@@ -1,0 +1,345 @@
+"""What all plots share: the keyboard, cached pictures, labels, words for a screen reader."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen, QPixmap, QPolygonF
+from PySide6.QtWidgets import QWidget
+
+from app.core.angles import wrap
+from app.ui.theme import theme
+from app.ui.widgets.plots.geometry import smooth
+from app.ui.widgets.tags import draw_tag, tag_size
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Hashable, Sequence
+
+    from PySide6.QtGui import QFont, QKeyEvent, QPaintEvent
+
+    from app.ui.widgets.plots.geometry import Point
+
+__all__ = [
+    "Plot",
+    "TurnPlot",
+    "closed_path",
+    "device_ratio",
+    "draw_label",
+    "draw_text",
+    "label_area",
+    "outlined_line",
+    "polygon",
+    "snap",
+]
+
+_STEPS: Final = {
+    Qt.Key.Key_Right: 1.0,
+    Qt.Key.Key_Up: 1.0,
+    Qt.Key.Key_Left: -1.0,
+    Qt.Key.Key_Down: -1.0,
+}
+_COARSE: Final = 10.0
+
+
+def device_ratio(painter: QPainter) -> float:
+    """Device pixels per logical one where a painter paints, which may be a picture."""
+    return max(painter.deviceTransform().m11(), 0.25)
+
+
+def snap(value: float, ratio: float, width: float = 1.0) -> float:
+    """Move the middle of a line so that both of its edges lie on device pixels.
+
+    Parameters
+    ----------
+    value : float
+        Middle of the line, logical pixels.
+    ratio : float
+        Device pixels per logical one.
+    width : float, optional
+        Of the line, logical pixels.
+    """
+    odd = round(width * ratio) % 2
+    return (round(value * ratio - odd / 2.0) + odd / 2.0) / ratio
+
+
+def polygon(points: Sequence[Point]) -> QPolygonF:
+    """Give points to Qt."""
+    return QPolygonF([QPointF(x, y) for x, y in points])
+
+
+def closed_path(points: Sequence[Point]) -> QPainterPath:
+    """Lead a smooth closed path through at least three points."""
+    path = QPainterPath(QPointF(*points[0]))
+    for first, second, stop in smooth(points):
+        path.cubicTo(QPointF(*first), QPointF(*second), QPointF(*stop))
+    path.closeSubpath()
+    return path
+
+
+def outlined_line(
+    painter: QPainter, start: Point, stop: Point, colour: QColor, outline: QColor, width: float
+) -> None:
+    """Draw a line that holds on any picture: with an edge of half its width on both sides."""
+    ends = (QPointF(*start), QPointF(*stop))
+    edge = max(width / 2.0, 1.0)
+    painter.setPen(QPen(outline, width + 2.0 * edge, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
+    painter.drawLine(*ends)
+    painter.setPen(QPen(colour, width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
+    painter.drawLine(*ends)
+
+
+def draw_text(
+    painter: QPainter, middle: Point, text: str, font: QFont, colour: QColor, align: float = 0.5
+) -> float:
+    """Draw one line of text on whole device pixels.
+
+    Parameters
+    ----------
+    painter : QPainter
+        Where to.
+    middle : Point
+        x as `align` says, y of the middle of the capital letters, logical pixels.
+    text : str
+        Words or a number.
+    font : QFont
+        Of the text.
+    colour : QColor
+        Of the text.
+    align : float, optional
+        0: x is the left end, 0.5: the middle, 1: the right end.
+
+    Returns
+    -------
+    float
+        Width of the text, logical pixels.
+    """
+    painter.setFont(font)
+    metrics = painter.fontMetrics()
+    width = float(metrics.horizontalAdvance(text))
+    ratio = device_ratio(painter)
+    x = round((middle[0] - width * align) * ratio) / ratio
+    y = round((middle[1] + metrics.capHeight() / 2.0) * ratio) / ratio
+    painter.setPen(colour)
+    painter.drawText(QPointF(x, y), text)
+    return width
+
+
+def draw_label(
+    painter: QPainter,
+    place: Point,
+    text: str,
+    align: tuple[float, float] = (0.0, 0.0),
+    *,
+    fill: QColor | None = None,
+    ink: QColor | None = None,
+    weight: int = 400,
+) -> QRectF:
+    """Draw a label on a picture: a tag, in other colours with a dark edge.
+
+    Parameters
+    ----------
+    painter : QPainter
+        Where to.
+    place : Point
+        Which point of the label lies here is said by `align`.
+    text : str
+        Its words.
+    align : (float, float), optional
+        (0, 0): `place` is the upper left corner; (1, 1): the lower right one.
+    fill, ink : QColor, optional
+        Other colours than those of a tag; then it has a dark edge.
+    weight : int, optional
+        Of the text.
+
+    Returns
+    -------
+    QRectF
+        Where the label lies, logical pixels.
+    """
+    area = label_area(place, text, align, weight)
+    if fill is not None:
+        edge = theme().px(4) + 1
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(theme().c.tag)
+        painter.drawRoundedRect(area.adjusted(-1.0, -1.0, 1.0, 1.0), edge, edge)
+    return draw_tag(painter, area.x(), area.y(), text, "tl", fill, ink, weight)
+
+
+def label_area(
+    place: Point, text: str, align: tuple[float, float] = (0.0, 0.0), weight: int = 400
+) -> QRectF:
+    """Measure a label as `draw_label` draws it, logical pixels."""
+    width, height = tag_size(text, weight)
+    # On whole pixels, or its edges are smeared.
+    return QRectF(
+        round(place[0] - width * align[0]), round(place[1] - height * align[1]), width, height
+    )
+
+
+class Plot(QWidget):
+    """A painted widget that can have the focus and says in words what it shows.
+
+    Parameters
+    ----------
+    name : str
+        Accessible name.
+    parent : QWidget, optional
+        Parent widget.
+    """
+
+    def __init__(self, name: str, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        self.setAccessibleName(name)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self._cache: dict[str, tuple[Hashable, QPixmap]] = {}
+
+    def say(self, words: str) -> None:
+        """Set what a screen reader says about the values."""
+        if words != self.accessibleDescription():
+            self.setAccessibleDescription(words)
+
+    def kept(
+        self,
+        name: str,
+        key: Hashable,
+        size: QSize,
+        ratio: float,
+        draw: Callable[[QPainter], None],
+    ) -> QPixmap:
+        """Give a picture that is drawn again only when its key changes.
+
+        Parameters
+        ----------
+        name : str
+            Which picture.
+        key : hashable
+            What it depends on, besides theme, size and ratio.
+        size : QSize
+            Logical pixels.
+        ratio : float
+            Device pixels per logical one.
+        draw : callable
+            Draws it with a painter in logical pixels, on transparent ground.
+        """
+        t = theme()
+        whole = (key, t.name, t.scale, size.width(), size.height(), ratio)
+        known = self._cache.get(name)
+        if known is not None and known[0] == whole:
+            return known[1]
+        pixmap = QPixmap(round(size.width() * ratio), round(size.height() * ratio))
+        pixmap.setDevicePixelRatio(ratio)
+        pixmap.fill(Qt.GlobalColor.transparent)
+        painter = QPainter(pixmap)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        try:
+            draw(painter)
+        finally:
+            painter.end()
+        self._cache[name] = (whole, pixmap)
+        return pixmap
+
+    def draw(self, painter: QPainter, ratio: float) -> None:
+        """Paint the plot; the painter is antialiased and in logical pixels."""
+        raise NotImplementedError
+
+    def focus_shape(self) -> tuple[QRect, int]:
+        """Rectangle and corner radius that the focus ring goes around."""
+        return self.rect(), theme().px(6)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the plot."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        # A painter that outlives an error takes the whole program with it.
+        try:
+            self.draw(painter, device_ratio(painter))
+        finally:
+            painter.end()
+
+
+class TurnPlot(Plot):
+    """A plot whose needle is a turn: by mouse or keyboard it can be moved and put back.
+
+    Arrows move by 1°, with Shift by 10°, Home goes to the best turn.
+
+    Parameters
+    ----------
+    name : str
+        Accessible name.
+    parent : QWidget, optional
+        Parent widget.
+    """
+
+    turned = Signal(float)
+    """The needle moved by hand to this turn, deg in (-180, 180]; many times while dragging."""
+
+    released = Signal(float)
+    """The hand left the needle at this turn, deg."""
+
+    def __init__(self, name: str, parent: QWidget | None = None) -> None:
+        super().__init__(name, parent)
+        self._needle = 0.0
+        self._best: float | None = None
+        self._dragging = False
+        self._stepped = False
+
+    @property
+    def needle(self) -> float:
+        """Turn of the needle, deg in (-180, 180]."""
+        return self._needle
+
+    def set_needle(self, turn_deg: float) -> None:
+        """Move the needle without a signal.
+
+        Parameters
+        ----------
+        turn_deg : float
+            Turn, deg.
+        """
+        self._needle = wrap(turn_deg)
+        self.describe()
+        self.update()
+
+    def describe(self) -> None:
+        """Put the values into words for a screen reader."""
+
+    def turn_to(self, turn_deg: float) -> None:
+        """Move the needle by hand: with the signal `turned`."""
+        self.set_needle(turn_deg)
+        self.turned.emit(self._needle)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Move the needle with the keyboard."""
+        step = _STEPS.get(Qt.Key(event.key()))
+        if step is not None:
+            coarse = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+            # From a whole number, so that what is shown counts on by whole degrees.
+            self.turn_to(round(self._needle) + step * (_COARSE if coarse else 1.0))
+        elif event.key() == Qt.Key.Key_Home and self._best is not None:
+            self.turn_to(self._best)
+        else:
+            super().keyPressEvent(event)
+            return
+        self._stepped = True
+        event.accept()
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        """Let go of the needle once no key repeats any more."""
+        if self._stepped and not event.isAutoRepeat():
+            self._stepped = False
+            self.released.emit(self._needle)
+        super().keyReleaseEvent(event)
+
+    def begin_drag(self, turn_deg: float) -> None:
+        """Take the needle with the mouse."""
+        self._dragging = True
+        self.turn_to(turn_deg)
+
+    def end_drag(self) -> None:
+        """Let go of the needle with the mouse."""
+        if self._dragging:
+            self._dragging = False
+            self.released.emit(self._needle)
+            self.update()

@@ -1,0 +1,131 @@
+"""How many degrees to go, readable from three metres."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QPointF, QSize, Qt
+from PySide6.QtGui import QFont, QFontMetricsF, QPainter
+from PySide6.QtWidgets import QSizePolicy
+
+from app.ui.theme import theme
+from app.ui.widgets.plots.base import Plot
+
+if TYPE_CHECKING:
+    from PySide6.QtWidgets import QWidget
+
+__all__ = ["BigDegrees"]
+
+_FIGURE: Final = 224
+_LINE: Final = 176
+_WORDS: Final = 32
+_WORDS_LINE: Final = 36
+_LEAST: Final = 48
+_SIGN: Final = "°"
+_SIGN_SIZE: Final = 0.54  # of the number's size: the sign is read at a glance, the number counts
+
+
+class BigDegrees(Plot):
+    """A large number with its degree sign, and words at its foot.
+
+    The number and its sign stand in the middle; everything shrinks together where it is wider
+    than the widget.
+
+    Parameters
+    ----------
+    size : int, optional
+        Type size of the number, logical pixels at scale 1.
+    parent : QWidget, optional
+        Parent widget.
+    """
+
+    def __init__(self, size: int = _FIGURE, parent: QWidget | None = None) -> None:
+        super().__init__("", parent)
+        self._size = size
+        self._number: int | None = None
+        self._words: tuple[str, ...] = ()
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def sizeHint(self) -> QSize:
+        """Return the size that the design asks for, at the scale of the theme."""
+        t = theme()
+        return QSize(t.px(432), t.px(_LINE * self._size / _FIGURE))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return a size at which the number is still large."""
+        return QSize(theme().px(160), self.sizeHint().height())
+
+    def set_value(self, degrees: int | None, words: str = "to go") -> None:
+        """Show another number.
+
+        Parameters
+        ----------
+        degrees : int or None
+            Whole degrees, not negative; None shows nothing, while the heading is lost.
+        words : str, optional
+            "to go", "to the best", "too far"; more than two words take two lines.
+        """
+        self._number = degrees
+        parts = words.split()
+        half = (len(parts) + 1) // 2
+        lines = [words] if len(parts) < 3 else [" ".join(parts[:half]), " ".join(parts[half:])]
+        self._words = tuple(line for line in lines if line)
+        self.setAccessibleName("" if degrees is None else f"{degrees}° {words}".strip())
+        self.update()
+
+    def figure_font(self) -> QFont:
+        """Give the font of the number: as designed, or smaller so that it fits."""
+        t = theme()
+        size = self._size
+        while size > _LEAST and self._extent(t.font(size, 700), size) > self.width():
+            size -= 2
+        return t.font(size, 700)
+
+    def _extent(self, font: QFont, size: int) -> float:
+        """Width that is needed: twice the farther half, since the number is centred."""
+        digits, number = self._widths(font, size)
+        return max(number, 2.0 * (digits + self._side(size) - number / 2.0))
+
+    def _widths(self, font: QFont, size: int) -> tuple[float, float]:
+        """Width of the digits alone, and with their sign."""
+        digits = QFontMetricsF(font).horizontalAdvance(str(self._number))
+        return digits, digits + QFontMetricsF(self._sign_font(size)).horizontalAdvance(_SIGN)
+
+    def _sign_font(self, size: int) -> QFont:
+        return theme().font(round(size * _SIGN_SIZE), 700)
+
+    def _side(self, size: int) -> float:
+        """Width that the words need right of the number's last digit."""
+        font = self._words_font(size)
+        widths = [QFontMetricsF(font).horizontalAdvance(line) for line in self._words]
+        return max(widths, default=0.0) + theme().px(10)
+
+    def _words_font(self, size: int) -> QFont:
+        return theme().font(max(round(_WORDS * size / _FIGURE), 14), 600)
+
+    def draw(self, painter: QPainter, ratio: float) -> None:
+        """Paint the number, its sign and the words."""
+        if self._number is None:
+            return
+        t = theme()
+        font = self.figure_font()
+        size = round(font.pixelSize() / t.scale)
+        tall = QFontMetricsF(font).capHeight()
+        digits, number = self._widths(font, size)
+        left = round((self.width() - number) / 2.0 * ratio) / ratio
+        base = round((self.height() + tall) / 2.0 * ratio) / ratio
+        painter.setPen(t.c.text)
+        painter.setFont(font)
+        painter.drawText(QPointF(left, base), str(self._number))
+        sign = self._sign_font(size)
+        painter.setFont(sign)
+        # The sign's ring stands a little over the top of the digits.
+        ring = QFontMetricsF(sign).tightBoundingRect(_SIGN).top()
+        top = max(base - tall - size / 50.0, 1.0) - ring
+        painter.drawText(QPointF(left + digits, top), _SIGN)
+        small = self._words_font(size)
+        painter.setFont(small)
+        line = t.px(_WORDS_LINE) * small.pixelSize() / t.px(_WORDS)
+        for index, words in enumerate(reversed(self._words)):
+            painter.drawText(QPointF(left + digits + t.px(10), base - index * line), words)

@@ -1,0 +1,406 @@
+"""Shapes of the plots: circles counted in turns, smooth outlines, arrows, labels that make way.
+
+Points are (x, y) in logical pixels, x to the right and y downward. Turns and azimuths are
+degrees, positive clockwise seen from above; on a circle 0 is up and 90 is to the right. There
+is no Qt here, so that every sign can be tested by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from app.core.angles import wrap
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = [
+    "ArrowShape",
+    "Cubic",
+    "Dial",
+    "Point",
+    "arc_extent",
+    "arrow_shape",
+    "at_turn",
+    "head_outline",
+    "hit",
+    "sector",
+    "smooth",
+    "spread",
+    "turn_at",
+    "value_at",
+]
+
+Point: TypeAlias = tuple[float, float]
+"""(x, y), logical pixels, y downward."""
+
+Cubic: TypeAlias = tuple[Point, Point, Point]
+"""A Bezier piece that goes on from the last point: two control points and its end."""
+
+_STEP_DEG: Final = 2.0
+_NECK_DEG: Final = 41.0
+
+# The silhouette of the mean head from above, in half head lengths: (to the side, to the front).
+# Nose first, then past the sitter's left ear to the back of the head; the other half mirrors it.
+_HALF_HEAD: Final[tuple[Point, ...]] = (
+    (0.0, 1.16),
+    (0.08, 1.09),
+    (0.16, 0.95),
+    (0.30, 0.91),
+    (0.45, 0.81),
+    (0.55, 0.66),
+    (0.61, 0.50),
+    (0.645, 0.30),
+    (0.665, 0.14),
+    (0.75, 0.06),
+    (0.80, -0.06),
+    (0.785, -0.16),
+    (0.69, -0.16),
+    (0.65, -0.30),
+    (0.585, -0.49),
+    (0.44, -0.71),
+    (0.24, -0.84),
+    (0.0, -0.89),
+)
+
+
+def at_turn(centre: Point, radius: float, turn_deg: float) -> Point:
+    """Find the place of a turn on a circle.
+
+    Parameters
+    ----------
+    centre : Point
+        Of the circle.
+    radius : float
+        Of the circle, logical pixels.
+    turn_deg : float
+        Turn, deg; 0 is up, positive is clockwise.
+
+    Returns
+    -------
+    Point
+        On the circle.
+
+    Examples
+    --------
+    >>> at_turn((10.0, 10.0), 5.0, 90.0)
+    (15.0, 10.0)
+    """
+    angle = math.radians(turn_deg)
+    return centre[0] + radius * math.sin(angle), centre[1] - radius * math.cos(angle)
+
+
+def turn_at(centre: Point, point: Point) -> float:
+    """Find the turn toward a point; the inverse of `at_turn`.
+
+    Parameters
+    ----------
+    centre : Point
+        Of the circle.
+    point : Point
+        Any other point; the centre itself counts as 0.
+
+    Returns
+    -------
+    float
+        In (-180, 180], deg.
+
+    Examples
+    --------
+    >>> turn_at((0.0, 0.0), (-3.0, 0.0))
+    -90.0
+    """
+    east, north = point[0] - centre[0], centre[1] - point[1]
+    return wrap(math.degrees(math.atan2(east, north)))
+
+
+def arc_extent(arc_deg: tuple[float, float]) -> float:
+    """Measure an arc that runs clockwise from its first end to its second.
+
+    Parameters
+    ----------
+    arc_deg : tuple of float
+        (from, to), deg; may wrap. (-180, 180) is the whole circle.
+
+    Returns
+    -------
+    float
+        In [0, 360], deg.
+
+    Examples
+    --------
+    >>> arc_extent((170.0, -170.0)), arc_extent((-180.0, 180.0))
+    (20.0, 360.0)
+    """
+    start, stop = arc_deg
+    return 360.0 if stop - start >= 360.0 else (stop - start) % 360.0
+
+
+def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[Point]:
+    """Outline the piece of a disc that an arc cuts out.
+
+    Parameters
+    ----------
+    centre : Point
+        Of the disc.
+    radius : float
+        Of the disc, logical pixels.
+    arc_deg : tuple of float
+        (from, to) going clockwise, deg; may wrap.
+
+    Returns
+    -------
+    list of Point
+        The centre first, unless the arc is the whole circle.
+    """
+    extent = arc_extent(arc_deg)
+    steps = max(math.ceil(extent / _STEP_DEG), 1)
+    rim = [at_turn(centre, radius, arc_deg[0] + extent * k / steps) for k in range(steps + 1)]
+    return rim if extent >= 360.0 else [centre, *rim]
+
+
+def value_at(curve: Sequence[float], turn_deg: float) -> float:
+    """Read a curve around the circle between its places, linearly.
+
+    Parameters
+    ----------
+    curve : sequence of float
+        Values at evenly spaced turns from 0 on, clockwise; not empty.
+    turn_deg : float
+        Where, deg.
+
+    Returns
+    -------
+    float
+        In the curve's unit.
+    """
+    count = len(curve)
+    place = (turn_deg / 360.0 * count) % count
+    low = int(place)
+    share = place - low
+    return float(curve[low % count] * (1.0 - share) + curve[(low + 1) % count] * share)
+
+
+@dataclass(frozen=True, slots=True)
+class Dial:
+    """A round plot: where values from 0 to 100 lie between its core and its rim.
+
+    Attributes
+    ----------
+    centre : Point
+        Of the circles.
+    core, rim : float
+        Radius of the values 0 and 100, logical pixels; the head stands within the core.
+    """
+
+    centre: Point
+    core: float
+    rim: float
+
+    def radius(self, value: float) -> float:
+        """Give the radius of a value; what lies outside 0 to 100 is held at its ends."""
+        return self.core + (self.rim - self.core) * min(max(value, 0.0), 100.0) / 100.0
+
+    def place(self, turn_deg: float, value: float) -> Point:
+        """Give the place of a value at a turn, deg."""
+        return at_turn(self.centre, self.radius(value), turn_deg)
+
+    def outline(self, curve: Sequence[float]) -> list[Point]:
+        """Place a curve whose values stand at evenly spaced turns from 0 on, clockwise."""
+        step = 360.0 / max(len(curve), 1)
+        return [self.place(index * step, value) for index, value in enumerate(curve)]
+
+
+def smooth(points: Sequence[Point]) -> list[Cubic]:
+    """Lead a closed smooth curve through points.
+
+    Parameters
+    ----------
+    points : sequence of Point
+        At least three, in order; the curve closes itself.
+
+    Returns
+    -------
+    list of Cubic
+        One per point; starting from ``points[0]``, the last ends there again.
+
+    Notes
+    -----
+    The tangent at a point is that of the parabola through it and its neighbours, and handles
+    are a third of the chord, so that a corner between a long and a short piece makes no loop.
+    """
+    count = len(points)
+    pieces: list[Cubic] = []
+    for index in range(count):
+        before, start = points[index - 1], points[index]
+        stop, after = points[(index + 1) % count], points[(index + 2) % count]
+        length = math.dist(start, stop) / 3.0
+        first = _along(start, _direction(before, start, stop), length)
+        second = _along(stop, _direction(start, stop, after), -length)
+        pieces.append((first, second, stop))
+    return pieces
+
+
+def _direction(before: Point, here: Point, after: Point) -> Point:
+    """Give the unit tangent of the parabola through three points, at the second."""
+    back, ahead = math.dist(before, here), math.dist(here, after)
+    if back <= 0.0 or ahead <= 0.0:
+        return 0.0, 0.0
+    x = (here[0] - before[0]) / back * ahead + (after[0] - here[0]) / ahead * back
+    y = (here[1] - before[1]) / back * ahead + (after[1] - here[1]) / ahead * back
+    length = math.hypot(x, y)
+    return (x / length, y / length) if length > 0.0 else (0.0, 0.0)
+
+
+def _along(point: Point, direction: Point, length: float) -> Point:
+    return point[0] + direction[0] * length, point[1] + direction[1] * length
+
+
+def head_outline(centre: Point, size: float, turn_deg: float) -> list[Point]:
+    """Draw the mean head seen from above, its nose along a turn.
+
+    Parameters
+    ----------
+    centre : Point
+        Middle of the head.
+    size : float
+        Half the length of the head, logical pixels.
+    turn_deg : float
+        Where the nose points, deg; 0 is up, positive is clockwise.
+
+    Returns
+    -------
+    list of Point
+        A closed outline, nose first, exactly symmetric about the turn; lead `smooth` through it.
+    """
+    other = [(-side, front) for side, front in reversed(_HALF_HEAD[1:-1])]
+    angle = math.radians(turn_deg)
+    sine, cosine = math.sin(angle) * size, math.cos(angle) * size
+    return [
+        (centre[0] + side * cosine + front * sine, centre[1] + side * sine - front * cosine)
+        for side, front in (*_HALF_HEAD, *other)
+    ]
+
+
+def hit(places: Sequence[Point], point: Point, reach: float) -> int | None:
+    """Find which of some small targets a point means.
+
+    Parameters
+    ----------
+    places : sequence of Point
+        Middles of the targets.
+    point : Point
+        Of the pointer.
+    reach : float
+        Farthest distance that still counts, logical pixels.
+
+    Returns
+    -------
+    int or None
+        Index of the nearest within reach.
+    """
+    near = [(math.dist(place, point), index) for index, place in enumerate(places)]
+    best = min(near, default=(math.inf, -1))
+    return best[1] if best[0] <= reach else None
+
+
+def spread(
+    wanted: Sequence[float], widths: Sequence[float], gap: float, low: float, high: float
+) -> list[float]:
+    """Move labels on a line apart, as little as possible and all the same way out.
+
+    Parameters
+    ----------
+    wanted : sequence of float
+        Middles that the labels would like to have, logical pixels, in any order.
+    widths : sequence of float
+        Their widths.
+    gap : float
+        Least free room between two.
+    low, high : float
+        Ends of the line; labels stay within where there is room at all.
+
+    Returns
+    -------
+    list of float
+        Their middles, in the order given.
+    """
+    order = sorted(range(len(wanted)), key=lambda index: wanted[index])
+    middles = [wanted[index] for index in order]
+    sizes = [widths[index] for index in order]
+    for left in range(len(order) - 1):
+        least = (sizes[left] + sizes[left + 1]) / 2.0 + gap
+        short = least - (middles[left + 1] - middles[left])
+        if short > 0.0:
+            middles[left] -= short / 2.0
+            middles[left + 1] += short / 2.0
+    floor = low
+    for place, size in enumerate(sizes):
+        middles[place] = max(middles[place], floor + size / 2.0)
+        floor = middles[place] + size / 2.0 + gap
+    ceiling = high
+    for place in reversed(range(len(sizes))):
+        middles[place] = min(middles[place], ceiling - sizes[place] / 2.0)
+        ceiling = middles[place] - sizes[place] / 2.0 - gap
+    found = [0.0] * len(order)
+    for place, index in enumerate(order):
+        found[index] = middles[place]
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class ArrowShape:
+    """A thick curved arrow in a box: a band of a circle, and a head whose tip points onward.
+
+    Attributes
+    ----------
+    centre : Point
+        Of the band's circles.
+    inner, outer : float
+        Radii of the band, logical pixels.
+    start_deg, stop_deg : float
+        Where on the circle the band begins and meets the head, deg; 0 is up.
+    head : tuple of Point
+        Outer corner, tip, inner corner.
+    """
+
+    centre: Point
+    inner: float
+    outer: float
+    start_deg: float
+    stop_deg: float
+    head: tuple[Point, Point, Point]
+
+
+def arrow_shape(width: float, height: float, *, clockwise: bool) -> ArrowShape:
+    """Fit a thick curved arrow into a box, as the guidance shows it.
+
+    Parameters
+    ----------
+    width, height : float
+        Of the box, logical pixels; made for 320 x 104, any other is filled in proportion.
+    clockwise : bool
+        Which way the tip points: to the right, or mirrored.
+
+    Returns
+    -------
+    ArrowShape
+        Inside the box.
+    """
+    unit = min(width / 320.0, height / 104.0)
+    side = 1.0 if clockwise else -1.0
+    # The head reaches farther out than the tail: the whole is centred, not the circle.
+    centre = (width / 2.0 - side * 4.5 * unit, height / 2.0 + 125.0 * unit)
+    outer, inner = 170.0 * unit, 142.0 * unit
+    base = at_turn(centre, 163.0 * unit, side * _NECK_DEG)
+    tip = at_turn(centre, outer, side * 62.0)
+    length = math.dist(base, tip)
+    half = 40.0 * unit / length
+    across = ((tip[1] - base[1]) * half, (base[0] - tip[0]) * half)
+    outside = (base[0] + side * across[0], base[1] + side * across[1])
+    inside = (base[0] - side * across[0], base[1] - side * across[1])
+    # The band reaches a little under the head, so that no seam shows.
+    stop = side * (_NECK_DEG + 2.0)
+    return ArrowShape(centre, inner, outer, side * -56.3, stop, (outside, tip, inside))

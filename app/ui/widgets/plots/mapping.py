@@ -1,0 +1,278 @@
+"""From angles to pixels and back, for a panorama that can be moved and for a strip of one.
+
+Azimuths and turns are degrees, positive clockwise seen from above, which is to the right in the
+picture; elevations are positive upward. Pixels are logical, y downward. No Qt here.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Final
+
+from app.core.angles import difference, wrap
+from app.core.turning.words import signed
+from app.ui.widgets.plots.geometry import arc_extent
+
+__all__ = ["SPAN_DEG", "ZOOMS", "StripScale", "Tick", "Viewport", "label_step", "scale_label"]
+
+ZOOMS: Final = (1.0, 8.0)
+"""Least and greatest zoom: 1 shows the whole panorama."""
+
+SPAN_DEG: Final = 150.0
+"""Width of the strip of background, deg."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """A tick of a scale.
+
+    Attributes
+    ----------
+    x : float
+        From the scale's left end, logical pixels.
+    value_deg : float
+        What it counts, deg, in [-180, 180]; -180 only left of the middle.
+    label : str
+        Its number, or empty.
+    """
+
+    x: float
+    value_deg: float
+    label: str
+
+
+def scale_label(value_deg: float) -> str:
+    """Write a number of a scale: as everywhere, except that its left end may be −180°.
+
+    Parameters
+    ----------
+    value_deg : float
+        Deg, in [-180, 180].
+
+    Examples
+    --------
+    >>> scale_label(-45.2), scale_label(-180.0), scale_label(180.0)
+    ('−45°', '−180°', '180°')
+    """
+    return "−180°" if value_deg == -180.0 else signed(value_deg)
+
+
+def label_step(pixels_per_degree: float, room: float) -> int:
+    """Choose how many degrees lie between two labelled ticks.
+
+    Parameters
+    ----------
+    pixels_per_degree : float
+        Scale, logical pixels.
+    room : float
+        Least distance between the middles of two labels, logical pixels.
+
+    Returns
+    -------
+    int
+        1, 5, 15, 45 or 90 deg: the first that leaves the room.
+    """
+    steps = (1, 5, 15, 45)
+    return next((step for step in steps if step * pixels_per_degree >= room), 90)
+
+
+@dataclass(frozen=True, slots=True)
+class Viewport:
+    """The part of a panorama that a window of 2:1 shows.
+
+    Attributes
+    ----------
+    width : float
+        Of the window, logical pixels; its height is half of it.
+    zoom : float
+        1 shows the whole panorama, 8 an eighth of its width.
+    azimuth_deg : float
+        Azimuth in the middle, deg in (-180, 180].
+    elevation_deg : float
+        Elevation in the middle, deg.
+    """
+
+    width: float
+    zoom: float = 1.0
+    azimuth_deg: float = 0.0
+    elevation_deg: float = 0.0
+
+    @property
+    def height(self) -> float:
+        """Height of the window, logical pixels."""
+        return self.width / 2.0
+
+    @property
+    def scale(self) -> float:
+        """Logical pixels per degree, in both directions."""
+        return self.width * self.zoom / 360.0
+
+    def x_of(self, azimuth_deg: float) -> float:
+        """Give the x of an azimuth nearest to the middle; may lie outside the window."""
+        return self.width / 2.0 + difference(azimuth_deg, self.azimuth_deg) * self.scale
+
+    def xs_of(self, azimuth_deg: float, margin: float = 0.0) -> list[float]:
+        """Give every x at which an azimuth is in the window, at most `margin` outside it.
+
+        At zoom 1 the azimuth opposite the middle stands at both edges.
+        """
+        nearest, turn = self.x_of(azimuth_deg), 360.0 * self.scale
+        places = (nearest - turn, nearest, nearest + turn)
+        return [x for x in places if -margin - 1e-9 <= x <= self.width + margin + 1e-9]
+
+    def azimuth_at(self, x: float) -> float:
+        """Give the azimuth at an x, deg in (-180, 180]; the inverse of `x_of`."""
+        return wrap(self.azimuth_deg + (x - self.width / 2.0) / self.scale)
+
+    def y_of(self, elevation_deg: float) -> float:
+        """Give the y of an elevation; may lie outside the window."""
+        return self.height / 2.0 - (elevation_deg - self.elevation_deg) * self.scale
+
+    def elevation_at(self, y: float) -> float:
+        """Give the elevation at a y, deg; the inverse of `y_of`."""
+        return self.elevation_deg - (y - self.height / 2.0) / self.scale
+
+    def moved_to(self, azimuth_deg: float, elevation_deg: float) -> Viewport:
+        """Look elsewhere; the window never reaches past the zenith or the nadir."""
+        limit = 90.0 - 90.0 / self.zoom
+        held = min(max(elevation_deg, -limit), limit)
+        return replace(self, azimuth_deg=wrap(azimuth_deg), elevation_deg=held)
+
+    def panned(self, dx: float, dy: float) -> Viewport:
+        """Move the picture by logical pixels: what was at x is then at x + dx."""
+        azimuth = self.azimuth_deg - dx / self.scale
+        return self.moved_to(azimuth, self.elevation_deg + dy / self.scale)
+
+    def zoomed(self, zoom: float, x: float, y: float) -> Viewport:
+        """Zoom so that the place under (x, y) stays there, as far as the poles allow."""
+        held = min(max(zoom, ZOOMS[0]), ZOOMS[1])
+        azimuth, elevation = self.azimuth_at(x), self.elevation_at(y)
+        new = replace(self, zoom=held)
+        across, up = (x - self.width / 2.0) / new.scale, (self.height / 2.0 - y) / new.scale
+        return new.moved_to(azimuth - across, elevation - up)
+
+    def ticks(self, front_deg: float, step: int, labelled: int) -> list[Tick]:
+        """List the ticks of the scale under the window.
+
+        Parameters
+        ----------
+        front_deg : float
+            Azimuth that the scale counts from, deg.
+        step, labelled : int
+            Degrees between two ticks, and between two that carry a number.
+
+        Returns
+        -------
+        list of Tick
+            From left to right.
+        """
+        middle = difference(self.azimuth_deg, front_deg)
+        half = self.width / 2.0 / self.scale + 1e-9
+        first = math.ceil((middle - half) / step)
+        last = math.floor((middle + half) / step)
+        found = []
+        for value in range(first * step, last * step + 1, step):
+            shown = float(value) if abs(value) <= 180 else wrap(float(value))
+            label = scale_label(shown) if value % labelled == 0 else ""
+            x = self.width / 2.0 + (value - middle) * self.scale
+            found.append(Tick(x, shown, label))
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class StripScale:
+    """A strip of background centred on the goal; it counts turns.
+
+    The background at turn t is the azimuth t + 180, so turns grow to the right.
+
+    Attributes
+    ----------
+    width : float
+        Of the strip, logical pixels.
+    goal_deg : float
+        Turn in the middle, deg.
+    span_deg : float
+        Width of the strip, deg.
+    """
+
+    width: float
+    goal_deg: float
+    span_deg: float = SPAN_DEG
+
+    @property
+    def scale(self) -> float:
+        """Logical pixels per degree."""
+        return self.width / self.span_deg
+
+    def x_of(self, turn_deg: float) -> float:
+        """Give the x of a turn, the shorter way from the goal; may lie outside the strip."""
+        return self.width / 2.0 + difference(turn_deg, self.goal_deg) * self.scale
+
+    def turn_at(self, x: float) -> float:
+        """Give the turn at an x, deg in (-180, 180]; the inverse of `x_of`."""
+        return wrap(self.goal_deg + (x - self.width / 2.0) / self.scale)
+
+    def frame(self, turn_deg: float, fov_deg: float) -> tuple[float, float]:
+        """Give the left and right edge of what a camera of a field of view sees at a turn."""
+        x, half = self.x_of(turn_deg), fov_deg * self.scale / 2.0
+        return x - half, x + half
+
+    def beyond(self, turn_deg: float) -> int:
+        """Tell whether a turn is off the strip: -1 past its left edge, 1 past its right, or 0."""
+        x = self.x_of(turn_deg)
+        return -1 if x < 0.0 else 1 if x > self.width else 0
+
+    def bands(self, arc_deg: tuple[float, float]) -> list[tuple[float, float]]:
+        """Give the pieces of an arc of turns that are on the strip.
+
+        Parameters
+        ----------
+        arc_deg : tuple of float
+            (from, to) going clockwise, deg; may wrap.
+
+        Returns
+        -------
+        list of (left, right)
+            Logical pixels within the strip; two where a wide arc comes in from both sides.
+        """
+        extent = arc_extent(arc_deg)
+        if extent >= 360.0:
+            return [(0.0, self.width)]
+        start = difference(arc_deg[0], self.goal_deg)
+        half = self.span_deg / 2.0
+        found = []
+        for lap in (-360.0, 0.0):
+            low, high = max(start + lap, -half), min(start + lap + extent, half)
+            if high > low:
+                middle = self.width / 2.0
+                found.append((middle + low * self.scale, middle + high * self.scale))
+        return found
+
+    def ticks(self, step: int, avoid_deg: tuple[float, ...], room_deg: float) -> list[Tick]:
+        """List the ticks under the strip.
+
+        Parameters
+        ----------
+        step : int
+            Degrees between two, counted from turn 0.
+        avoid_deg : tuple of float
+            Turns of the markers.
+        room_deg : float
+            A label makes way when a marker comes nearer than this, deg.
+
+        Returns
+        -------
+        list of Tick
+            From left to right; a tick whose label makes way stays.
+        """
+        half = self.span_deg / 2.0 - 1e-9
+        first = math.ceil((self.goal_deg - half) / step)
+        last = math.floor((self.goal_deg + half) / step)
+        found = []
+        for value in range(first * step, last * step + 1, step):
+            turn = wrap(float(value))
+            free = all(abs(difference(turn, other)) >= room_deg for other in avoid_deg)
+            x = self.width / 2.0 + (value - self.goal_deg) * self.scale
+            found.append(Tick(x, turn, signed(turn) if free else ""))
+        return found

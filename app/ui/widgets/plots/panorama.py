@@ -1,0 +1,442 @@
+"""The panorama of a place: zoom, pan, marks, and the marker where the photographer stands."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QEvent, QPointF, QRect, QSize, Qt, QVariantAnimation, Signal
+from PySide6.QtGui import QNativeGestureEvent
+from PySide6.QtWidgets import QSizePolicy
+
+from app.core.angles import difference, wrap
+from app.core.turning.words import turn_words
+from app.ui.theme import theme
+from app.ui.widgets.plots.base import Plot
+from app.ui.widgets.plots.grip import MarkerGrip
+from app.ui.widgets.plots.mapping import Viewport
+from app.ui.widgets.plots.scenery import Marks, SceneLamp, TileStore, draw_marks, draw_scale
+from app.ui.widgets.plots.tiles import Layers, make_layers
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QResizeEvent, QWheelEvent
+    from PySide6.QtWidgets import QWidget
+
+__all__ = ["PanoramaView", "SceneLamp"]
+
+Bytes: TypeAlias = NDArray[np.uint8]
+
+_SCALE: Final = 28
+_ZOOM_STEP: Final = 1.25
+_NOTCH: Final = 120.0
+_GLIDE_MS: Final = 240
+_NEAR: Final = 6.0  # so near to the marker's line a drag takes the marker
+_STANDING: Final = "Photographer stands here"
+
+
+class PanoramaView(Plot):
+    """A panorama that can be zoomed and moved, with a marker for where the photographer stands.
+
+    All azimuths that go in and come out are the panorama's own; the scale underneath counts from
+    the photographer. Arrows look around by 1°, with Shift by 10°, plus and minus zoom, 0 shows
+    everything, Home looks at the photographer, M takes the marker.
+
+    Parameters
+    ----------
+    name : str, optional
+        Accessible name.
+    parent : QWidget, optional
+        Parent widget.
+    """
+
+    marker_moved = Signal(float)
+    """The marker moved by hand to this azimuth, deg in (-180, 180]; many times while dragging."""
+
+    marker_released = Signal(float)
+    """The hand left the marker at this azimuth, deg; until `set_front` it stays there."""
+
+    zoom_changed = Signal(float)
+    """The zoom is now so much: 1 to 8."""
+
+    def __init__(self, name: str = "Panorama of this place", parent: QWidget | None = None) -> None:
+        super().__init__(name, parent)
+        self._layers: Layers | None = None
+        self._source: tuple[Bytes | None, NDArray[Any] | None] = (None, None)
+        self._view = Viewport(864.0)
+        self._front = self._marker = 0.0
+        self._lamps: tuple[SceneLamp, ...] = ()
+        self._shown = {"clipped": True, "lamps": True, "grid": False, "marker": True}
+        self._drop = ""
+        self._drag: QPointF | None = None
+        self._leading = False
+        self._tiles = TileStore()
+        policy = QSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        policy.setHeightForWidth(True)
+        self.setSizePolicy(policy)
+        self.setMouseTracking(True)
+        self.setCursor(Qt.CursorShape.OpenHandCursor)
+        self._glide = QVariantAnimation(self)
+        self._glide.setDuration(_GLIDE_MS)
+        self._glide.valueChanged.connect(self._glided)
+        self.grip = MarkerGrip(_STANDING, self)
+        self.grip.hide()
+        self.grip.dragged.connect(lambda point: self._lead(float(point.x())))
+        self.grip.dropped.connect(self._release)
+        self.grip.left.connect(self._release)
+        self.grip.stepped.connect(self._step)
+        self.grip.home.connect(lambda: self._move_marker(self._front))
+        self._describe()
+
+    # What is shown
+
+    def set_picture(self, picture: Bytes | None) -> None:
+        """Show another picture; the view stays where it is.
+
+        Parameters
+        ----------
+        picture : NDArray[np.uint8], (h, w, 3), or None
+            Panorama of 2:1, sRGB, up to 4096 x 2048; None shows an empty well.
+        """
+        if picture is not self._source[0]:
+            self._set_source(picture, self._source[1])
+
+    def set_clipped(self, clipped: NDArray[Any] | None) -> None:
+        """Say what is to be hatched.
+
+        Parameters
+        ----------
+        clipped : (H, W) bool or float, or None
+            True, or the clipped share of each texel, 0 to 1; any size.
+        """
+        if clipped is not self._source[1]:
+            self._set_source(self._source[0], clipped)
+
+    def _set_source(self, picture: Bytes | None, clipped: NDArray[Any] | None) -> None:
+        masks = self._layers.masks if self._layers and clipped is self._source[1] else None
+        self._source = (picture, clipped)
+        if picture is None:
+            self._layers = None
+        elif masks is None:
+            self._layers = make_layers(picture, clipped)
+        else:  # another exposure: what is clipped stays
+            self._layers = Layers(make_layers(picture).pictures, masks)
+        self._changed()
+
+    def set_lamps(self, lamps: Sequence[SceneLamp]) -> None:
+        """Label lamps.
+
+        Parameters
+        ----------
+        lamps : sequence of SceneLamp
+            In the order in which they are read out.
+        """
+        self._lamps = tuple(lamps)
+        self._changed()
+
+    def set_shown(
+        self,
+        *,
+        clipped: bool | None = None,
+        lamps: bool | None = None,
+        grid: bool | None = None,
+        marker: bool | None = None,
+    ) -> None:
+        """Show or hide what lies over the picture; None leaves it as it is."""
+        wanted = {"clipped": clipped, "lamps": lamps, "grid": grid, "marker": marker}
+        self._shown |= {key: value for key, value in wanted.items() if value is not None}
+        self._changed()
+
+    def set_front(self, azimuth_deg: float, *, glide: bool = False) -> None:
+        """Say where the photographer stands; that azimuth comes to the middle.
+
+        Parameters
+        ----------
+        azimuth_deg : float
+            Azimuth in the panorama, deg.
+        glide : bool, optional
+            Scroll there within a quarter of a second.
+        """
+        self._front = self._marker = wrap(azimuth_deg)
+        self.grip.set_moving("")
+        self._glide.stop()
+        way = difference(self._front, self._view.azimuth_deg)
+        if glide and abs(way) > 0.5 and self.isVisible():
+            self._glide.setStartValue(self._front - way)
+            self._glide.setEndValue(self._front)
+            self._glide.start()
+        else:
+            self._look(self._view.moved_to(self._front, self._view.elevation_deg))
+        self._changed()
+
+    def set_marker_words(self, words: str) -> None:
+        """Say what the marker stands for.
+
+        Parameters
+        ----------
+        words : str
+            "Photographer stands here" or, in selfie mode, "You face this way now".
+        """
+        self.grip.set_words(words)
+        self._changed()
+
+    def set_drop(self, words: str) -> None:
+        """Show that something can be dropped here.
+
+        Parameters
+        ----------
+        words : str
+            "Drop it to open it"; empty ends it.
+        """
+        self._drop = words
+        self._changed()
+
+    def set_zoom(self, zoom: float) -> None:
+        """Zoom around the middle; held within 1 to 8."""
+        view = self._view
+        self._look(view.zoomed(zoom, view.width / 2.0, view.height / 2.0))
+
+    def zoom_by(self, steps: float) -> None:
+        """Zoom by steps of a quarter, positive is nearer."""
+        self.set_zoom(self._view.zoom * _ZOOM_STEP**steps)
+
+    def fit(self) -> None:
+        """Show the whole panorama with the photographer in the middle."""
+        self._look(Viewport(self._view.width).moved_to(self._front, 0.0))
+
+    # What can be asked
+
+    @property
+    def view(self) -> Viewport:
+        """The part of the panorama that is shown."""
+        return self._view
+
+    @property
+    def marker_deg(self) -> float:
+        """Azimuth of the marker, deg in (-180, 180]."""
+        return self._marker
+
+    @property
+    def picture_rect(self) -> QRect:
+        """Where the picture lies in the widget, logical pixels; 2:1."""
+        room = max(self.height() - theme().px(_SCALE), 2)
+        width = max(min(self.width(), 2 * room) // 2 * 2, 2)
+        return QRect((self.width() - width) // 2, 0, width, width // 2)
+
+    def sizeHint(self) -> QSize:
+        """Return the size that the design asks for."""
+        return QSize(864, self.heightForWidth(864))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return a size at which it is still of use."""
+        return QSize(360, self.heightForWidth(360))
+
+    def heightForWidth(self, width: int) -> int:
+        """Return the height of a picture of 2:1 with its scale."""
+        return width // 2 + theme().px(_SCALE)
+
+    def focus_shape(self) -> tuple[QRect, int]:
+        """Rectangle and corner radius that the focus ring goes around."""
+        return self.picture_rect, theme().px(6)
+
+    # Moving
+
+    def _look(self, view: Viewport) -> None:
+        before, self._view = self._view, view
+        if view.zoom != before.zoom:
+            self.zoom_changed.emit(view.zoom)
+        if view != before:
+            self._changed()
+
+    def _glided(self, azimuth_deg: float) -> None:
+        self._look(self._view.moved_to(azimuth_deg, self._view.elevation_deg))
+
+    def _changed(self) -> None:
+        self._place_grip()
+        self._describe()
+        self.update()
+
+    def _place_grip(self) -> None:
+        """Put the grip onto the marker's line, inside the picture."""
+        area, t = self.picture_rect, theme()
+        places = self._view.xs_of(self._marker)
+        shown = self._layers is not None and self._shown["marker"] and not self._drop
+        shown = shown and bool(places)
+        if shown:
+            edge = t.px(8)
+            width = self.grip.width()
+            x = area.left() + places[0] - width / 2.0
+            x = min(max(x, area.left() + edge), area.right() + 1 - edge - width)
+            y = area.bottom() + 1 - t.px(16) - self.grip.height()
+            self.grip.move(round(x), y)
+        if not shown and self.grip.hasFocus():
+            self.setFocus(Qt.FocusReason.OtherFocusReason)
+        self.grip.setVisible(shown)
+
+    def _lead(self, x: float) -> None:
+        self._move_marker(self._view.azimuth_at(x - self.picture_rect.left()))
+
+    def _step(self, degrees: float) -> None:
+        self._move_marker(round(difference(self._marker, self._front)) + degrees + self._front)
+        if not self._view.xs_of(self._marker):
+            self._look(self._view.moved_to(self._marker, self._view.elevation_deg))
+
+    def _move_marker(self, azimuth_deg: float) -> None:
+        self._glide.stop()
+        self._marker = wrap(azimuth_deg)
+        moved = difference(self._marker, self._front)
+        self.grip.set_moving(turn_words(moved) if moved else "")
+        self._changed()
+        self.marker_moved.emit(self._marker)
+
+    def _release(self) -> None:
+        """Report where the marker was left, if it moved and the mouse does not hold it."""
+        if self._marker != self._front and not self.grip.held and not self._leading:
+            self.marker_released.emit(self._marker)
+
+    def take_marker(self) -> None:
+        """Give the marker the keyboard; looks there first when it is out of sight."""
+        if not self._view.xs_of(self._marker):
+            self._look(self._view.moved_to(self._marker, self._view.elevation_deg))
+        self._place_grip()
+        self.grip.setFocus(Qt.FocusReason.ShortcutFocusReason)
+
+    # Events
+
+    def draw(self, painter: QPainter, ratio: float) -> None:
+        """Paint what is in the window, the marks, and the scale."""
+        t, area = theme(), self.picture_rect
+        painter.fillRect(area, t.c.well)
+        if self._layers is not None:
+            self._tiles.draw(
+                painter, ratio, area, self._view, self._layers, hatched=self._shown["clipped"]
+            )
+        marks = self._marks()
+        draw_marks(painter, ratio, area, self._view, marks)
+        draw_scale(painter, ratio, area, self._view, marks)
+
+    def _marks(self) -> Marks:
+        here = self._layers is not None
+        return Marks(
+            self._front,
+            self._marker if here and self._shown["marker"] else None,
+            self._lamps if here and self._shown["lamps"] else (),
+            grid=here and self._shown["grid"],
+            drop=self._drop,
+        )
+
+    def _describe(self) -> None:
+        if self._layers is None:
+            self.say("No panorama yet")
+            return
+        ahead = difference(self._view.azimuth_deg, self._front)
+        words = [f"Zoom {self._view.zoom * 100:.0f} %"]
+        words.append(f"In the middle: {turn_words(ahead)}" if round(ahead) else "In the middle: 0°")
+        moved = difference(self._marker, self._front)
+        if moved:
+            words.append(f"{self.grip.accessibleName()}, moved {turn_words(moved)}")
+        for lamp in self._lamps:
+            way = turn_words(difference(lamp.azimuth_deg, self._front))
+            height = "up" if lamp.elevation_deg >= 0 else "down"
+            words.append(f"Lamp {lamp.letter}: {way}, {abs(lamp.elevation_deg):.0f}° {height}")
+        self.say(". ".join(words).replace("no turn needed", "0°") + ".")
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the view, at the new width."""
+        super().resizeEvent(event)
+        view = self._view
+        new = Viewport(float(self.picture_rect.width()), view.zoom)
+        self._view = new.moved_to(view.azimuth_deg, view.elevation_deg)
+        self._place_grip()
+
+    def _near_marker(self, x: float) -> bool:
+        if self._layers is None or not self._shown["marker"]:
+            return False
+        left = self.picture_rect.left()
+        return any(abs(x - left - place) <= _NEAR for place in self._view.xs_of(self._marker))
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Take the picture, or the marker by its line."""
+        inside = self.picture_rect.contains(event.position().toPoint())
+        if event.button() != Qt.MouseButton.LeftButton or not inside or self._layers is None:
+            super().mousePressEvent(event)
+            return
+        self._glide.stop()
+        self._leading = self._near_marker(event.position().x())
+        self._drag = event.position()
+        if not self._leading:
+            self.setCursor(Qt.CursorShape.ClosedHandCursor)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Move the picture or the marker."""
+        place = event.position()
+        if self._drag is None:
+            shapes = Qt.CursorShape
+            near = self._near_marker(place.x())
+            self.setCursor(shapes.SizeHorCursor if near else shapes.OpenHandCursor)
+        elif self._leading:
+            self._lead(place.x())
+        else:
+            way = place - self._drag
+            self._drag = place
+            self._look(self._view.panned(way.x(), way.y()))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Let go."""
+        if event.button() == Qt.MouseButton.LeftButton and self._drag is not None:
+            self._drag, self._leading = None, False
+            self.setCursor(Qt.CursorShape.OpenHandCursor)
+            self._release()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Zoom around the pointer."""
+        notches = event.angleDelta().y() / _NOTCH
+        if notches and self._layers is not None:
+            self._zoom_at(_ZOOM_STEP**notches, event.position())
+            event.accept()
+        else:
+            super().wheelEvent(event)
+
+    def _zoom_at(self, factor: float, place: QPointF) -> None:
+        area = self.picture_rect
+        x, y = place.x() - area.left(), place.y() - area.top()
+        self._look(self._view.zoomed(self._view.zoom * factor, x, y))
+
+    def event(self, event: QEvent) -> bool:
+        """Zoom by two fingers on a touch pad as well."""
+        if isinstance(event, QNativeGestureEvent) and (
+            event.gestureType() == Qt.NativeGestureType.ZoomNativeGesture
+        ):
+            self._zoom_at(1.0 + event.value(), event.position())
+            return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Look around, zoom, or take the marker."""
+        key = Qt.Key(event.key())
+        ways = {
+            Qt.Key.Key_Right: (1.0, 0.0),
+            Qt.Key.Key_Left: (-1.0, 0.0),
+            Qt.Key.Key_Up: (0.0, 1.0),
+            Qt.Key.Key_Down: (0.0, -1.0),
+        }
+        deeds = {
+            Qt.Key.Key_Plus: lambda: self.zoom_by(1.0),
+            Qt.Key.Key_Equal: lambda: self.zoom_by(1.0),
+            Qt.Key.Key_Minus: lambda: self.zoom_by(-1.0),
+            Qt.Key.Key_0: self.fit,
+            Qt.Key.Key_Home: lambda: self._look(self._view.moved_to(self._front, 0.0)),
+            Qt.Key.Key_M: self.take_marker,
+        }
+        if self._layers is not None and key in ways:
+            coarse = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+            step = 10.0 if coarse else 1.0
+            view, (right, up) = self._view, ways[key]
+            azimuth, elevation = view.azimuth_deg + right * step, view.elevation_deg + up * step
+            self._look(view.moved_to(azimuth, elevation))
+        elif self._layers is not None and key in deeds:
+            deeds[key]()
+        else:
+            super().keyPressEvent(event)

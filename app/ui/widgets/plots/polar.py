@@ -1,0 +1,310 @@
+"""Match around the circle of turns, with a needle that can be dragged."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QPointF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QPainter, QPen
+from PySide6.QtWidgets import QSizePolicy
+
+from app.core.angles import wrap
+from app.core.turning.words import arc_words, turn_words
+from app.ui.theme import theme
+from app.ui.widgets.plots.base import TurnPlot, closed_path, draw_text, polygon
+from app.ui.widgets.plots.geometry import (
+    Dial,
+    at_turn,
+    head_outline,
+    hit,
+    sector,
+    turn_at,
+    value_at,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from PySide6.QtGui import QKeyEvent, QMouseEvent
+    from PySide6.QtWidgets import QWidget
+
+    from app.ui.theme import Theme
+    from app.ui.widgets.plots.geometry import Point
+
+__all__ = ["PolarPlot"]
+
+_INSET: Final = 18.0  # from the edge of the widget to the rim: room for the numbers
+_CORE: Final = 26.0  # radius of the value 0: the head stands inside it
+_HEAD: Final = 17.0  # half the length of the head
+_GRAB: Final = 12.0  # how far from a peak a click still means it
+_STILL: Final = 6.0  # so near the middle a pointer has no direction
+_CURVE_FILL: Final = 0.12
+_ARC_FILL: Final = 0.28
+
+
+@dataclass(frozen=True, slots=True)
+class _Data:
+    curve: tuple[float, ...]
+    limit: float
+    arc: tuple[float, float] | None
+    best: float | None
+    peaks: tuple[float, ...]
+
+
+class PolarPlot(TurnPlot):
+    """Match (or quality) at every turn: 0° is up, clockwise goes to the right.
+
+    Arrows move the needle by 1°, with Shift by 10°, Home to the best turn, Page Down and Page Up
+    to the next peak clockwise and counter-clockwise.
+
+    Parameters
+    ----------
+    name : str, optional
+        Accessible name.
+    size : int, optional
+        Side of the square that it would like to have, logical pixels at scale 1.
+    parent : QWidget, optional
+        Parent widget.
+    """
+
+    peak_chosen = Signal(int)
+    """The second peak of this index was chosen, by a click or by Page Up and Page Down."""
+
+    def __init__(
+        self, name: str = "Match by turn", size: int = 224, parent: QWidget | None = None
+    ) -> None:
+        super().__init__(name, parent)
+        self._size = size
+        self._data = _Data((), 45.0, None, None, ())
+        self._hovered: int | None = None
+        self.setMouseTracking(True)
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.setToolTip("Drag to try another turn. Arrows 1°, Shift 10°, Home the best turn")
+        self.describe()
+
+    def sizeHint(self) -> QSize:
+        """Return the square that the design asks for, at the scale of the theme."""
+        side = theme().px(self._size)
+        return QSize(side, side)
+
+    def set_data(
+        self,
+        curve: Sequence[float],
+        limit: float,
+        arc: tuple[float, float] | None,
+        best: float | None,
+        peaks: Sequence[float] = (),
+        needle: float | None = None,
+    ) -> None:
+        """Show a style.
+
+        Parameters
+        ----------
+        curve : sequence of float
+            Match at evenly spaced turns from 0 on, clockwise (64 values), of 100; what lies
+            outside 0 to 100 is drawn at its ends. Empty shows the bare dial.
+        limit : float
+            Least match in reach: a dashed ring.
+        arc : tuple of float or None
+            Tolerance arc (from, to), clockwise, deg; may wrap. None: out of reach, no arc.
+        best : float or None
+            Best turn, deg; where Home leads.
+        peaks : sequence of float, optional
+            Turns of the second peaks, deg, without the best.
+        needle : float, optional
+            Turn of the needle, deg; the best by default.
+        """
+        data = _Data(
+            tuple(float(value) if math.isfinite(value) else 0.0 for value in curve),
+            float(limit),
+            None if arc is None else (float(arc[0]), float(arc[1])),
+            None if best is None else wrap(float(best)),
+            tuple(wrap(float(turn)) for turn in peaks),
+        )
+        self._data, self._best = data, data.best
+        self._hovered = None
+        turn = data.best if needle is None else needle
+        self.set_needle(0.0 if turn is None else turn)
+
+    def describe(self) -> None:
+        """Put needle, match, best turn, arc, limit and peaks into words."""
+        data = self._data
+        if not data.curve:
+            self.say("No turn yet")
+            return
+        match = math.floor(value_at(data.curve, self._needle))
+        words = [f"Needle: {turn_words(self._needle)}, match {max(match, 0)} of 100"]
+        if data.best is not None:
+            words.append(f"Best: {turn_words(data.best)}")
+        if data.arc is not None:
+            words.append(f"Good from {arc_words(data.arc)}")
+        words.append(f"Limit of reach: {data.limit:.0f}")
+        words += [f"Second peak: {turn_words(turn)}" for turn in data.peaks]
+        self.say(". ".join(words) + ".")
+
+    @property
+    def dial(self) -> Dial:
+        """Circles of the plot at its present size, logical pixels."""
+        t = theme()
+        centre = (self.width() / 2.0, self.height() / 2.0)
+        rim = max(min(self.width(), self.height()) / 2.0 - t.px(_INSET), 1.0)
+        return Dial(centre, min(float(t.px(_CORE)), rim * 0.4), rim)
+
+    def peak_places(self) -> list[Point]:
+        """Middles of the second peaks' rings, logical pixels."""
+        dial, data = self.dial, self._data
+        return [dial.place(turn, value_at(data.curve, turn)) for turn in data.peaks if data.curve]
+
+    def draw(self, painter: QPainter, ratio: float) -> None:
+        """Paint the dial from the cache, then the head and the needle."""
+        painter.drawPixmap(0, 0, self.kept("dial", self._data, self.size(), ratio, self._draw_dial))
+        if self._hovered is not None:
+            self._draw_peak(painter, self.peak_places()[self._hovered], hovered=True)
+        self._draw_numbers(painter)
+        self._draw_head(painter)
+        if self._data.curve:
+            self._draw_needle(painter)
+
+    def _draw_dial(self, painter: QPainter) -> None:
+        t, dial, data = theme(), self.dial, self._data
+        centre = QPointF(*dial.centre)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(t.c.bg)
+        painter.drawEllipse(centre, dial.rim, dial.rim)
+        curve = closed_path(dial.outline(data.curve)) if len(data.curve) > 2 else None
+        if curve is not None:
+            painter.fillPath(curve, _faint(t.c.text, _CURVE_FILL))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        dashes = QPen(t.c.dim, t.line_width)
+        dashes.setDashPattern([3.0 / t.line_width, 3.0 / t.line_width])
+        painter.setPen(dashes)
+        limit = dial.radius(data.limit)
+        painter.drawEllipse(centre, limit, limit)
+        if data.arc is not None:
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(_faint(t.c.amberfill, _ARC_FILL))
+            painter.drawPolygon(polygon(sector(dial.centre, dial.rim, data.arc)))
+        self._draw_rim(painter, t, dial)
+        if curve is not None:
+            painter.setBrush(Qt.BrushStyle.NoBrush)
+            painter.setPen(QPen(t.c.text, t.line_width + 0.75))
+            painter.drawPath(curve)
+        for place in self.peak_places():
+            self._draw_peak(painter, place)
+
+    def _draw_rim(self, painter: QPainter, t: Theme, dial: Dial) -> None:
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(t.c.ctl, t.line_width))
+        painter.drawEllipse(QPointF(*dial.centre), dial.rim, dial.rim)
+        for turn in range(0, 360, 30):
+            length = t.px(8) if turn % 90 == 0 else t.px(4)
+            inner = at_turn(dial.centre, dial.rim - length, turn)
+            painter.drawLine(QPointF(*inner), QPointF(*at_turn(dial.centre, dial.rim, turn)))
+
+    def _draw_numbers(self, painter: QPainter) -> None:
+        """Draw 0° and 180°; a number makes way for the dot."""
+        t, dial = theme(), self.dial
+        dot = at_turn(dial.centre, dial.rim, self._needle)
+        for turn, text in ((0.0, "0°"), (180.0, "180°")):
+            place = at_turn(dial.centre, dial.rim + t.px(_INSET) / 2.0, turn)
+            room = t.px(12) + t.px(4) * len(text)
+            aside = abs(place[0] - dot[0]) > room or abs(place[1] - dot[1]) > t.px(20)
+            if aside or not self._data.curve:
+                draw_text(painter, place, text, t.font(12), t.c.dim)
+
+    def _draw_peak(self, painter: QPainter, place: Point, *, hovered: bool = False) -> None:
+        t = theme()
+        radius = t.px(8) / 2.0 - 0.75
+        painter.setBrush(t.c.text if hovered else t.c.bg)
+        painter.setPen(QPen(t.c.bg, 4.5))
+        painter.drawEllipse(QPointF(*place), radius, radius)
+        painter.setPen(QPen(t.c.text, t.line_width + 0.5))
+        painter.drawEllipse(QPointF(*place), radius, radius)
+
+    def _draw_head(self, painter: QPainter) -> None:
+        t, dial = theme(), self.dial
+        size = dial.core * _HEAD / _CORE
+        painter.setBrush(t.c.raised)
+        painter.setPen(QPen(t.c.text, t.line_width + 0.75))
+        painter.drawPath(closed_path(head_outline(dial.centre, size, self._needle)))
+
+    def _draw_needle(self, painter: QPainter) -> None:
+        t, dial = theme(), self.dial
+        nose = at_turn(dial.centre, dial.core * _HEAD / _CORE * 1.2, self._needle)
+        tip = at_turn(dial.centre, dial.rim, self._needle)
+        flat = Qt.PenCapStyle.FlatCap
+        painter.setPen(QPen(t.c.amber, 2.0 * t.line_width, Qt.PenStyle.SolidLine, flat))
+        painter.drawLine(QPointF(*nose), QPointF(*tip))
+        radius = t.px(16) / 2.0
+        painter.setPen(QPen(t.c.amber, t.line_width + 0.75))
+        painter.setBrush(t.c.bg)
+        painter.drawEllipse(QPointF(*tip), radius, radius)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(t.c.amberfill)
+        inner = radius - 2.0
+        painter.drawEllipse(QPointF(*tip), inner, inner)
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Choose a peak, or take the needle."""
+        if event.button() != Qt.MouseButton.LeftButton or not self._data.curve:
+            super().mousePressEvent(event)
+            return
+        point = (event.position().x(), event.position().y())
+        peak = hit(self.peak_places(), point, theme().px(_GRAB))
+        dial = self.dial
+        if peak is not None:
+            self._choose(peak)
+        elif _STILL < math.dist(point, dial.centre) <= dial.rim + theme().px(_INSET):
+            self.begin_drag(turn_at(dial.centre, point))
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Lead the needle, or light up the peak under the pointer."""
+        point = (event.position().x(), event.position().y())
+        if self._dragging:
+            if math.dist(point, self.dial.centre) > _STILL:
+                self.turn_to(turn_at(self.dial.centre, point))
+            return
+        hovered = hit(self.peak_places(), point, theme().px(_GRAB))
+        if hovered != self._hovered:
+            self._hovered = hovered
+            shape = Qt.CursorShape
+            self.setCursor(shape.ArrowCursor if hovered is None else shape.PointingHandCursor)
+            self.update()
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Let go of the needle."""
+        if event.button() == Qt.MouseButton.LeftButton:
+            self.end_drag()
+        super().mouseReleaseEvent(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Go to the next peak, or move the needle."""
+        ways = {Qt.Key.Key_PageDown: 1.0, Qt.Key.Key_PageUp: -1.0}
+        way = ways.get(Qt.Key(event.key()))
+        if way is None:
+            super().keyPressEvent(event)
+            return
+        stops = [(turn, index) for index, turn in enumerate(self._data.peaks)]
+        if self._best is not None:
+            stops.append((self._best, -1))
+        # Half a degree on: the needle itself is no next peak.
+        ahead = [((way * (turn - self._needle) - 0.5) % 360.0, turn, i) for turn, i in stops]
+        if ahead:
+            _, turn, index = min(ahead)
+            if index < 0:
+                self.turn_to(turn)
+                self.released.emit(self._needle)
+            else:
+                self._choose(index)
+
+    def _choose(self, peak: int) -> None:
+        self.set_needle(self._data.peaks[peak])
+        self.peak_chosen.emit(peak)
+
+
+def _faint(colour: QColor, opacity: float) -> QColor:
+    faint = QColor(colour)
+    faint.setAlphaF(opacity)
+    return faint

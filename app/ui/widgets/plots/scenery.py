@@ -1,0 +1,304 @@
+"""What a panorama view paints: the picture in pieces, the marks over it, the scale underneath."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QPointF, QRect, QRectF, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPainterPath, QPen, QPixmap
+
+from app.core.angles import difference
+from app.core.turning.words import signed
+from app.ui.theme import theme
+from app.ui.widgets.plots.base import draw_label, draw_text, outlined_line, polygon, snap
+from app.ui.widgets.plots.mapping import label_step
+from app.ui.widgets.plots.tiles import cut, hatch
+
+if TYPE_CHECKING:
+    from app.ui.widgets.plots.mapping import Viewport
+    from app.ui.widgets.plots.tiles import Layers
+
+__all__ = ["Marks", "SceneLamp", "TileStore", "draw_marks", "draw_scale"]
+
+_TILE: Final = 256
+_MOST: Final = 160  # tiles kept: 40 MB, twice a large window at 2x
+_HATCH: Final = 8.0
+_RADIUS: Final = 6
+_LABEL_ROOM: Final = 72
+
+
+@dataclass(frozen=True, slots=True)
+class SceneLamp:
+    """A lamp found in the panorama.
+
+    Attributes
+    ----------
+    letter : str
+        In its tag: "A".
+    azimuth_deg, elevation_deg : float
+        Of its middle in the panorama as captured, deg.
+    """
+
+    letter: str
+    azimuth_deg: float
+    elevation_deg: float
+
+
+@dataclass(frozen=True, slots=True)
+class Marks:
+    """What lies over the picture.
+
+    Attributes
+    ----------
+    front_deg : float
+        Azimuth that the scale counts from, deg.
+    marker_deg : float or None
+        Azimuth of the photographer's marker, deg.
+    lamps : tuple of SceneLamp
+    grid : bool
+    drop : str
+        What dropping here would do; empty when nothing is over the view.
+    """
+
+    front_deg: float
+    marker_deg: float | None
+    lamps: tuple[SceneLamp, ...]
+    grid: bool
+    drop: str
+
+
+class TileStore:
+    """Pieces of the panorama at the present zoom, made when they come into the window."""
+
+    def __init__(self) -> None:
+        self._kept: OrderedDict[tuple[int, int], QPixmap] = OrderedDict()
+        self._key: tuple[object, ...] = ()
+        self._layers: Layers | None = None
+
+    def draw(
+        self,
+        painter: QPainter,
+        ratio: float,
+        area: QRect,
+        view: Viewport,
+        layers: Layers,
+        *,
+        hatched: bool,
+    ) -> None:
+        """Paint the part of the panorama that is in the window.
+
+        Parameters
+        ----------
+        painter : QPainter
+            In logical pixels.
+        ratio : float
+            Device pixels per logical one.
+        area : QRect
+            The window, 2:1.
+        view : Viewport
+            What it shows.
+        layers : Layers
+            The panorama.
+        hatched : bool
+            Whether clipped areas are hatched.
+        """
+        width = max(round(area.width() * view.zoom * ratio / 2.0) * 2, 2)
+        whole = (width, width // 2)
+        key = (whole, hatched, ratio)
+        if key != self._key or layers is not self._layers:
+            self._kept.clear()
+            self._key, self._layers = key, layers
+        seen = (round(area.width() * ratio), round(area.height() * ratio))
+        left = round((view.azimuth_deg / 360.0 + 0.5) * whole[0] - seen[0] / 2.0)
+        top = round((0.5 - view.elevation_deg / 180.0) * whole[1] - seen[1] / 2.0)
+        top = min(max(top, 0), max(whole[1] - seen[1], 0))
+        painter.save()
+        painter.setClipRect(area)
+        x = left
+        while x < left + seen[0]:
+            column = (x % whole[0]) // _TILE
+            start = x - (x % whole[0] - column * _TILE)
+            for row in range(top // _TILE, (min(top + seen[1], whole[1]) - 1) // _TILE + 1):
+                tile = self._tile((column, row), whole, layers, ratio, hatched=hatched)
+                place = QPointF(
+                    area.left() + (start - left) / ratio,
+                    area.top() + (row * _TILE - top) / ratio,
+                )
+                painter.drawPixmap(place, tile)
+            x = start + min(_TILE, whole[0] - column * _TILE)
+        painter.restore()
+
+    def _tile(
+        self,
+        index: tuple[int, int],
+        whole: tuple[int, int],
+        layers: Layers,
+        ratio: float,
+        *,
+        hatched: bool,
+    ) -> QPixmap:
+        known = self._kept.get(index)
+        if known is not None:
+            self._kept.move_to_end(index)
+            return known
+        x, y = index[0] * _TILE, index[1] * _TILE
+        place = (x, y, min(_TILE, whole[0] - x), min(_TILE, whole[1] - y))
+        piece = cut(layers, whole, place)
+        if hatched:
+            hatch(piece, layers, whole, place, _HATCH * ratio)
+        kind = QImage.Format.Format_RGB888
+        image = QImage(piece.data, place[2], place[3], piece.strides[0], kind)
+        pixmap = QPixmap.fromImage(image)
+        pixmap.setDevicePixelRatio(ratio)
+        self._kept[index] = pixmap
+        while len(self._kept) > _MOST:
+            self._kept.popitem(last=False)
+        return pixmap
+
+
+def draw_marks(painter: QPainter, ratio: float, area: QRect, view: Viewport, marks: Marks) -> None:
+    """Paint grid, lamps, the marker's line, and what dropping would do.
+
+    Parameters
+    ----------
+    painter : QPainter
+        Antialiased, in logical pixels.
+    ratio : float
+        Device pixels per logical one.
+    area : QRect
+        Where the picture lies.
+    view : Viewport
+        What it shows.
+    marks : Marks
+        What to paint.
+    """
+    painter.save()
+    painter.setClipRect(area)
+    painter.translate(area.topLeft())
+    if marks.grid:
+        _draw_grid(painter, ratio, view, marks.front_deg)
+    for lamp in marks.lamps:
+        _draw_lamp(painter, view, lamp)
+    if marks.marker_deg is not None:
+        t = theme()
+        for place in view.xs_of(marks.marker_deg, 3.0):
+            x = snap(place, ratio, 2.0)
+            ends = ((x, 0.0), (x, view.height))
+            outlined_line(painter, *ends, t.c.amberfill, t.c.tag, 2.0)
+    if marks.drop:
+        _draw_drop(painter, view, marks.drop)
+    painter.restore()
+    _draw_corners(painter, area)
+
+
+def _draw_grid(painter: QPainter, ratio: float, view: Viewport, front_deg: float) -> None:
+    """Paint lines every 45° around and every 30° up, the horizon stronger."""
+    dark, light = QColor(0, 0, 0, 80), QColor(255, 255, 255, 130)
+    lines: list[tuple[QPointF, QPointF, float]] = []
+    for turn in range(-180, 180, 45):
+        for place in view.xs_of(front_deg + turn):
+            x = snap(place, ratio)
+            lines.append((QPointF(x, 0.0), QPointF(x, view.height), 1.0))
+    for elevation in range(-60, 61, 30):
+        y, width = view.y_of(elevation), 2.0 if elevation == 0 else 1.0
+        if 0.0 <= y <= view.height:
+            y = snap(y, ratio, width)
+            lines.append((QPointF(0.0, y), QPointF(view.width, y), width))
+    flat = Qt.PenCapStyle.FlatCap
+    for colour, wider in ((dark, 2.0), (light, 0.0)):
+        for start, stop, width in lines:
+            painter.setPen(QPen(colour, width + wider, Qt.PenStyle.SolidLine, flat))
+            painter.drawLine(start, stop)
+
+
+def _draw_lamp(painter: QPainter, view: Viewport, lamp: SceneLamp) -> None:
+    t = theme()
+    radius = t.px(13)
+    for x in view.xs_of(lamp.azimuth_deg, radius):
+        y = min(max(view.y_of(lamp.elevation_deg), radius), view.height - radius)
+        # A tag at the panorama's seam stays whole.
+        middle = (min(max(x, radius), view.width - radius), y)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(t.c.tag)
+        painter.drawEllipse(QPointF(*middle), radius + 1.0, radius + 1.0)
+        painter.setPen(QPen(t.c.ontag, 2.0))
+        painter.drawEllipse(QPointF(*middle), radius - 1.0, radius - 1.0)
+        draw_text(painter, middle, lamp.letter, t.font(14, 700), t.c.ontag)
+
+
+def _draw_drop(painter: QPainter, view: Viewport, words: str) -> None:
+    t = theme()
+    painter.fillRect(QRectF(0.0, 0.0, view.width, view.height), QColor(0, 0, 0, 130))
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    area = QRectF(0.0, 0.0, view.width, view.height).adjusted(2.0, 2.0, -2.0, -2.0)
+    for colour, width in ((t.c.tag, 4.0), (t.c.amberfill, 2.0)):
+        painter.setPen(QPen(colour, width))
+        painter.drawRoundedRect(area, t.px(_RADIUS) - 2, t.px(_RADIUS) - 2)
+    draw_label(painter, (view.width / 2.0, view.height / 2.0), words, (0.5, 0.5), weight=600)
+
+
+def _draw_corners(painter: QPainter, area: QRect) -> None:
+    """Round the picture's corners: cheaper than to clip every piece."""
+    t, outer = theme(), QRectF(area)
+    path = QPainterPath()
+    path.addRect(outer)
+    path.addRoundedRect(outer, t.px(_RADIUS), t.px(_RADIUS))
+    painter.fillPath(path, t.c.bg)
+
+
+def draw_scale(painter: QPainter, ratio: float, area: QRect, view: Viewport, marks: Marks) -> None:
+    """Paint the scale of azimuths under the picture, with the marker's place in amber.
+
+    Parameters
+    ----------
+    painter : QPainter
+        Antialiased, in logical pixels.
+    ratio : float
+        Device pixels per logical one.
+    area : QRect
+        Where the picture lies.
+    view : Viewport
+        What it shows.
+    marks : Marks
+        From where the scale counts, and where the marker is.
+    """
+    t = theme()
+    left, top = area.left(), float(area.bottom() + 1)
+    amber = [] if marks.marker_deg is None else view.xs_of(marks.marker_deg)
+    labelled = label_step(view.scale, t.px(_LABEL_ROOM))
+    step = max(labelled // 3, 1)
+    pen = QPen(t.c.ctl, t.line_width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
+    font = t.font(12)
+    metrics = QFontMetricsF(font)
+    for tick in view.ticks(marks.front_deg, step, labelled):
+        half = t.line_width / 2.0
+        x = left + min(max(snap(tick.x, ratio, t.line_width), half), view.width - half)
+        painter.setPen(pen)
+        painter.drawLine(QPointF(x, top), QPointF(x, top + t.px(8 if tick.label else 4)))
+        width = metrics.horizontalAdvance(tick.label)
+        near = any(abs(place - tick.x) < width / 2.0 + t.px(22) for place in amber)
+        if tick.label and not near:
+            middle = min(max(tick.x, width / 2.0), view.width - width / 2.0)
+            draw_text(painter, (left + middle, top + t.px(18)), tick.label, font, t.c.dim)
+    if marks.marker_deg is not None:
+        words = signed(difference(marks.marker_deg, marks.front_deg))
+        for place in amber:
+            _draw_pointer(painter, (left + place, top), area, words)
+
+
+def _draw_pointer(painter: QPainter, place: tuple[float, float], area: QRect, words: str) -> None:
+    """Paint the triangle and the number under the marker."""
+    t = theme()
+    x, top = place
+    half, height = t.px(7), t.px(9)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(t.c.amber)
+    painter.drawPolygon(
+        polygon([(x - half, top + height + 1), (x, top), (x + half, top + height + 1)])
+    )
+    font = t.font(12, 700)
+    room = QFontMetricsF(font).horizontalAdvance(words) / 2.0
+    middle = min(max(x, area.left() + room), area.right() + 1 - room)
+    draw_text(painter, (middle, top + t.px(20)), words, font, t.c.amber)

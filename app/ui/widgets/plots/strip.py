@@ -1,0 +1,392 @@
+"""The background of a place as a strip: where the camera points now, and where it should."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QFontMetricsF, QImage, QPainter, QPainterPath, QPen, QPolygonF
+from PySide6.QtWidgets import QSizePolicy
+
+from app.ui.theme import theme
+from app.ui.widgets.plots.base import Plot, draw_label, draw_text, label_area, snap
+from app.ui.widgets.plots.geometry import spread
+from app.ui.widgets.plots.mapping import StripScale
+
+if TYPE_CHECKING:
+    from PySide6.QtGui import QColor, QKeyEvent
+    from PySide6.QtWidgets import QWidget
+
+    from app.ui.theme import Theme
+
+__all__ = ["BackgroundStrip", "StripState"]
+
+Bytes: TypeAlias = NDArray[np.uint8]
+
+_HEIGHT: Final = 220
+_SCALE: Final = 64
+_DARKER: Final = 0.42
+_TICKS_DEG: Final = 15
+_ROOM_DEG: Final = 14.0
+_NEAREST_DEG: Final = 5.0  # below this no arrow fits between the two
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StripState:
+    """Everything a strip shows; all words are ready to print.
+
+    Attributes
+    ----------
+    picture : (h, w, 3) uint8 or None
+        150° of background, sRGB, its middle straight behind the sitter at the goal.
+    goal_deg : float
+        Goal, a turn, deg.
+    now_deg : float or None
+        Turn that the camera sees now, deg; None while the heading is lost.
+    fov_deg : float
+        Horizontal field of view of the camera, deg.
+    arc_deg : tuple of float or None
+        Turns inside the light (from, to), clockwise, deg.
+    goal_words, now_words : str
+        On the scale: "goal 96°", "now 73°".
+    goal_tag, now_tag : str
+        On the frames.
+    description : str
+        What a screen reader says.
+    """
+
+    picture: Bytes | None
+    goal_deg: float
+    now_deg: float | None
+    fov_deg: float
+    arc_deg: tuple[float, float] | None
+    goal_words: str
+    now_words: str
+    goal_tag: str = "Goal"
+    now_tag: str = "Camera now"
+    description: str = ""
+
+
+class BackgroundStrip(Plot):
+    """150° of background centred on the goal, with the scale of turns underneath.
+
+    Parameters
+    ----------
+    name : str, optional
+        Accessible name.
+    parent : QWidget, optional
+        Parent widget.
+    """
+
+    stepped = Signal(float)
+    """An arrow key was pressed: by so many degrees, positive clockwise; 10 with Shift."""
+
+    home = Signal()
+    """Home was pressed."""
+
+    def __init__(self, name: str = "Background of this place", parent: QWidget | None = None):
+        super().__init__(name, parent)
+        self._state: StripState | None = None
+        self._version = 0
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def sizeHint(self) -> QSize:
+        """Return the size that the design asks for, at the scale of the theme."""
+        return QSize(824, _HEIGHT + theme().px(_SCALE))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the least size at which the labels can be read."""
+        return QSize(320, theme().px(120 + _SCALE))
+
+    def set_state(self, state: StripState | None) -> None:
+        """Show a state; what has not changed is not drawn again.
+
+        Parameters
+        ----------
+        state : StripState or None
+            None shows an empty strip.
+        """
+        if state is self._state:
+            return
+        before = self._state.picture if self._state else None
+        if (state.picture if state else None) is not before:
+            self._version += 1
+        self._state = state
+        self.say(state.description if state else "")
+        self.update()
+
+    @property
+    def picture_rect(self) -> QRectF:
+        """Where the picture lies, logical pixels."""
+        height = max(self.height() - theme().px(_SCALE), 1)
+        return QRectF(0.0, 0.0, float(self.width()), float(height))
+
+    @property
+    def scale(self) -> StripScale:
+        """How turns lie on the strip at its present width."""
+        return StripScale(float(self.width()), self._state.goal_deg if self._state else 0.0)
+
+    def focus_shape(self) -> tuple[QRect, int]:
+        """Rectangle and corner radius that the focus ring goes around."""
+        return self.picture_rect.toRect(), theme().px(6)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Report steps; what they mean is the owner's matter."""
+        steps = {
+            Qt.Key.Key_Right: 1.0,
+            Qt.Key.Key_Up: 1.0,
+            Qt.Key.Key_Left: -1.0,
+            Qt.Key.Key_Down: -1.0,
+        }
+        step = steps.get(Qt.Key(event.key()))
+        if step is not None:
+            coarse = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+            self.stepped.emit(step * (10.0 if coarse else 1.0))
+        elif event.key() == Qt.Key.Key_Home:
+            self.home.emit()
+        else:
+            super().keyPressEvent(event)
+
+    def draw(self, painter: QPainter, ratio: float) -> None:
+        """Paint the picture, the frames and the scale."""
+        t, state = theme(), self._state
+        area = self.picture_rect
+        size = QSize(self.width(), round(area.height()))
+        painter.drawPixmap(
+            0, 0, self.kept("picture", self._version, size, ratio, self._draw_picture)
+        )
+        if state is None:
+            return
+        if state.picture is not None:
+            self._draw_dark(painter, state)
+            painter.setClipRect(area)
+            self._draw_goal(painter, t, state)
+            self._draw_now(painter, t, state)
+            self._draw_arrow(painter, t, state)
+            self._draw_tags(painter, t, state)
+            painter.setClipping(False)
+        self._draw_scale(painter, ratio, t, state)
+
+    def _draw_picture(self, painter: QPainter) -> None:
+        t, area = theme(), self.picture_rect
+        shape = QPainterPath()
+        shape.addRoundedRect(area, t.px(6), t.px(6))
+        painter.fillPath(shape, t.c.well)
+        if self._state is None or self._state.picture is None:
+            return
+        pixels = painter.device()
+        shown = _filled(self._state.picture, pixels.width(), pixels.height())
+        kind = QImage.Format.Format_RGB888
+        image = QImage(shown.data, pixels.width(), pixels.height(), shown.strides[0], kind)
+        painter.setClipPath(shape)
+        painter.drawImage(area, image)
+
+    def _frame(self, turn_deg: float, fov_deg: float) -> QRectF:
+        left, right = self.scale.frame(turn_deg, fov_deg)
+        area = self.picture_rect
+        left, right = max(left, -20.0), min(right, area.width() + 20.0)
+        return QRectF(round(left), 2.5, round(right) - round(left), area.height() - 5.0)
+
+    def _frames(self, state: StripState) -> list[QRectF]:
+        turns = [state.goal_deg] if state.now_deg is None else [state.goal_deg, state.now_deg]
+        frames = [self._frame(turn, state.fov_deg) for turn in turns]
+        return [frame for frame in frames if frame.width() > 0.0]
+
+    def _draw_dark(self, painter: QPainter, state: StripState) -> None:
+        """Darken what neither frame shows."""
+        t = theme()
+        dark = QPainterPath()
+        dark.addRoundedRect(self.picture_rect, t.px(6), t.px(6))
+        for frame in self._frames(state):
+            hole = QPainterPath()
+            hole.addRoundedRect(frame.adjusted(0, -2.5, 0, 2.5), t.px(6), t.px(6))
+            dark = dark.subtracted(hole)
+        painter.setOpacity(_DARKER)
+        painter.fillPath(dark, Qt.GlobalColor.black)
+        painter.setOpacity(1.0)
+
+    def _draw_goal(self, painter: QPainter, t: Theme, state: StripState) -> None:
+        frame = self._frame(state.goal_deg, state.fov_deg)
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(Qt.GlobalColor.black, 5.0))
+        painter.drawRoundedRect(frame, 4.0, 4.0)
+        pen = QPen(t.c.amberfill, 3.0, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
+        pen.setDashPattern([4.0, 2.0])
+        painter.setPen(pen)
+        painter.drawRoundedRect(frame, 4.0, 4.0)
+
+    def _draw_now(self, painter: QPainter, t: Theme, state: StripState) -> None:
+        if state.now_deg is None:
+            return
+        frame = self._frame(state.now_deg, state.fov_deg)
+        if frame.width() <= 0.0:
+            return
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setPen(QPen(Qt.GlobalColor.black, 7.0))
+        painter.drawRoundedRect(frame.adjusted(0, 0.5, 0, -0.5), 4.0, 4.0)
+        painter.setPen(QPen(Qt.GlobalColor.white, 4.0))
+        painter.drawRoundedRect(frame.adjusted(0, 0.5, 0, -0.5), 4.0, 4.0)
+
+    def _draw_arrow(self, painter: QPainter, t: Theme, state: StripState) -> None:
+        """Draw the way from now to the goal."""
+        if state.now_deg is None:
+            return
+        scale, area = self.scale, self.picture_rect
+        start, stop = scale.x_of(state.now_deg), scale.x_of(state.goal_deg)
+        way = 1.0 if stop > start else -1.0
+        if abs(stop - start) < _NEAREST_DEG * scale.scale:
+            return
+        # From off the strip the arrow comes in past the tag at the edge.
+        start = min(max(start, 24.0), area.width() - 24.0)
+        y, wing = round(area.height() / 2.0), 15.0
+        wing = min(wing, abs(stop - start) / 2.0)
+        shaft = QPolygonF([QPointF(start, y), QPointF(stop, y)])
+        tip = [QPointF(stop - way * wing, y + side * wing) for side in (-1.0, 1.0)]
+        head = QPolygonF([tip[0], QPointF(stop, y), tip[1]])
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        cap, join = Qt.PenCapStyle.RoundCap, Qt.PenJoinStyle.RoundJoin
+        for colour, width in ((Qt.GlobalColor.black, 10.0), (t.c.amberfill, 5.0)):
+            painter.setPen(QPen(colour, width, Qt.PenStyle.SolidLine, cap, join))
+            painter.drawPolyline(shaft)
+            painter.drawPolyline(head)
+
+    def _draw_tags(self, painter: QPainter, t: Theme, state: StripState) -> None:
+        """Draw the tags inside their frames, away from each other."""
+        white, black = t.c.ontag, t.c.tag
+        goal = self._frame(state.goal_deg, state.fov_deg)
+        now_deg = state.now_deg
+        right = now_deg is None or self.scale.x_of(now_deg) <= self.scale.x_of(state.goal_deg)
+        now = QRectF()
+        if now_deg is not None and self.scale.beyond(now_deg):
+            now = self._draw_edge(painter, t, state)
+        elif now_deg is not None:
+            frame = self._frame(now_deg, state.fov_deg)
+            now = self._tag_area(frame, state.now_tag, 0.0 if right else 1.0)
+            place = (now.x(), now.y())
+            draw_label(painter, place, state.now_tag, fill=white, ink=black, weight=600)
+        area = self._tag_area(goal, state.goal_tag, 1.0 if right else 0.0)
+        if area.adjusted(-4, -4, 4, 4).intersects(now):
+            area.moveTop(now.bottom() + 4.0)
+        place = (area.x(), area.y())
+        ink = t.c.onamber
+        draw_label(painter, place, state.goal_tag, fill=t.c.amberfill, ink=ink, weight=600)
+
+    def _tag_area(self, frame: QRectF, words: str, align: float) -> QRectF:
+        """Place a tag in an upper corner of the visible part of a frame."""
+        gap = theme().px(9)
+        left = max(frame.left(), 0.0) + gap
+        right = min(frame.right(), self.picture_rect.width()) - gap
+        area = label_area((right if align else left, frame.top() + gap), words, (align, 0.0), 600)
+        if area.left() < left:
+            area.moveLeft(left)
+        return area
+
+    def _draw_edge(self, painter: QPainter, t: Theme, state: StripState) -> QRectF:
+        """Draw an arrow at the edge beyond which the camera looks, with its degrees."""
+        side = self.scale.beyond(state.now_deg or 0.0)
+        area = self.picture_rect
+        room, height = t.px(14), t.px(28)
+        metrics = QFontMetricsF(t.font(12, 600))
+        width = round(metrics.horizontalAdvance(state.now_words)) + room + t.px(18)
+        x = 0.0 if side < 0 else area.width() - width
+        box = QRectF(x, round((area.height() - height) / 4.0), width, height)
+        shape = QPainterPath()
+        outer = box.adjusted(-8.0 if side < 0 else 0.0, 0.0, 8.0 if side > 0 else 0.0, 0.0)
+        shape.addRoundedRect(outer, t.px(4), t.px(4))
+        painter.fillPath(shape, t.c.ontag)
+        painter.setPen(QPen(t.c.tag, 1.0))
+        painter.drawPath(shape)
+        middle = box.center().y()
+        tip = box.left() + t.px(8) if side < 0 else box.right() - t.px(8)
+        wing = t.px(5)
+        pen = QPen(t.c.tag, 2.0, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap)
+        pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+        painter.setPen(pen)
+        back = tip - side * wing
+        painter.drawPolyline(
+            [QPointF(back, middle - wing), QPointF(tip, middle), QPointF(back, middle + wing)]
+        )
+        text_x = box.left() + room + t.px(8) if side < 0 else box.right() - room - t.px(8)
+        align = 0.0 if side < 0 else 1.0
+        draw_text(painter, (text_x, middle), state.now_words, t.font(12, 600), t.c.tag, align)
+        return box
+
+    def _draw_scale(self, painter: QPainter, ratio: float, t: Theme, state: StripState) -> None:
+        top = self.picture_rect.bottom() + t.px(14)
+        bar, scale = float(t.px(12)), self.scale
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(t.c.track2)
+        painter.drawRoundedRect(QRectF(0.0, top, self.width(), bar), bar / 2.0, bar / 2.0)
+        painter.setBrush(t.c.ok)
+        for left, right in scale.bands(state.arc_deg) if state.arc_deg else []:
+            band = QRectF(left, top, right - left, bar)
+            painter.drawRoundedRect(band, bar / 2.0, bar / 2.0)
+        markers = [(state.goal_deg, state.goal_words, t.c.amber)]
+        if state.now_deg is not None and not scale.beyond(state.now_deg):
+            markers.append((state.now_deg, state.now_words, t.c.text))
+        self._draw_ticks(painter, ratio, t, tuple(turn for turn, _, _ in markers))
+        # "now" is drawn last and lies over the goal's marker.
+        for turn, _, colour in markers:
+            fill = t.c.amberfill if t.contrast and colour is t.c.amber else colour
+            self._draw_marker(painter, ratio, scale.x_of(turn), colour, fill)
+        self._draw_marker_words(painter, t, markers)
+
+    def _draw_ticks(
+        self, painter: QPainter, ratio: float, t: Theme, markers: tuple[float, ...]
+    ) -> None:
+        bottom, flat = self.picture_rect.bottom(), Qt.PenCapStyle.FlatCap
+        for tick in self.scale.ticks(_TICKS_DEG, markers, _ROOM_DEG):
+            x = snap(tick.x, ratio, t.line_width)
+            painter.setPen(QPen(t.c.text, t.line_width, Qt.PenStyle.SolidLine, flat))
+            top = bottom + t.px(26)
+            painter.drawLine(QPointF(x, top), QPointF(x, top + t.px(9)))
+            width = QFontMetricsF(t.font(14)).horizontalAdvance(tick.label)
+            if tick.label and width / 2.0 <= x <= self.width() - width / 2.0:
+                draw_text(painter, (x, bottom + t.px(50)), tick.label, t.font(14), t.c.dim)
+
+    def _draw_marker(
+        self, painter: QPainter, ratio: float, x: float, edge: QColor, fill: QColor
+    ) -> None:
+        """Draw an upright bar through the scale with a gap around it."""
+        t = theme()
+        width, top = float(t.px(4)), self.picture_rect.bottom() + t.px(5)
+        middle = snap(x, ratio, width)
+        bar = QRectF(middle - width / 2.0, top, width, t.px(30))
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(t.c.bg)
+        painter.drawRect(bar.adjusted(-2.0, 0.0, 2.0, 0.0))
+        painter.setBrush(fill)
+        if fill.rgb() != edge.rgb() and t.contrast:
+            painter.setPen(QPen(edge, 2.0))
+            bar.adjust(-1.0, 1.0, 1.0, -1.0)
+        painter.drawRoundedRect(bar, 1.5, 1.5)
+
+    def _draw_marker_words(
+        self, painter: QPainter, t: Theme, markers: list[tuple[float, str, QColor]]
+    ) -> None:
+        font = t.font(14, 700)
+        metrics = QFontMetricsF(font)
+        widths = [metrics.horizontalAdvance(words) for _, words, _ in markers]
+        wanted = [self.scale.x_of(turn) for turn, _, _ in markers]
+        middles = spread(wanted, widths, float(t.px(12)), 0.0, float(self.width()))
+        y = self.picture_rect.bottom() + t.px(50)
+        for (_, words, colour), x in zip(markers, middles, strict=True):
+            draw_text(painter, (x, y), words, font, colour)
+
+
+def _filled(picture: Bytes, width: int, height: int) -> Bytes:
+    """Scale a picture to a width, and crop or repeat its rows around the middle."""
+    rows = max(round(picture.shape[0] * width / picture.shape[1]), 1)
+    shrink = picture.shape[1] > width
+    method = cv2.INTER_AREA if shrink else cv2.INTER_CUBIC
+    scaled = np.asarray(cv2.resize(picture, (width, rows), interpolation=method), np.uint8)
+    if rows >= height:
+        top = (rows - height) // 2
+        return np.ascontiguousarray(scaled[top : top + height])
+    room = height - rows
+    ends = ((room // 2, room - room // 2), (0, 0), (0, 0))
+    return np.pad(scaled, ends, mode="edge")
