@@ -1,0 +1,149 @@
+"""Points of a picture that are found again under other light: RootSIFT after local equalising.
+
+Contrast is equalised in tiles first (CLAHE), since auto exposure and the panorama's tone mapping
+show one wall in quite different tones. RootSIFT is R. Arandjelovic and A. Zisserman, CVPR 2012.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Final, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Features", "Pairs", "describe", "equalised", "pair"]
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float32: TypeAlias = NDArray[np.float32]
+
+_TILES: Final = (8, 8)
+_CLIP_LIMIT: Final = 3.0
+_CONTRAST: Final = 0.02  # weaker points than by default, as backgrounds are often soft
+_RIVALS: Final = 3  # one corner is often described twice, for two directions of its gradient
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Features:
+    """Described points of a picture.
+
+    Attributes
+    ----------
+    places : (N, 2) float32
+        Columns and rows in pixels; the middle of the first pixel is (0.5, 0.5).
+    descriptors : (N, 128) float32
+        RootSIFT, of unit length.
+    """
+
+    places: Float32 = field(repr=False)
+    descriptors: Float32 = field(repr=False)
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.places)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pairs:
+    """Points of one set and what they look like in another.
+
+    Attributes
+    ----------
+    first, second : (N,) int64
+        Indices in the two sets; none of the first twice.
+    ratio : (N,) float32
+        Distance to the match over distance to the next best elsewhere: 0 is unique.
+    """
+
+    first: NDArray[np.int64]
+    second: NDArray[np.int64]
+    ratio: Float32
+
+
+def equalised(picture: Bytes) -> Bytes:
+    """Return a picture in grey, its contrast equalised in tiles.
+
+    Parameters
+    ----------
+    picture : (H, W, 3) or (H, W) uint8
+        sRGB.
+
+    Returns
+    -------
+    (H, W) uint8
+    """
+    grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY) if picture.ndim == 3 else picture
+    return np.asarray(cv2.createCLAHE(_CLIP_LIMIT, _TILES).apply(grey), np.uint8)
+
+
+def describe(picture: Bytes, most: int, mask: NDArray[np.bool_] | None = None) -> Features:
+    """Find and describe a picture's points.
+
+    Parameters
+    ----------
+    picture : (H, W, 3) or (H, W) uint8
+        sRGB.
+    most : int
+        At most so many, the strongest.
+    mask : (H, W) bool, optional
+        Where points may lie.
+
+    Returns
+    -------
+    Features
+        Possibly none, in an even picture.
+    """
+    finder = cv2.SIFT.create(nfeatures=most, contrastThreshold=_CONTRAST)
+    where = None if mask is None else mask.astype(np.uint8)
+    points, found = finder.detectAndCompute(equalised(picture), where)
+    if not points or found is None:
+        return Features(np.zeros((0, 2), np.float32), np.zeros((0, 128), np.float32))
+    # OpenCV keeps some more where several are equally strong.
+    points, found = points[:most], found[:most]
+    places = np.array([point.pt for point in points], np.float32) + np.float32(0.5)
+    share = found / np.maximum(found.sum(axis=1, keepdims=True), 1e-6)
+    return Features(places, np.sqrt(share).astype(np.float32))
+
+
+def pair(
+    first: Float32, second: Float32, spots: Float32, apart: float, limit: float = 0.8
+) -> Pairs:
+    """Match descriptors by the ratio test (D. Lowe, IJCV 2004), against rivals elsewhere only.
+
+    Parameters
+    ----------
+    first : (N, 128) float32
+        Of unit length.
+    second : (M, 128) float32
+        Of unit length.
+    spots : (M, K) float32
+        Where the second set's points are, in any coordinates.
+    apart : float
+        A rival at less than this distance is the same thing described again.
+    limit : float, optional
+        Largest ratio of distances.
+
+    Returns
+    -------
+    Pairs
+    """
+    if len(first) == 0 or len(second) < 2:
+        nothing = np.zeros(0, np.int64)
+        return Pairs(nothing, nothing, np.zeros(0, np.float32))
+    likeness = first @ second.T
+    rows = np.arange(len(first))
+    best = np.argmax(likeness, axis=1)
+    top = likeness[rows, best]
+    rival = np.full(len(first), -1.0, np.float32)
+    likeness[rows, best] = -1.0
+    for _ in range(_RIVALS):
+        other = np.argmax(likeness, axis=1)
+        value = likeness[rows, other]
+        likeness[rows, other] = -1.0
+        elsewhere = np.linalg.norm(spots[other] - spots[best], axis=1) > apart
+        rival = np.where((rival < 0.0) & elsewhere, value, rival)
+    distance, further = (np.sqrt(np.maximum(2.0 - 2.0 * s, 1e-9)) for s in (top, rival))
+    ratio = (distance / further).astype(np.float32)
+    keep = np.flatnonzero(ratio < limit)
+    return Pairs(rows[keep], best[keep], ratio[keep])

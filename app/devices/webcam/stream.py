@@ -1,0 +1,234 @@
+"""A webcam's own thread: it opens the device, delivers pictures, and opens it again by itself."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections import deque
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from app.core.errors import Cancelled
+from app.core.progress import Token
+from app.devices.clock import wait
+from app.devices.mailbox import Mailbox
+from app.devices.webcam.protocol import WebcamError, WebcamFrame, WebcamState
+
+if TYPE_CHECKING:
+    from app.devices.clock import Clock
+    from app.devices.webcam.protocol import Bytes, Source
+
+__all__ = ["LOST_S", "WebcamStream"]
+
+LOST_S: Final = 2.0
+"""A webcam counts as lost after so many seconds without a picture."""
+
+_OVER_S: Final = 2.0  # pictures are counted over so long
+_MOST: Final = 400
+_PAUSES_S: Final = (0.5, 1.0, 2.0)
+_NOTHING_S: Final = 0.02
+_FROZEN_S: Final = 4.0
+_BLACK: Final = 12
+_SLOW_FPS: Final = 5.0
+_SLOW_AFTER_S: Final = 4.0
+
+
+class WebcamStream:
+    """A webcam over a source of pictures; see `app.devices.webcam.protocol.Webcam`.
+
+    Parameters
+    ----------
+    source : Source
+        The device.
+    name : str
+        To show.
+    fov_deg : float
+        Horizontal field of view, deg.
+    clock : Clock
+        For pauses and rates.
+    still : bool, optional
+        Whether one and the same picture over and over is as it should be.
+    """
+
+    def __init__(
+        self, source: Source, name: str, fov_deg: float, clock: Clock, *, still: bool = False
+    ) -> None:
+        self._source = source
+        self._name = name
+        self._fov_deg = fov_deg
+        self._clock = clock
+        self._still = still
+        self._frames: Mailbox[WebcamFrame] = Mailbox()
+        self._lock = threading.Lock()  # of what the properties tell
+        self._switching = threading.Lock()  # of opening and closing
+        self._using = threading.Lock()  # of the source: an old thread may still hold it
+        self._thread: threading.Thread | None = None
+        self._token = Token()
+        self._state = WebcamState.OFF
+        self._error: WebcamError | None = None
+        self._times: deque[float] = deque(maxlen=_MOST)
+        self._count = 0
+        self._last_s = 0.0
+        self._live_s = 0.0
+        self._print = b""
+        self._print_s = 0.0
+
+    @property
+    def name(self) -> str:
+        """Name to show."""
+        return self._name
+
+    @property
+    def fov_deg(self) -> float:
+        """Horizontal field of view of its pictures, deg."""
+        return self._fov_deg
+
+    @property
+    def frames(self) -> Mailbox[WebcamFrame]:
+        """Where its pictures come; only the newest is kept."""
+        return self._frames
+
+    @property
+    def state(self) -> WebcamState:
+        """What it is doing now; lost too when a read hangs."""
+        with self._lock:
+            silent = self._clock.now() - self._last_s > LOST_S
+            return WebcamState.LOST if self._state is WebcamState.LIVE and silent else self._state
+
+    @property
+    def error(self) -> WebcamError | None:
+        """What is wrong, until it is mended."""
+        if self.state is WebcamState.LOST and self._error is None:
+            return _silent()
+        return self._error
+
+    @property
+    def fps(self) -> float:
+        """Pictures per second over the last two seconds."""
+        with self._lock:
+            return self._rate(self._clock.now())
+
+    @property
+    def count(self) -> int:
+        """How many pictures have come."""
+        return self._count
+
+    def open(self) -> None:
+        """Begin; does nothing while it runs."""
+        with self._switching:
+            if self._thread is not None and self._thread.is_alive():
+                return
+            self._token = Token()
+            self._frames.get()  # an old picture is no news
+            self._note(self._token, WebcamState.CONNECTING)
+            self._thread = threading.Thread(
+                target=self._run, args=(self._token,), name="webcam", daemon=True
+            )
+            self._thread.start()
+
+    def close(self, wait_s: float = 0.5) -> None:
+        """End; no picture comes after it, even where the device hangs in a read.
+
+        Parameters
+        ----------
+        wait_s : float, optional
+            Real seconds to wait for the device; one that hangs is left to its thread.
+        """
+        with self._switching:
+            thread, self._thread = self._thread, None
+            self._token.cancel()
+            if thread is not None and thread is not threading.current_thread():
+                thread.join(wait_s)
+            with self._lock:
+                self._state, self._error = WebcamState.OFF, None
+                self._times.clear()
+
+    def _run(self, token: Token) -> None:
+        failures = 0
+        with contextlib.suppress(Cancelled), self._using:
+            while True:
+                before = self._count
+                error = self._attempt(token)
+                failures = 0 if self._count > before else failures + 1
+                lost = failures == 0 or (failures == 1 and before > 0)
+                self._note(token, WebcamState.LOST if lost else WebcamState.RETRYING, error)
+                wait(self._clock, _PAUSES_S[min(failures, len(_PAUSES_S) - 1)], token)
+                self._note(token, WebcamState.RETRYING, error)
+
+    def _attempt(self, token: Token) -> WebcamError:
+        """Deliver pictures until something fails, and say what."""
+        token.check()
+        try:
+            self._source.open()
+            self._deliver(token)
+        except WebcamError as error:
+            return error
+        finally:
+            self._source.close()
+        raise Cancelled
+
+    def _deliver(self, token: Token) -> None:
+        last = self._clock.now()
+        while not token.cancelled:
+            picture = self._source.read()
+            now = self._clock.now()
+            if picture is not None:
+                last = now
+                self._put(picture, now, token)
+                continue
+            if now - last > LOST_S:
+                raise _silent()
+            wait(self._clock, _NOTHING_S, token)
+
+    def _put(self, picture: Bytes, now: float, token: Token) -> None:
+        picture.setflags(write=False)
+        with self._lock:
+            if token.cancelled:
+                return
+            number, self._count = self._count, self._count + 1
+            if self._state is not WebcamState.LIVE:
+                self._times.clear()
+                self._live_s, self._print_s, self._print = now, now, b""
+            self._times.append(now)
+            self._last_s, self._state = now, WebcamState.LIVE
+            self._error = self._trouble(picture, now)
+            self._frames.put(WebcamFrame(picture, number, now))
+
+    def _trouble(self, picture: Bytes, now: float) -> WebcamError | None:
+        """Look whether a picture is of any use."""
+        few = picture[8::16, 8::16]
+        mark = few.tobytes()
+        if mark != self._print:
+            self._print, self._print_s = mark, now
+        if int(np.max(few)) <= _BLACK:
+            return WebcamError(
+                "The webcam’s picture is black.", "Open its cover, or make some light.", "black"
+            )
+        if not self._still and now - self._print_s > _FROZEN_S:
+            return WebcamError(
+                "The webcam’s picture stands still.", "Unplug it and plug it in again.", "frozen"
+            )
+        if now - self._live_s > _SLOW_AFTER_S and self._rate(now) < _SLOW_FPS:
+            return WebcamError(
+                f"The webcam sends only {max(self._rate(now), 0.5):.0f} pictures a second.",
+                "More light makes it quicker; so does another USB socket.",
+                "slow",
+            )
+        return None
+
+    def _rate(self, now: float) -> float:
+        return sum(time > now - _OVER_S for time in self._times) / _OVER_S
+
+    def _note(self, token: Token, state: WebcamState, error: WebcamError | None = None) -> None:
+        with self._lock:
+            if not token.cancelled:
+                self._state, self._error = state, error
+
+
+def _silent() -> WebcamError:
+    return WebcamError(
+        f"The webcam has sent no picture for {LOST_S:.0f} seconds.",
+        "Unplug it and plug it in again; it goes on by itself.",
+        "silent",
+    )

@@ -1,0 +1,176 @@
+"""Real webcams through OpenCV, with a device that does what one is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from app.devices.clock import VirtualClock
+from app.devices.webcam import OpenCvWebcam, WebcamError, list_webcams
+from app.devices.webcam import opencv as module
+from app.devices.webcam.opencv import FOV_DEG, _Device, _listed, _tried
+from app.devices.webcam.protocol import Source
+
+
+class Plug:
+    """What `cv2.VideoCapture` would be."""
+
+    def __init__(self, *given: object, opens: bool = True) -> None:
+        self.given = list(given)
+        self.opens = opens
+        self.released = 0
+
+    def isOpened(self) -> bool:
+        return self.opens
+
+    def read(self) -> tuple[bool, Any]:
+        what = self.given.pop(0) if self.given else None
+        if isinstance(what, Exception):
+            raise what
+        return what is not None, what
+
+    def set(self, propId: int, value: float) -> bool:
+        return propId >= 0 and value >= 0
+
+    def release(self) -> None:
+        self.released += 1
+
+
+def device(plug: Plug, there: bool | None = True) -> Source:
+    return _Device(0, lambda _: plug, lambda _: there)
+
+
+def code_of(source: Source) -> str:
+    with pytest.raises(WebcamError) as caught:
+        source.open()
+    assert caught.value.hint
+    return caught.value.code
+
+
+def test_pictures_come_red_first() -> None:
+    blue_first = np.zeros((48, 64, 3), np.uint8)
+    blue_first[..., 2] = 200
+    plug = Plug(blue_first, np.full((48, 64), 9, np.uint8), np.full((48, 64, 1), 9, np.uint8))
+    source = device(plug)
+    source.open()
+    first = source.read()
+    assert first is not None
+    assert (first[..., 0] == 200).all()
+    assert (first[..., 2] == 0).all()
+    for _ in range(2):
+        grey = source.read()
+        assert grey is not None
+        assert grey.shape == (48, 64, 3)
+    source.close()
+    source.close()
+    assert plug.released == 1
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        np.zeros((48, 64, 3), np.float32),
+        np.zeros((4, 4, 3), np.uint8),
+        np.zeros((48, 64, 2), np.uint8),
+        np.zeros((16, 9000, 3), np.uint8),
+        np.zeros(10, np.uint8),
+    ],
+)
+def test_what_is_no_picture_is_left_out(wrong: object) -> None:
+    source = device(Plug(wrong))
+    source.open()
+    assert source.read() is None
+
+
+def test_no_camera_busy_and_unknown() -> None:
+    assert code_of(device(Plug(), there=False)) == "no-webcam"
+    busy = Plug(opens=False)
+    assert code_of(device(busy)) == "busy"
+    assert busy.released == 1
+    assert code_of(device(Plug(opens=False), there=None)) == "no-webcam"
+
+
+def test_a_driver_that_fails_while_it_opens() -> None:
+    def fails(index: int) -> Plug:
+        raise cv2.error(f"device {index}")
+
+    assert code_of(_Device(0, fails, lambda _: True)) == "busy"
+
+
+def test_a_few_failed_reads_are_forgiven_and_many_are_not() -> None:
+    fine = np.zeros((48, 64, 3), np.uint8)
+    source = device(Plug(None, None, cv2.error("once"), fine))
+    source.open()
+    assert [source.read() is None for _ in range(4)] == [True, True, True, False]
+    assert [source.read() for _ in range(9)] == [None] * 9
+    with pytest.raises(WebcamError) as caught:
+        source.read()
+    assert caught.value.code == "unplugged"
+
+
+def test_a_device_that_is_gone_is_unplugged_at_once() -> None:
+    there = [True, False]
+    source = _Device(0, lambda _: Plug(), lambda _: there.pop(0))
+    source.open()
+    with pytest.raises(WebcamError, match="went away"):
+        source.read()
+    source.close()
+    with pytest.raises(WebcamError, match="went away"):
+        source.read()
+
+
+def test_a_whole_webcam() -> None:
+    shot = np.random.default_rng(0).integers(0, 256, (48, 64, 3), np.uint8)
+    plug = Plug(*[shot] * 3)
+    webcam = OpenCvWebcam(2, VirtualClock(), capture=lambda _: plug, is_there=lambda _: True)
+    assert webcam.name == "Webcam 3"
+    assert webcam.fov_deg == FOV_DEG
+    webcam.open()
+    frame = webcam.frames.get(5.0)
+    webcam.close(5.0)
+    assert frame is not None
+    assert frame.picture.shape == (48, 64, 3)
+    assert plug.released >= 1
+
+
+def test_linux_lists_what_gives_pictures(tmp_path: Path) -> None:
+    for number, index, name in (
+        (0, "0", "HD Webcam: HD Webcam\n"),
+        (1, "1", "HD Webcam: HD Webcam\n"),
+        (4, "0", "\n"),
+        (10, "0", "Capture dongle"),
+    ):
+        node = tmp_path / f"video{number}"
+        node.mkdir()
+        (node / "index").write_text(index)
+        (node / "name").write_text(name)
+    (tmp_path / "videox").mkdir()
+    assert _listed(tmp_path) == ((0, "HD Webcam"), (4, "Webcam 4"), (10, "Capture dongle"))
+    assert _listed(tmp_path / "missing") == ()
+
+
+def test_elsewhere_the_first_few_are_tried() -> None:
+    plugs: dict[int, Plug] = {}
+
+    def capture(index: int) -> Plug:
+        if index == 3:
+            raise cv2.error("none")
+        plugs[index] = Plug(opens=index in (0, 2))
+        return plugs[index]
+
+    assert _tried(capture) == ((0, "Webcam 1"), (2, "Webcam 3"))
+    assert all(plug.released == 1 for plug in plugs.values())
+
+
+@pytest.mark.parametrize("system", ["linux", "darwin"])
+def test_the_list_on_this_machine_is_a_list(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], system: str
+) -> None:
+    """Whatever is connected here; a device that cannot be opened prints nothing."""
+    monkeypatch.setattr(module, "_SYSTEM", system)
+    assert all(index >= 0 and name for index, name in list_webcams())
+    assert capfd.readouterr().err == ""
