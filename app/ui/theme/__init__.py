@@ -1,0 +1,9 @@
+"""Theme of the desktop app: colours, type, icons, and the look of what Qt paints itself."""
+
+from __future__ import annotations
+
+from app.ui.theme.style import apply
+from app.ui.theme.theme import Colours, Theme, set_theme, theme
+from app.ui.theme.tokens import ThemeName
+
+__all__ = ["Colours", "Theme", "ThemeName", "apply", "set_theme", "theme"]

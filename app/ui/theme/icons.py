@@ -1,0 +1,166 @@
+"""One set of icons, drawn from vectors at the screen's own scale in the colour of the text.
+
+The drawings are in ``resources/icons``: SVG on a grid of 24, lines of 1.75 with round ends. They
+use ``currentColor``; the logo's half disc is written in the dark theme's amber and takes that
+of the current one.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QByteArray, QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QIcon, QPainter, QPixmap, QPixmapCache
+from PySide6.QtSvg import QSvgRenderer
+
+from app.core.errors import CoreError
+from app.core.paths import resources
+from app.ui.theme.theme import theme
+from app.ui.theme.tokens import DARK
+
+if TYPE_CHECKING:
+    from PySide6.QtCore import QRect
+
+__all__ = ["ICONS", "draw_icon", "icon", "icon_pixmap"]
+
+# fmt: off
+ICONS: Final[tuple[str, ...]] = (
+    "align", "arrow-down", "arrow-left", "arrow-right", "arrow-up", "battery", "brighter",
+    "brush", "bulb", "camera", "cancel", "check", "chevron-down", "chevron-left",
+    "chevron-right", "clock", "clockwise", "close", "counterclockwise", "darker", "download",
+    "drop", "duplicate", "edit", "error", "export", "eye", "file", "filter", "folder",
+    "front-lens", "grid", "grip", "hand", "hatch", "head-height", "help", "ignore", "import",
+    "info", "keyboard", "kneel", "lamp", "layers", "light", "list", "logo", "minus", "mirror",
+    "more", "no-obstacle", "not-possible", "open", "pause", "pen", "person", "pin", "places",
+    "play", "plus", "probe", "redo", "refresh", "restore", "ring", "save", "search", "selfie",
+    "settings", "share", "sheet", "sort", "sound", "sound-off", "stop", "storage", "styles",
+    "sun", "target", "theta", "trash", "turn", "undo", "walk", "warning", "webcam", "wifi",
+)
+# fmt: on
+"""Names of all icons, in alphabetical order."""
+
+_SIZES: Final = (16, 20, 24, 28, 40)
+_OPAQUE: Final = 255
+
+
+@cache
+def _source(name: str) -> str:
+    if name not in ICONS:
+        raise KeyError(name)
+    path = resources() / "icons" / f"{name}.svg"
+    try:
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        message = f"The icon {path.name} is missing."
+        raise CoreError(message, "Install Turnlight again.") from error
+
+
+def _render(name: str, colour: QColor, pixels: int) -> QPixmap:
+    """Draw an icon into a square of device pixels."""
+    text = _source(name).replace("currentColor", colour.name())
+    text = text.replace(DARK.amberfill, theme().c.amberfill.name())
+    pixmap = QPixmap(pixels, pixels)
+    pixmap.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(pixmap)
+    QSvgRenderer(QByteArray(text.encode())).render(painter, QRectF(0, 0, pixels, pixels))
+    if colour.alpha() < _OPAQUE:
+        # Transparency of the whole drawing, so that crossing lines do not add up.
+        painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_DestinationIn)
+        painter.fillRect(pixmap.rect(), colour)
+    painter.end()
+    return pixmap
+
+
+def icon_pixmap(name: str, size: int, colour: QColor, dpr: float = 1.0) -> QPixmap:
+    """Draw an icon at the screen's own scale, or take it from the cache.
+
+    Parameters
+    ----------
+    name : str
+        One of `ICONS`.
+    size : int
+        Width and height in logical pixels, already scaled (``theme().px(20)``).
+    colour : QColor
+        Colour of the lines.
+    dpr : float, optional
+        Device pixels for each logical one.
+
+    Returns
+    -------
+    QPixmap
+        Transparent picture of ``round(size * dpr)`` device pixels a side.
+
+    Raises
+    ------
+    KeyError
+        When there is no such icon.
+    CoreError
+        When its file is missing.
+    """
+    pixels = max(1, round(size * dpr))
+    key = f"turnlight/{name}/{pixels}/{dpr}/{colour.rgba():x}/{theme().c.amberfill.rgb():x}"
+    pixmap = QPixmap()
+    if not QPixmapCache.find(key, pixmap):
+        pixmap = _render(name, colour, pixels)
+        pixmap.setDevicePixelRatio(dpr)
+        QPixmapCache.insert(key, pixmap)
+    return pixmap
+
+
+def draw_icon(
+    painter: QPainter, name: str, rect: QRect | QRectF, size: int, colour: QColor
+) -> None:
+    """Draw an icon in the middle of a rectangle.
+
+    Parameters
+    ----------
+    painter : QPainter
+        Where to; its scale decides the resolution.
+    name : str
+        One of `ICONS`.
+    rect : QRect or QRectF
+        Rectangle in the painter's coordinates.
+    size : int
+        Width and height in logical pixels, already scaled.
+    colour : QColor
+        Colour of the lines.
+    """
+    # Not the widget's own ratio: a widget may also be painted into a picture of another scale.
+    dpr = painter.deviceTransform().m11()
+    pixmap = icon_pixmap(name, size, colour, dpr)
+    centre = QRectF(rect).center()
+    # On whole device pixels, or the lines are smeared.
+    x = round((centre.x() - size / 2) * dpr) / dpr
+    y = round((centre.y() - size / 2) * dpr) / dpr
+    painter.drawPixmap(QPointF(x, y), pixmap)
+
+
+def icon(name: str, colour: QColor | None = None) -> QIcon:
+    """Give an icon for Qt's own parts, such as menu entries, with its disabled look.
+
+    Parameters
+    ----------
+    name : str
+        One of `ICONS`.
+    colour : QColor, optional
+        Colour of the lines; the text colour by default.
+
+    Returns
+    -------
+    QIcon
+        At all sizes in use, for screens of one and two device pixels per logical one.
+    """
+    t = theme()
+    result = QIcon()
+    for size in _SIZES:
+        for dpr in (1.0, 2.0):
+            normal = icon_pixmap(name, t.px(size), colour or t.c.text, dpr)
+            result.addPixmap(normal)
+            grey = icon_pixmap(name, t.px(size), t.c.dis, dpr)
+            result.addPixmap(grey, QIcon.Mode.Disabled)
+            if t.contrast:
+                # The entry under the mouse is white on black.
+                light = icon_pixmap(name, t.px(size), t.c.panel, dpr)
+                result.addPixmap(light, QIcon.Mode.Active)
+    return result

@@ -1,0 +1,183 @@
+"""The current theme: colours, type and sizes for everything that is painted.
+
+A widget asks `theme` when it is made and when it paints. A change of theme or scale rebuilds
+the views, so nothing has to restyle itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Final
+
+from PySide6.QtGui import QColor, QFont
+
+from app.ui.theme.fonts import inter
+from app.ui.theme.tokens import PALETTES, Palette, ThemeName
+
+__all__ = ["LINE_HEIGHTS", "SCALES", "Colours", "Theme", "set_theme", "theme"]
+
+SCALES: Final = (1.0, 2.0)
+"""Smallest and largest scale of text and controls."""
+
+LINE_HEIGHTS: Final[dict[int, int]] = {
+    12: 16,
+    14: 20,
+    16: 24,
+    20: 28,
+    28: 36,
+    36: 44,
+    48: 52,
+    56: 64,
+    224: 176,
+}
+"""Line height of each type size, logical pixels."""
+
+
+@dataclass(frozen=True, slots=True)
+class Colours:
+    """The tokens of `Palette` as colours that can be painted with; never change one."""
+
+    bg: QColor
+    panel: QColor
+    raised: QColor
+    well: QColor
+    line: QColor
+    ctl: QColor
+    text: QColor
+    dim: QColor
+    dis: QColor
+    amber: QColor
+    amberfill: QColor
+    onamber: QColor
+    sel: QColor
+    ok: QColor
+    err: QColor
+    focus: QColor
+    track: QColor
+    track2: QColor
+    tag: QColor
+    ontag: QColor
+    plus: QColor
+    minus: QColor
+
+    @classmethod
+    def of(cls, palette: Palette) -> Colours:
+        """Turn the tokens of a theme into colours."""
+        return cls(**{each.name: QColor(getattr(palette, each.name)) for each in fields(palette)})
+
+
+class Theme:
+    """One theme at one scale; never changes once made.
+
+    Parameters
+    ----------
+    name : {"dark", "light", "contrast"}, optional
+        Which palette.
+    scale : float, optional
+        Factor on text and controls, held within `SCALES`.
+
+    Attributes
+    ----------
+    name : str
+        As given.
+    scale : float
+        As given, within the limits.
+    c : Colours
+        Colours by token, for example ``theme().c.amber``.
+    line_width : int
+        Width of edges and dividers, logical pixels: 2 in "contrast", otherwise 1.
+
+    Raises
+    ------
+    KeyError
+        When there is no such theme.
+    """
+
+    def __init__(self, name: ThemeName = "dark", scale: float = 1.0) -> None:
+        self.name: ThemeName = name
+        self.scale = min(max(scale, SCALES[0]), SCALES[1])
+        self.c = Colours.of(PALETTES[name])
+        self.line_width = 2 if name == "contrast" else 1
+
+    @cached_property
+    def contrast(self) -> bool:
+        """Whether edges are 2 px black and what is chosen is white on black."""
+        return self.name == "contrast"
+
+    def px(self, length: float) -> int:
+        """Scale a length in logical pixels to a whole number of them.
+
+        Parameters
+        ----------
+        length : float
+            Length in logical pixels as designed.
+
+        Returns
+        -------
+        int
+            The length at this scale.
+        """
+        return int(length * self.scale + 0.5) if length >= 0 else -self.px(-length)
+
+    def font(self, size: int, weight: int = 400) -> QFont:
+        """Give Inter with tabular figures.
+
+        Parameters
+        ----------
+        size : int
+            Designed height of the em, logical pixels; the scale is applied to it.
+        weight : int, optional
+            400, 500, 600 or 700.
+
+        Returns
+        -------
+        QFont
+            A copy of its own.
+        """
+        return inter(self.px(size), weight)
+
+    def line_height(self, size: int) -> int:
+        """Give the distance between base lines for a designed type size.
+
+        Parameters
+        ----------
+        size : int
+            Designed height of the em, logical pixels.
+
+        Returns
+        -------
+        int
+            Logical pixels at this scale; from the design's table, otherwise 1.4 em.
+        """
+        return self.px(LINE_HEIGHTS.get(size, size * 1.4))
+
+
+_current: list[Theme] = []
+
+
+def theme() -> Theme:
+    """Give the theme that everything is painted with now; dark at scale 1 until one is set."""
+    if not _current:
+        _current.append(Theme())
+    return _current[0]
+
+
+def set_theme(name: ThemeName, scale: float = 1.0) -> Theme:
+    """Change the current theme; what is already on screen must be rebuilt by its owner.
+
+    Parameters
+    ----------
+    name : {"dark", "light", "contrast"}
+        Which palette.
+    scale : float, optional
+        Factor on text and controls, held within 1 to 2.
+
+    Returns
+    -------
+    Theme
+        The new theme.
+    """
+    new = Theme(name, scale)
+    _current[:] = [new]
+    return new

@@ -1,0 +1,360 @@
+"""Buttons: with words, with an icon only, and the look that both share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+from PySide6.QtCore import QPoint, QRect, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFont, QHideEvent, QKeyEvent, QPainter, QPaintEvent, QShowEvent
+from PySide6.QtWidgets import QAbstractButton, QSizePolicy
+
+from app.ui.theme import theme
+from app.ui.theme.icons import draw_icon
+from app.ui.widgets.paint import box, hover_fill, mix, put_text, selected_edge, text_width
+from app.ui.widgets.progress import Beat, draw_ring
+from app.ui.widgets.tips import describe, set_available
+
+if TYPE_CHECKING:
+    from app.ui.theme import Theme
+
+__all__ = ["Button", "IconButton", "Kind", "Look", "Pressable", "Size", "button_look"]
+
+Kind: TypeAlias = Literal["outlined", "primary", "quiet"]
+"""Outlined is the usual one; primary is amber, one per screen; quiet has no edge."""
+
+Size: TypeAlias = Literal["normal", "main", "small"]
+"""40, 48 or 32 high."""
+
+_HEIGHT: Final[dict[Size, int]] = {"normal": 40, "main": 48, "small": 32}
+_FONT: Final[dict[Size, int]] = {"normal": 14, "main": 16, "small": 13}
+_ICON: Final[dict[Size, int]] = {"normal": 20, "main": 20, "small": 16}
+_PADDING: Final[dict[Size, int]] = {"normal": 16, "main": 16, "small": 13}
+
+_ARROWS: Final = frozenset({Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Up, Qt.Key.Key_Down})
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """Colours of a control in one state; None means nothing is painted.
+
+    Attributes
+    ----------
+    fill, edge : QColor or None
+        Inside and edge.
+    ink : QColor
+        Text and icon.
+    width : int
+        Width of the edge, logical pixels.
+    """
+
+    fill: QColor | None
+    edge: QColor | None
+    ink: QColor
+    width: int
+
+
+class Pressable(QAbstractButton):
+    """A button that knows its states and paints nothing yet.
+
+    Parameters
+    ----------
+    name : str
+        Accessible name and tool tip.
+    tip : str, optional
+        Tool tip in place of the name; "" for none.
+    """
+
+    def __init__(self, name: str, tip: str | None = None) -> None:
+        super().__init__()
+        self.setAttribute(Qt.WidgetAttribute.WA_Hover)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        describe(self, name, tip=tip)
+
+    def set_available(self, available: bool, why: str = "") -> None:
+        """Enable or disable it; while it is disabled, its tool tip says why.
+
+        Parameters
+        ----------
+        available : bool
+            Whether it can be used now.
+        why : str, optional
+            One sentence.
+        """
+        set_available(self, available, why)
+
+    def set_tip(self, tip: str, shortcut: str = "") -> None:
+        """Change the tool tip; the accessible name stays.
+
+        Parameters
+        ----------
+        tip : str
+            What it does.
+        shortcut : str, optional
+            Keys that do the same, for example "Ctrl Z".
+        """
+        describe(self, self.accessibleName(), shortcut, tip)
+
+    def hovered(self) -> bool:
+        """Whether the mouse is over it and it can be used."""
+        return self.underMouse() and self.isEnabled()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Enter presses it as Space does; arrows are left to the group that it stands in."""
+        if event.key() in _ARROWS:
+            # Qt would move the focus to a neighbour of its own choice.
+            event.ignore()
+        elif event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not event.isAutoRepeat():
+            self.click()
+        else:
+            super().keyPressEvent(event)
+
+    def focus_shape(self) -> tuple[QRect, int]:
+        """Rectangle and corner radius that the focus ring goes around."""
+        return self.rect(), theme().px(8)
+
+
+def _primary_look(t: Theme, button: Pressable) -> Look:
+    c = t.c
+    fill = mix(c.amberfill, c.ontag, 0.22) if button.hovered() else c.amberfill
+    edge = c.onamber if button.isDown() or t.contrast else None
+    return Look(fill, edge, c.onamber, selected_edge(t) if button.isDown() else t.line_width)
+
+
+def button_look(button: Pressable, kind: Kind = "outlined") -> Look:
+    """Decide how a button looks in its present state.
+
+    Parameters
+    ----------
+    button : Pressable
+        Asked for its state: enabled, checked, under the mouse, pressed.
+    kind : {"outlined", "primary", "quiet"}, optional
+        Which button it is.
+
+    Returns
+    -------
+    Look
+        Its colours.
+    """
+    t = theme()
+    c = t.c
+    if not button.isEnabled():
+        edge = None if kind == "quiet" else (c.dis if t.contrast else c.line)
+        return Look(None, edge, c.dis, t.line_width)
+    if kind == "primary":
+        return _primary_look(t, button)
+    if button.isChecked():
+        if t.contrast:
+            return Look(c.text, c.text, c.panel, t.line_width)
+        return Look(c.raised, c.text, c.text, selected_edge(t))
+    fill = hover_fill(t) if button.hovered() or button.isDown() else None
+    if button.isDown():
+        return Look(fill, c.ctl, c.text, selected_edge(t))
+    return Look(fill, None if kind == "quiet" else c.ctl, c.text, t.line_width)
+
+
+class Button(Pressable):
+    """A button with words, and an icon before or after them.
+
+    Parameters
+    ----------
+    text : str
+        What it does, or its label.
+    icon : str, optional
+        Icon before the words.
+    kind : {"outlined", "primary", "quiet"}, optional
+        Primary is amber, and there is one on a screen.
+    size : {"normal", "main", "small"}, optional
+        40, 48 or 32 high.
+    trailing : str, optional
+        Icon after the words, such as "chevron-down" where a menu opens.
+    checkable : bool, optional
+        Whether it stays pressed.
+    """
+
+    def __init__(
+        self,
+        text: str,
+        icon: str = "",
+        kind: Kind = "outlined",
+        size: Size = "normal",
+        trailing: str = "",
+        checkable: bool = False,
+    ) -> None:
+        super().__init__(text, tip="")
+        self.kind: Kind = kind
+        self._size: Size = size
+        self._icon = icon
+        self._trailing = trailing
+        self._busy: str | None = None
+        self._kept = QSize()
+        self._beat = Beat(self)
+        self.setCheckable(checkable)
+        self.setText(text)
+        self.setFont(theme().font(_FONT[size], 600))
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+
+    def set_text(self, text: str, icon: str | None = None) -> None:
+        """Change the words, and the icon before them.
+
+        Parameters
+        ----------
+        text : str
+            New words, which are the accessible name as well.
+        icon : str, optional
+            New icon; None keeps the old one.
+        """
+        if text != self.text() or icon not in (None, self._icon):
+            self._icon = self._icon if icon is None else icon
+            self.setText(text)
+            self.setAccessibleName(text)
+            self.updateGeometry()
+            self.update()
+
+    def set_busy(self, label: str | None) -> None:
+        """Show that what it started is under way; until then it cannot be pressed.
+
+        Parameters
+        ----------
+        label : str or None
+            Words beside the ring, such as "Saving…"; None when it is over. The size stays.
+        """
+        if label is not None and self._busy is None:
+            self._kept = self.size() if self.isVisible() else self.sizeHint()
+        self._busy = label
+        self.setAccessibleDescription(label or "")
+        self._beat.run(label is not None and self.isVisible())
+        self.updateGeometry()
+        self.update()
+
+    @property
+    def busy(self) -> bool:
+        """Whether what it started is under way."""
+        return self._busy is not None
+
+    def hitButton(self, pos: QPoint) -> bool:
+        """Not while it is busy."""
+        return not self.busy and super().hitButton(pos)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Take the keys that it understands."""
+        if self.busy and event.key() in (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            return
+        super().keyPressEvent(event)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Start moving what moves."""
+        super().showEvent(event)
+        self._beat.run(self.busy)
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Nothing moves while it cannot be seen."""
+        super().hideEvent(event)
+        self._beat.run(False)
+
+    def sizeHint(self) -> QSize:
+        """Room for icons and words, at the height of its size."""
+        if self._busy is not None and not self._kept.isEmpty():
+            return self._kept
+        t, size = theme(), self._size
+        width = text_width(self.font(), self.text()) + 2 * t.px(_PADDING[size])
+        width += sum(t.px(_ICON[size] + 8) for each in (self._icon, self._trailing) if each)
+        return QSize(width, t.px(_HEIGHT[size]))
+
+    def minimumSizeHint(self) -> QSize:
+        """Its words are never cut unless somebody fixes its width."""
+        return self.sizeHint()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        look = button_look(self, self.kind)
+        box(painter, self.rect(), t.px(8), look.fill, look.edge, look.width)
+        label = self.text() if self._busy is None else self._busy
+        self._paint_content(painter, label, look.ink, self.font())
+
+    def _paint_content(self, painter: QPainter, label: str, ink: QColor, font: QFont) -> None:
+        """Paint icon, words and icon, together in the middle."""
+        t = theme()
+        side, gap = t.px(_ICON[self._size]), t.px(8)
+        lead = side + gap if self._icon or self.busy else 0
+        trail = side + gap if self._trailing and not self.busy else 0
+        room = self.width() - 2 * t.px(8) - lead - trail
+        words = min(text_width(font, label), max(room, 0))
+        x = round((self.width() - lead - words - trail) / 2)
+        spot = QRectF(x, 0, side, self.height())
+        if self.busy:
+            small = t.px(16)
+            spot = QRectF(x + (side - small) / 2, (self.height() - small) / 2, small, small)
+            draw_ring(painter, spot, ink, self._beat.phase_deg)
+        elif self._icon:
+            draw_icon(painter, self._icon, spot, side, ink)
+        put_text(painter, QRect(x + lead, 0, words + 1, self.height()), label, font, ink)
+        if trail:
+            spot = QRectF(x + lead + words + gap, 0, side, self.height())
+            draw_icon(painter, self._trailing, spot, t.px(16), ink)
+
+
+class IconButton(Pressable):
+    """A square button with an icon only; its tool tip says what it does.
+
+    Parameters
+    ----------
+    icon : str
+        Name of the icon.
+    name : str
+        What it does: accessible name and tool tip.
+    checkable : bool, optional
+        Whether it stays pressed.
+    kind : {"outlined", "quiet"}, optional
+        With or without an edge.
+    size : {"normal", "main", "small"}, optional
+        40, 48 or 32 a side.
+    shortcut : str, optional
+        Keys that do the same, shown in the tool tip.
+    """
+
+    def __init__(
+        self,
+        icon: str,
+        name: str,
+        checkable: bool = False,
+        kind: Kind = "outlined",
+        size: Size = "normal",
+        shortcut: str = "",
+    ) -> None:
+        super().__init__(name)
+        describe(self, name, shortcut)
+        side = theme().px(_HEIGHT[size])
+        self._icon = icon
+        self._kind: Kind = kind
+        self._size: Size = size
+        self.setCheckable(checkable)
+        self.setMinimumSize(side, side)
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+
+    def set_icon(self, icon: str) -> None:
+        """Change the icon.
+
+        Parameters
+        ----------
+        icon : str
+            Name of the new icon.
+        """
+        if icon != self._icon:
+            self._icon = icon
+            self.update()
+
+    def sizeHint(self) -> QSize:
+        """Give a square."""
+        side = theme().px(_HEIGHT[self._size])
+        return QSize(side, side)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        look = button_look(self, self._kind)
+        box(painter, self.rect(), t.px(8), look.fill, look.edge, look.width)
+        draw_icon(painter, self._icon, self.rect(), t.px(_ICON[self._size]), look.ink)

@@ -1,0 +1,217 @@
+"""Sheets: panels over the window for what needs attention for a moment."""
+
+from __future__ import annotations
+
+from typing import Final, Literal, TypeAlias
+
+import shiboken6
+from PySide6.QtCore import QEvent, QObject, QRect, Qt, Signal
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+
+from app.ui.theme import theme
+from app.ui.widgets.buttons import Button, IconButton
+from app.ui.widgets.labels import Text
+from app.ui.widgets.paint import box
+
+__all__ = ["Sheet"]
+
+Side: TypeAlias = Literal["centre", "right", "top"]
+
+_SCRIM: Final = 0.6
+_MARGIN: Final = 24
+
+
+class _Panel(QWidget):
+    """The panel itself."""
+
+    def __init__(self, parent: QWidget, square: bool) -> None:
+        super().__init__(parent)
+        self._square = square
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        edge = t.c.line if self._square else t.c.ctl
+        box(
+            QPainter(self),
+            self.rect(),
+            0 if self._square else t.px(8),
+            t.c.panel,
+            edge,
+            t.line_width,
+        )
+
+
+class Sheet(QWidget):
+    """A panel with title and close button over a darkened window.
+
+    It opens only because the user asked for it. Esc and a click beside it close it; Tab stays
+    inside; closing gives the keyboard back to whoever had it.
+
+    Parameters
+    ----------
+    host : QWidget
+        Window that it lies over; it follows its size.
+    title : str
+        Title and accessible name.
+    width : int, optional
+        Width of the panel as designed; narrower where the window is.
+    side : {"centre", "right", "top"}, optional
+        In the middle, a column at the right edge, or in the middle near the top.
+
+    Attributes
+    ----------
+    body : QVBoxLayout
+        Where the content goes.
+    foot : QHBoxLayout
+        Row of buttons under it, right-aligned; see `add_button`.
+    closed : Signal()
+        After it was closed, however that happened.
+    """
+
+    closed = Signal()
+
+    def __init__(self, host: QWidget, title: str, width: int = 560, side: Side = "centre") -> None:
+        super().__init__(host)
+        t = theme()
+        self._host, self._side, self._wide = host, side, t.px(width)
+        self._back: QWidget | None = None
+        self.setAccessibleName(title)
+        self.setProperty("focusHost", True)
+        self._panel = _Panel(self, square=side == "right")
+        self._column = column = QVBoxLayout(self._panel)
+        column.setContentsMargins(t.px(24), t.px(16), t.px(24), t.px(24))
+        column.setSpacing(t.px(16))
+        head = QHBoxLayout()
+        self._title = Text(title, 20, 600)
+        self._close = IconButton("close", "Close", kind="quiet", shortcut="Esc")
+        self._close.clicked.connect(self.shut)
+        head.addWidget(self._title, 1)
+        head.addWidget(self._close)
+        column.addLayout(head)
+        self.body = QVBoxLayout()
+        self.body.setSpacing(t.px(16))
+        column.addLayout(self.body, 1)
+        self.foot = QHBoxLayout()
+        self.foot.setSpacing(t.px(8))
+        self.foot.addStretch(1)
+        column.addLayout(self.foot)
+        host.installEventFilter(self)
+        self.hide()
+
+    def set_title(self, title: str) -> None:
+        """Change the title.
+
+        Parameters
+        ----------
+        title : str
+            The new one.
+        """
+        self._title.set_text(title)
+        self.setAccessibleName(title)
+
+    def add_button(self, button: Button) -> None:
+        """Put a button into the foot, to the right of those already there.
+
+        Parameters
+        ----------
+        button : Button
+            Taken over by the sheet.
+        """
+        self.foot.addWidget(button)
+
+    def open(self, focus: QWidget | None = None) -> None:
+        """Show it over everything in the window.
+
+        Parameters
+        ----------
+        focus : QWidget, optional
+            Which part gets the keyboard; the first one in the body by default.
+        """
+        self._back = self.window().focusWidget()
+        self.setGeometry(self._host.rect())
+        self.show()
+        self.raise_()
+        self._lay()
+        first = focus or next(iter(self._stops()), self._close)
+        first.setFocus(Qt.FocusReason.TabFocusReason)
+
+    def shut(self) -> None:
+        """Close it."""
+        if not self.isHidden():
+            self.hide()
+            if self._back is not None and shiboken6.isValid(self._back):
+                self._back.setFocus(Qt.FocusReason.OtherFocusReason)
+            self._back = None
+            self.closed.emit()
+
+    def _lay(self) -> None:
+        """Place the panel in the window."""
+        t = theme()
+        margin = t.px(_MARGIN)
+        wide = min(self._wide, self.width() - 2 * margin)
+        if self._side == "right":
+            self._panel.setGeometry(QRect(self.width() - wide, 0, wide, self.height()))
+            return
+        layout = self._column
+        want = layout.totalHeightForWidth(wide) if layout.hasHeightForWidth() else -1
+        high = want if want > 0 else self._panel.sizeHint().height()
+        high = min(high, self.height() - 2 * margin)
+        top = (self.height() - high) // 2 if self._side == "centre" else t.px(72)
+        top = max(min(top, self.height() - high - margin), 0)
+        self._panel.setGeometry(QRect((self.width() - wide) // 2, top, wide, high))
+
+    def _stops(self) -> list[QWidget]:
+        """List what Tab comes to, in order, the close button last."""
+        found: list[QWidget] = []
+        widget = self.nextInFocusChain()
+        while widget is not None and widget is not self:
+            inside = self.isAncestorOf(widget) and widget.isVisible() and widget.isEnabled()
+            if inside and widget.focusPolicy() & Qt.FocusPolicy.TabFocus:
+                proxied = widget.focusProxy() is not None
+                if not proxied and widget is not self._close and widget not in found:
+                    found.append(widget)
+            widget = widget.nextInFocusChain()
+        return [*found, self._close]
+
+    def focusNextPrevChild(self, forward: bool) -> bool:
+        """Keep Tab inside."""
+        stops = self._stops()
+        here = self.window().focusWidget()
+        place = stops.index(here) if here in stops else -1
+        stops[(place + (1 if forward else -1)) % len(stops)].setFocus(
+            Qt.FocusReason.TabFocusReason if forward else Qt.FocusReason.BacktabFocusReason
+        )
+        return True
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Follow the window's size."""
+        if watched is self._host and event.type() == QEvent.Type.Resize and not self.isHidden():
+            self.setGeometry(self._host.rect())
+            self._lay()
+        return False
+
+    def event(self, event: QEvent) -> bool:
+        """Lay the panel out again when its content wants another height."""
+        if event.type() == QEvent.Type.LayoutRequest and not self.isHidden():
+            self._lay()
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Esc closes; no other key gets through to the window."""
+        if event.key() == Qt.Key.Key_Escape:
+            self.shut()
+        event.accept()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Close on a click beside the panel."""
+        if not self._panel.geometry().contains(event.position().toPoint()):
+            self.shut()
+        event.accept()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Darken the window."""
+        scrim = QColor(0, 0, 0)
+        scrim.setAlphaF(_SCRIM)
+        QPainter(self).fillRect(self.rect(), scrim)

@@ -1,0 +1,379 @@
+"""Fields: a line to type into, and a list to choose from; label above, error under it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QEvent, QObject, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QKeyEvent, QPainter, QPaintEvent, QWheelEvent
+from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QSizePolicy, QVBoxLayout, QWidget
+
+from app.ui.theme import theme
+from app.ui.theme.icons import draw_icon
+from app.ui.widgets.buttons import Pressable
+from app.ui.widgets.icons import Icon
+from app.ui.widgets.labels import Text
+from app.ui.widgets.listbox import Entry, ListPopup
+from app.ui.widgets.paint import box, put_text, selected_edge, text_width
+from app.ui.widgets.tips import describe
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["ListField", "TextField"]
+
+_PADDING: Final = 12
+
+
+class _Labelled(QWidget):
+    """A column: label, the control, and a place for an error."""
+
+    def __init__(self, label: str) -> None:
+        super().__init__()
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.setSpacing(theme().px(4))
+        self._label = Text(label, 12, 600, "dim")
+        if label:
+            self._column.addWidget(self._label)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+
+class _Line(QLineEdit):
+    """A line edit with our frame."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        t = theme()
+        self.wrong = False
+        self.icon = ""
+        self.setFrame(False)
+        self.setFont(t.font(14))
+        self.setFixedHeight(t.px(40))
+        self.setAttribute(Qt.WidgetAttribute.WA_Hover)
+        # The frame is painted below; what Qt would paint over it is taken away.
+        self.setStyleSheet(
+            f"QLineEdit {{ background: transparent; border: none; color: {t.c.text.name()};"
+            f" selection-background-color: {t.c.amberfill.name()};"
+            f" selection-color: {t.c.onamber.name()};"
+            f" placeholder-text-color: {t.c.dim.name()}; }}"
+            f" QLineEdit:disabled {{ color: {t.c.dis.name()}; }}"
+        )
+        self.set_icon("")
+
+    def set_icon(self, icon: str) -> None:
+        t = theme()
+        self.icon = icon
+        lead = t.px(_PADDING) + (t.px(28) if icon else 0)
+        # QLineEdit keeps 2 px of its own.
+        self.setTextMargins(lead - 2, 0, t.px(_PADDING) - 2, 0)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        on = self.isEnabled()
+        edge = t.c.ctl if on else t.c.line
+        width = t.line_width
+        if self.wrong:
+            edge, width = t.c.err, selected_edge(t)
+        box(painter, self.rect(), t.px(8), t.c.raised if on else None, edge, width)
+        if self.icon:
+            spot = QRect(t.px(_PADDING), 0, t.px(20), self.height())
+            draw_icon(painter, self.icon, spot, t.px(20), t.c.dim if on else t.c.dis)
+        painter.end()
+        super().paintEvent(event)
+
+
+class TextField(_Labelled):
+    """A line of text with its label.
+
+    Parameters
+    ----------
+    label : str
+        Label above it and accessible name.
+    placeholder : str, optional
+        Example, shown while it is empty.
+    icon : str, optional
+        Icon in front of the text.
+    show_label : bool, optional
+        Whether the label is printed.
+
+    Attributes
+    ----------
+    changed : Signal(str)
+        The text after each key.
+    entered : Signal(str)
+        The text when Enter is pressed.
+    edit : QLineEdit
+        The line itself.
+    """
+
+    changed = Signal(str)
+    entered = Signal(str)
+
+    def __init__(
+        self, label: str, placeholder: str = "", icon: str = "", show_label: bool = True
+    ) -> None:
+        super().__init__(label if show_label else "")
+        line = _Line()
+        line.set_icon(icon)
+        line.setPlaceholderText(placeholder)
+        describe(line, label, tip="")
+        line.textEdited.connect(self.changed)
+        line.returnPressed.connect(self._return)
+        self._line = line
+        self.edit: QLineEdit = line
+        self.setFocusProxy(line)
+        self._column.addWidget(line)
+        self._error = _ErrorLine()
+        self._column.addWidget(self._error)
+
+    def _return(self) -> None:
+        self.entered.emit(self.edit.text())
+
+    def text(self) -> str:
+        """Give the text that stands in it."""
+        return self.edit.text()
+
+    def set_text(self, text: str) -> None:
+        """Change the text without telling anybody.
+
+        Parameters
+        ----------
+        text : str
+            The new text; the same one leaves the cursor where it is.
+        """
+        if text != self.edit.text():
+            self.edit.setText(text)
+
+    def set_error(self, sentence: str) -> None:
+        """Show what is wrong with the text.
+
+        Parameters
+        ----------
+        sentence : str
+            One sentence under the line; "" when all is well.
+        """
+        self._error.say(sentence)
+        self._line.wrong = bool(sentence)
+        self._line.setAccessibleDescription(sentence)
+        self._line.update()
+
+
+class _ErrorLine(QWidget):
+    """An icon and a sentence in the colour of failure; hidden while there is none."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._text = Text("", 12, role="err", wrap=True)
+        self._icon = Icon("error", 16, "err")
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(theme().px(4))
+        row.addWidget(self._icon, 0, Qt.AlignmentFlag.AlignTop)
+        row.addWidget(self._text, 1)
+        self.hide()
+
+    def say(self, sentence: str) -> None:
+        self._text.set_text(sentence)
+        self.setVisible(bool(sentence))
+
+
+class _Box(Pressable):
+    """The closed list field."""
+
+    def __init__(self, name: str, icon: str) -> None:
+        super().__init__(name, tip="")
+        self._icon = icon
+        self.entry = Entry("", "")
+        self.two_lines = False
+        self.wrong = False
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def sizeHint(self) -> QSize:
+        """Give the size as designed."""
+        t = theme()
+        entry = self.entry
+        words = max(text_width(t.font(14, 600), entry.text), text_width(t.font(12), entry.second))
+        lead = t.px(36) if self._shown_icon() else 0
+        return QSize(words + lead + t.px(2 * _PADDING + 28), t.px(56 if self.two_lines else 40))
+
+    def minimumSizeHint(self) -> QSize:
+        """Give the smallest useful size."""
+        hint = self.sizeHint()
+        return QSize(min(hint.width(), theme().px(120)), hint.height())
+
+    def _shown_icon(self) -> str:
+        return self.entry.icon or self._icon
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        on = self.isEnabled()
+        edge = t.c.ctl if on else t.c.line
+        width = selected_edge(t) if self.isDown() or self.hovered() else t.line_width
+        if self.wrong:
+            edge, width = t.c.err, selected_edge(t)
+        box(painter, self.rect(), t.px(8), t.c.raised if on else None, edge, width)
+        ink = t.c.text if on else t.c.dis
+        area = self.rect().adjusted(t.px(_PADDING), 0, -t.px(_PADDING), 0)
+        if icon := self._shown_icon():
+            spot = QRect(area.left(), 0, t.px(24), self.height())
+            draw_icon(painter, icon, spot, t.px(24), ink)
+            area.setLeft(area.left() + t.px(34))
+        spot = QRect(area.right() - t.px(16), 0, t.px(16), self.height())
+        draw_icon(painter, "chevron-down", spot, t.px(16), ink)
+        area.setRight(area.right() - t.px(24))
+        self._paint_words(painter, QRectF(area))
+
+    def _paint_words(self, painter: QPainter, area: QRectF) -> None:
+        t = theme()
+        on, entry = self.isEnabled(), self.entry
+        ink = t.c.text if on else t.c.dis
+        if not entry.second:
+            put_text(painter, area, entry.text, t.font(14, 600), ink)
+            return
+        middle = area.center().y()
+        first = QRectF(area.left(), middle - t.px(18), area.width(), t.px(20))
+        below = QRectF(area.left(), middle + t.px(2), area.width(), t.px(16))
+        put_text(painter, first, entry.text, t.font(14, 600), ink)
+        put_text(painter, below, entry.second, t.font(12), t.c.dim if on else t.c.dis)
+
+
+class ListField(_Labelled):
+    """A field that shows what is chosen and drops a list.
+
+    Arrows step without opening it; Space, Enter and Alt Down open it.
+
+    Parameters
+    ----------
+    label : str
+        Label above it and accessible name.
+    items : sequence of (key, text, second line) or Entry
+        What can be chosen; the first one is. A second line makes the field 56 high.
+    icon : str, optional
+        Icon in front, for entries that have none of their own.
+    show_label : bool, optional
+        Whether the label is printed.
+
+    Attributes
+    ----------
+    chosen : Signal(str)
+        Key of what the user chose; not sent by `choose`.
+    """
+
+    chosen = Signal(str)
+
+    def __init__(
+        self,
+        label: str,
+        items: Sequence[tuple[str, ...]] = (),
+        icon: str = "",
+        show_label: bool = True,
+    ) -> None:
+        super().__init__(label if show_label else "")
+        self._name = label
+        self._entries: list[Entry] = []
+        self._box = _Box(label, icon)
+        self._box.clicked.connect(self.open_list)
+        self._box.installEventFilter(self)
+        self._popup = ListPopup(self._box, label)
+        self._popup.chosen.connect(self._picked)
+        self._error = _ErrorLine()
+        self.setFocusProxy(self._box)
+        self._column.addWidget(self._box)
+        self._column.addWidget(self._error)
+        self.set_items(items)
+
+    @property
+    def key(self) -> str:
+        """Key of what is chosen; "" while the list is empty."""
+        return self._box.entry.key
+
+    @property
+    def box(self) -> Pressable:
+        """The part that is pressed, for example to disable it."""
+        return self._box
+
+    def set_items(self, items: Sequence[tuple[str, ...]]) -> None:
+        """Change what can be chosen; the choice stays where its key is still there.
+
+        Parameters
+        ----------
+        items : sequence of (key, text, second line) or Entry
+            What can be chosen.
+        """
+        entries = [Entry(*item) for item in items]
+        if entries == self._entries:
+            return
+        self._entries = entries
+        self._box.two_lines = any(entry.second for entry in entries)
+        keys = [entry.key for entry in entries]
+        self._show(entries[keys.index(self.key) if self.key in keys else 0] if keys else None)
+
+    def choose(self, key: str) -> None:
+        """Choose without telling anybody.
+
+        Parameters
+        ----------
+        key : str
+            Key of an entry.
+
+        Raises
+        ------
+        KeyError
+            When there is no such entry.
+        """
+        for entry in self._entries:
+            if entry.key == key:
+                self._show(entry)
+                return
+        raise KeyError(key)
+
+    def set_error(self, sentence: str) -> None:
+        """Show what is wrong with the choice; "" when all is well."""
+        self._error.say(sentence)
+        self._box.wrong = bool(sentence)
+        self._box.setAccessibleDescription(sentence)
+        self._box.update()
+
+    def open_list(self) -> None:
+        """Drop the list."""
+        if self._entries:
+            self._popup.drop(self._box, self._entries, self.key)
+
+    def _show(self, entry: Entry | None) -> None:
+        self._box.entry = entry or Entry("", "")
+        words = ", ".join(part for part in self._box.entry[1:3] if part)
+        describe(self._box, f"{self._name}: {words}" if words else self._name, tip="")
+        self._box.updateGeometry()
+        self._box.update()
+
+    def _picked(self, key: str) -> None:
+        self._box.setFocus(Qt.FocusReason.PopupFocusReason)
+        if key != self.key:
+            self.choose(key)
+            self.chosen.emit(key)
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        """Take arrows and wheel for the closed field."""
+        if isinstance(event, QWheelEvent):
+            # Scrolling a column must not change what happens to lie under the mouse.
+            event.ignore()
+            return True
+        if not isinstance(event, QKeyEvent) or event.type() != QKeyEvent.Type.KeyPress:
+            return False
+        if event.key() == Qt.Key.Key_F4 or (
+            event.key() == Qt.Key.Key_Down and event.modifiers() & Qt.KeyboardModifier.AltModifier
+        ):
+            self.open_list()
+            return True
+        step = {Qt.Key.Key_Up: -1, Qt.Key.Key_Down: 1}.get(Qt.Key(event.key()))
+        if step is None or not self._entries:
+            return False
+        here = [entry.key for entry in self._entries].index(self.key)
+        there = min(max(here + step, 0), len(self._entries) - 1)
+        self._picked(self._entries[there].key)
+        return True

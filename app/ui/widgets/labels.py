@@ -1,0 +1,189 @@
+"""Text on the line heights of the design."""
+
+from __future__ import annotations
+
+from typing import Final, Literal, TypeAlias
+
+from PySide6.QtCore import QEvent, QRectF, QSize, Qt
+from PySide6.QtGui import (
+    QColor,
+    QFontMetricsF,
+    QPainter,
+    QPaintEvent,
+    QResizeEvent,
+    QTextLayout,
+    QTextOption,
+)
+from PySide6.QtWidgets import QLabel, QSizePolicy
+
+from app.ui.theme import theme
+from app.ui.widgets.paint import text_width
+
+__all__ = ["Role", "Text"]
+
+Role: TypeAlias = Literal["text", "dim", "amber", "ok", "err"]
+"""Token that a text takes its colour from."""
+
+_SHORTEST_WRAP: Final = 96
+
+
+class Text(QLabel):
+    """A text of one or several lines.
+
+    Parameters
+    ----------
+    text : str
+        What it says; line breaks are kept.
+    size : int, optional
+        Type size as designed; the scale is applied.
+    weight : int, optional
+        400, 500, 600 or 700.
+    role : str, optional
+        "text", "dim", "amber", "ok" or "err".
+    wrap : bool, optional
+        Whether long lines are broken.
+    elide : bool, optional
+        Whether it may become narrower than it needs and then ends in "…", with the whole text
+        as tool tip.
+    align : Qt.AlignmentFlag, optional
+        Horizontal alignment.
+    """
+
+    def __init__(
+        self,
+        text: str = "",
+        size: int = 14,
+        weight: int = 400,
+        role: Role = "text",
+        wrap: bool = False,
+        elide: bool = False,
+        align: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft,
+    ) -> None:
+        super().__init__(text)
+        t = theme()
+        self._line = t.line_height(size)
+        self._role: Role = role
+        self._elide = elide
+        self._align = align
+        self._lines: tuple[int, list[str]] | None = None
+        self.setTextFormat(Qt.TextFormat.PlainText)
+        self.setFont(t.font(size, weight))
+        self.setWordWrap(wrap)
+        across = QSizePolicy.Policy.Preferred
+        self.setSizePolicy(across, QSizePolicy.Policy.Preferred if wrap else across.Fixed)
+        if wrap:
+            policy = self.sizePolicy()
+            policy.setHeightForWidth(True)
+            self.setSizePolicy(policy)
+
+    def set_text(self, text: str) -> None:
+        """Change what it says.
+
+        Parameters
+        ----------
+        text : str
+            The new text; the same one changes nothing.
+        """
+        if text != self.text():
+            self._lines = None
+            self.setText(text)
+            self._show_whole()
+            self.updateGeometry()
+
+    def set_role(self, role: Role) -> None:
+        """Change the token it takes its colour from.
+
+        Parameters
+        ----------
+        role : str
+            "text", "dim", "amber", "ok" or "err".
+        """
+        if role != self._role:
+            self._role = role
+            self.update()
+
+    def colour(self) -> QColor:
+        """Give the colour that it is painted in now."""
+        c = theme().c
+        own: QColor = getattr(c, self._role)
+        return own if self.isEnabled() else c.dis
+
+    def _broken(self, width: int) -> list[str]:
+        """Break the text into lines that fit a width."""
+        if self._lines is not None and self._lines[0] == width:
+            return self._lines[1]
+        lines = [line for part in self.text().split("\n") for line in self._fit(part, width)]
+        self._lines = (width, lines)
+        return lines
+
+    def _fit(self, part: str, width: int) -> list[str]:
+        if not self.wordWrap() or not part:
+            return [part]
+        layout = QTextLayout(part, self.font())
+        option = QTextOption()
+        option.setWrapMode(QTextOption.WrapMode.WrapAtWordBoundaryOrAnywhere)
+        layout.setTextOption(option)
+        layout.beginLayout()
+        lines = []
+        while (line := layout.createLine()).isValid():
+            line.setLineWidth(max(1, width))
+            start = line.textStart()
+            lines.append(part[start : start + line.textLength()].rstrip())
+        layout.endLayout()
+        return lines
+
+    def _natural(self) -> int:
+        return max(text_width(self.font(), part) for part in self.text().split("\n"))
+
+    def sizeHint(self) -> QSize:
+        """Width of the unbroken text, and the height of its lines."""
+        return QSize(self._natural(), self._line * len(self.text().split("\n")))
+
+    def minimumSizeHint(self) -> QSize:
+        """As narrow as wrapping or eliding allows."""
+        full = self.sizeHint()
+        if self.wordWrap():
+            return QSize(min(full.width(), theme().px(_SHORTEST_WRAP)), self._line)
+        return QSize(min(full.width(), theme().px(24)), full.height()) if self._elide else full
+
+    def hasHeightForWidth(self) -> bool:
+        """Only broken text gets higher when it gets narrower."""
+        return self.wordWrap()
+
+    def heightForWidth(self, width: int) -> int:
+        """Height of all lines at a width."""
+        return self._line * len(self._broken(width)) if self.wordWrap() else -1
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Follow the new size."""
+        super().resizeEvent(event)
+        self._show_whole()
+
+    def _show_whole(self) -> None:
+        if self._elide:
+            cut = self.width() < self.sizeHint().width()
+            self.setToolTip(self.text() if cut else "")
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Follow a change of state or font."""
+        if event.type() == QEvent.Type.FontChange:
+            self._lines = None
+        super().changeEvent(event)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        painter = QPainter(self)
+        painter.setFont(self.font())
+        painter.setPen(self.colour())
+        metrics = QFontMetricsF(self.font())
+        lines = self._broken(self.width())
+        top = (self.height() - self._line * len(lines)) / 2
+        if self.wordWrap() or self.alignment() & Qt.AlignmentFlag.AlignTop:
+            top = 0.0
+        flags = int(self._align | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextSingleLine)
+        width = self.width()
+        for number, line in enumerate(lines):
+            shown = line
+            if self._elide:
+                shown = metrics.elidedText(line, Qt.TextElideMode.ElideRight, width + 0.5)
+            painter.drawText(QRectF(0, top + number * self._line, width, self._line), flags, shown)

@@ -1,0 +1,241 @@
+"""The list that drops down from a field or chip, in our look."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from PySide6.QtCore import (
+    QEvent,
+    QModelIndex,
+    QObject,
+    QPersistentModelIndex,
+    QPoint,
+    QRect,
+    QSize,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPalette
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QFrame,
+    QListWidget,
+    QListWidgetItem,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.ui.theme import theme
+from app.ui.theme.icons import draw_icon
+from app.ui.widgets.paint import box, hover_fill, put_text
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["Entry", "ListPopup"]
+
+_KEY: Final = Qt.ItemDataRole.UserRole
+_SECOND: Final = Qt.ItemDataRole.UserRole + 1
+_ICON: Final = Qt.ItemDataRole.UserRole + 2
+_MOST_ROWS: Final = 8
+
+
+class Entry(NamedTuple):
+    """One line of a list.
+
+    Attributes
+    ----------
+    key : str
+        What stands for it in the program.
+    text : str
+        First line.
+    second : str
+        Second line; "" for none.
+    icon : str
+        Icon before it; "" for none.
+    """
+
+    key: str
+    text: str
+    second: str = ""
+    icon: str = ""
+
+
+class _Rows(QStyledItemDelegate):
+    """Paints the lines."""
+
+    def __init__(self, parent: QListWidget, height: int) -> None:
+        super().__init__(parent)
+        self._height = height
+        self.chosen = ""
+
+    def sizeHint(
+        self, _option: QStyleOptionViewItem, _index: QModelIndex | QPersistentModelIndex
+    ) -> QSize:
+        """Give the size as designed."""
+        return QSize(0, self._height)
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> None:
+        t = theme()
+        rect: QRect = option.rect
+        state: QStyle.StateFlag = option.state
+        ink = second_ink = t.c.text
+        if state & QStyle.StateFlag.State_Selected:
+            fill = t.c.text if t.contrast else t.c.raised
+            box(painter, rect, t.px(5), fill, t.c.ctl, t.line_width)
+            ink = second_ink = t.c.panel if t.contrast else t.c.text
+        elif state & QStyle.StateFlag.State_MouseOver:
+            box(painter, rect, t.px(5), hover_fill(t))
+        if not t.contrast:
+            second_ink = t.c.dim
+        inner = rect.adjusted(t.px(12), 0, -t.px(12), 0)
+        if icon := index.data(_ICON):
+            spot = QRect(inner.left(), inner.top(), t.px(20), inner.height())
+            draw_icon(painter, icon, spot, t.px(20), ink)
+            inner.setLeft(inner.left() + t.px(32))
+        if index.data(_KEY) == self.chosen:
+            spot = QRect(inner.right() - t.px(16), inner.top(), t.px(16), inner.height())
+            draw_icon(painter, "check", spot, t.px(16), ink)
+        inner.setRight(inner.right() - t.px(24))
+        second = index.data(_SECOND)
+        first = QRect(inner)
+        if second:
+            first = QRect(inner.left(), inner.center().y() - t.px(18), inner.width(), t.px(20))
+            below = QRect(first.left(), first.bottom() + 1, first.width(), t.px(16))
+            put_text(painter, below, second, t.font(12), second_ink)
+        weight = 600 if second else 400
+        put_text(painter, first, index.data(Qt.ItemDataRole.DisplayRole), t.font(14, weight), ink)
+
+
+class ListPopup(QFrame):
+    """A list that closes when something is chosen, and on Esc.
+
+    Parameters
+    ----------
+    parent : QWidget
+        What it drops from.
+    name : str
+        What is chosen here, for those who cannot see it.
+
+    Attributes
+    ----------
+    chosen : Signal(str)
+        Key of what was chosen.
+    """
+
+    chosen = Signal(str)
+
+    def __init__(self, parent: QWidget, name: str) -> None:
+        flags = Qt.WindowType.Popup | Qt.WindowType.FramelessWindowHint
+        super().__init__(parent, flags | Qt.WindowType.NoDropShadowWindowHint)
+        self.setAttribute(Qt.WidgetAttribute.WA_TranslucentBackground)
+        self.setProperty("focusHost", True)
+        self._list = QListWidget()
+        self._list.setAccessibleName(name)
+        self._list.setFrameShape(QFrame.Shape.NoFrame)
+        self._list.setMouseTracking(True)
+        self._list.setProperty("noFocusRing", True)
+        self._list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self._list.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self._list.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        see_through = self._list.palette()
+        see_through.setColor(QPalette.ColorRole.Base, Qt.GlobalColor.transparent)
+        self._list.setPalette(see_through)
+        self._list.itemClicked.connect(self._take)
+        self._list.itemEntered.connect(self._list.setCurrentItem)
+        margin = theme().px(4) + theme().line_width
+        column = QVBoxLayout(self)
+        column.setContentsMargins(margin, margin, margin, margin)
+        column.addWidget(self._list)
+        self._list.installEventFilter(self)
+
+    def drop(self, under: QWidget, entries: Sequence[Entry], chosen: str, width: int = 0) -> None:
+        """Open under a widget, or above it where there is no room.
+
+        Parameters
+        ----------
+        under : QWidget
+            Widget whose left edge and width it takes.
+        entries : sequence of Entry
+            What can be chosen.
+        chosen : str
+            Key of what is chosen now; it gets a check.
+        width : int, optional
+            Least width in logical pixels.
+        """
+        t = theme()
+        height = t.px(56 if any(entry.second for entry in entries) else 40)
+        rows = _Rows(self._list, height)
+        rows.chosen = chosen
+        self._list.setItemDelegate(rows)
+        self._list.clear()
+        for entry in entries:
+            item = QListWidgetItem(entry.text)
+            item.setData(_KEY, entry.key)
+            item.setData(_SECOND, entry.second)
+            item.setData(_ICON, entry.icon)
+            words = f"{entry.text}, {entry.second}" if entry.second else entry.text
+            item.setData(Qt.ItemDataRole.AccessibleTextRole, words)
+            self._list.addItem(item)
+            if entry.key == chosen:
+                self._list.setCurrentItem(item)
+        if self._list.currentRow() < 0:
+            self._list.setCurrentRow(0)
+        margin = 2 * (t.px(4) + t.line_width)
+        tall = height * min(len(entries), _MOST_ROWS) + margin
+        self.resize(max(under.width(), width), tall)
+        self._place(under, tall)
+        self.show()
+        self._list.setFocus(Qt.FocusReason.PopupFocusReason)
+        self._list.scrollToItem(self._list.currentItem())
+
+    def _place(self, under: QWidget, tall: int) -> None:
+        gap = theme().px(4)
+        below = under.mapToGlobal(QPoint(0, under.height() + gap))
+        space = under.screen().availableGeometry()
+        left = max(space.left(), min(below.x(), space.right() - self.width()))
+        top = below.y()
+        if top + tall > space.bottom():
+            top = max(space.top(), under.mapToGlobal(QPoint(0, 0)).y() - gap - tall)
+        self.move(left, top)
+
+    def _take(self, item: QListWidgetItem) -> None:
+        key = item.data(_KEY)
+        self.close()
+        self.chosen.emit(key)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Close on Esc."""
+        if event.key() == Qt.Key.Key_Escape:
+            self.close()
+        else:
+            super().keyPressEvent(event)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Enter, Space and Tab take the current line."""
+        if isinstance(event, QKeyEvent) and event.type() == QKeyEvent.Type.KeyPress:
+            taking = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space, Qt.Key.Key_Tab)
+            item = self._list.currentItem()
+            if event.key() in taking and item is not None:
+                self._take(item)
+                return True
+        return False
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Close on a click elsewhere."""
+        if not self.rect().contains(event.position().toPoint()):
+            self.close()
+        super().mousePressEvent(event)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        box(QPainter(self), self.rect(), t.px(8), t.c.panel, t.c.ctl, t.line_width)

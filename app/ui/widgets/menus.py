@@ -1,0 +1,85 @@
+"""Menus in our look."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QMenu, QWidget
+
+from app.ui.theme import theme
+from app.ui.theme.icons import icon
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from PySide6.QtGui import QAction
+
+__all__ = ["Menu"]
+
+
+class Menu(QMenu):
+    """A menu with round corners; entries have an icon and say why they are disabled.
+
+    Parameters
+    ----------
+    parent : QWidget
+        What it belongs to.
+    name : str, optional
+        What it offers, for those who cannot see it.
+    """
+
+    def __init__(self, parent: QWidget, name: str = "Menu") -> None:
+        super().__init__(parent)
+        self.setWindowFlag(Qt.WindowType.FramelessWindowHint)
+        self.setWindowFlag(Qt.WindowType.NoDropShadowWindowHint)
+        self.setAttribute(Qt.WidgetAttribute.WA_TranslucentBackground)
+        self.setToolTipsVisible(True)
+        self.setFont(theme().font(14))
+        self.setAccessibleName(name)
+
+    def add(
+        self,
+        text: str,
+        do: Callable[[], None],
+        icon_name: str = "",
+        shortcut: str = "",
+        why: str = "",
+    ) -> QAction:
+        """Add an entry.
+
+        Parameters
+        ----------
+        text : str
+            What it does.
+        do : callable
+            Called when it is chosen.
+        icon_name : str, optional
+            Icon before it.
+        shortcut : str, optional
+            Keys printed at its right; they are not bound here.
+        why : str, optional
+            Why it is disabled; "" when it is not.
+
+        Returns
+        -------
+        QAction
+            The entry.
+        """
+        action = self.addAction(f"{text}\t{shortcut}" if shortcut else text)
+        if icon_name:
+            action.setIcon(icon(icon_name))
+        action.setEnabled(not why)
+        action.setToolTip(why)
+        action.triggered.connect(lambda _on=False: do())
+        return action
+
+    def drop(self, under: QWidget) -> None:
+        """Open it under a widget without waiting for an answer.
+
+        Parameters
+        ----------
+        under : QWidget
+            Usually the button that opens it.
+        """
+        self.popup(under.mapToGlobal(QPoint(0, under.height() + theme().px(4))))

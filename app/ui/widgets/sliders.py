@@ -1,0 +1,241 @@
+"""Sliders with their name and their value in words."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QWheelEvent
+from PySide6.QtWidgets import QSizePolicy, QSlider
+
+from app.ui.theme import theme
+from app.ui.widgets.paint import RIGHT, put_text, text_width
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+__all__ = ["LabelledSlider"]
+
+_RAIL: Final = 4
+_KNOB: Final = 16
+_HIT: Final = 32
+_LABEL: Final = 20
+_CENTRE: Final = 30
+_GAP: Final = 8
+_WHEEL_STEP: Final = 120
+_DOWN: Final = frozenset({Qt.Key.Key_Left, Qt.Key.Key_Down})
+_UP: Final = frozenset({Qt.Key.Key_Right, Qt.Key.Key_Up})
+_FAST: Final = 10
+
+
+class LabelledSlider(QSlider):
+    """A slider; its label and value stand above the rail, or before and after it.
+
+    Wheel and arrows step, Page Up and Page Down step ten times as far, Home and End go to the
+    ends, a double click goes back to the default.
+
+    Parameters
+    ----------
+    name : str
+        Label and accessible name.
+    minimum, maximum, value, step : float
+        Ends, first value and distance of neighbouring values, in whatever unit `words` prints.
+    words : callable
+        Gives the printed value, for example ``lambda v: f"{v:.0f} px"``.
+    default : float, optional
+        Where a double click goes; `value` by default.
+    inline : bool, optional
+        Whether label, rail and value share one line.
+
+    Attributes
+    ----------
+    changed : Signal(float)
+        Each value that the user sets while dragging or stepping; not sent by `set_value`.
+    settled : Signal(float)
+        The value when a drag ends, and after each single step.
+
+    Raises
+    ------
+    ValueError
+        When the ends or the step leave nothing to choose.
+    """
+
+    changed = Signal(float)
+    settled = Signal(float)
+
+    def __init__(
+        self,
+        name: str,
+        minimum: float,
+        maximum: float,
+        value: float,
+        step: float,
+        words: Callable[[float], str],
+        default: float | None = None,
+        inline: bool = False,
+    ) -> None:
+        super().__init__(Qt.Orientation.Horizontal)
+        if not (minimum < maximum and 0 < step <= maximum - minimum):
+            raise ValueError(f"no values between {minimum} and {maximum} by {step}")
+        self._low, self._step, self._words = minimum, step, words
+        self._default = value if default is None else default
+        self._inline = inline
+        self._wheel = 0
+        self.setRange(0, round((maximum - minimum) / step))
+        self.setAccessibleName(name)
+        self.setAttribute(Qt.WidgetAttribute.WA_Hover)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        t = theme()
+        self._value_width = max(text_width(t.font(14), words(v)) for v in (minimum, maximum, value))
+        self.set_value(value)
+
+    @property
+    def amount(self) -> float:
+        """The value now."""
+        return self._low + self.value() * self._step
+
+    def set_value(self, value: float) -> None:
+        """Move the knob without telling anybody.
+
+        Parameters
+        ----------
+        value : float
+            Taken to the nearest step within the ends; while the user drags, nothing happens.
+        """
+        if not self.isSliderDown() and math.isfinite(value):
+            self._put(round((value - self._low) / self._step))
+
+    def _put(self, position: int) -> bool:
+        before = self.value()
+        self.setValue(position)
+        words = self._words(self.amount)
+        self.setAccessibleDescription(words)
+        self._value_width = max(self._value_width, text_width(theme().font(14), words))
+        self.update()
+        return self.value() != before
+
+    def _move(self, position: int, settle: bool = True) -> None:
+        """Move the knob for the user."""
+        if self._put(position):
+            self.changed.emit(self.amount)
+            if settle:
+                self.settled.emit(self.amount)
+
+    def reset(self) -> None:
+        """Go back to the default and tell everybody."""
+        self._move(round((self._default - self._low) / self._step))
+
+    def sizeHint(self) -> QSize:
+        """Room for label, rail and value."""
+        t = theme()
+        label = text_width(t.font(14), self.accessibleName())
+        if self._inline:
+            return QSize(label + self._value_width + t.px(168), t.px(_HIT))
+        return QSize(max(label + self._value_width + t.px(_GAP), t.px(120)), t.px(44))
+
+    def minimumSizeHint(self) -> QSize:
+        """Give the smallest useful size."""
+        hint = self.sizeHint()
+        return QSize(hint.width() - theme().px(88), hint.height()) if self._inline else hint
+
+    def _rail(self) -> QRectF:
+        """Give the rail between the outermost edges of the knob."""
+        t = theme()
+        left, right = 0.0, float(self.width())
+        if self._inline:
+            left = text_width(t.font(14), self.accessibleName()) + t.px(_GAP)
+            right -= self._value_width + t.px(_GAP)
+        middle = self.height() / 2 if self._inline else t.px(_CENTRE)
+        return QRectF(left, middle - t.px(_RAIL) / 2, max(right - left, 1.0), t.px(_RAIL))
+
+    def _knob(self) -> QRectF:
+        rail, side = self._rail(), float(theme().px(_KNOB))
+        share = self.value() / self.maximum()
+        left = rail.left() + share * (rail.width() - side)
+        return QRectF(left, rail.center().y() - side / 2, side, side)
+
+    def focus_shape(self) -> tuple[QRect, int]:
+        """Give the knob: that is what the keys move."""
+        knob = self._knob().toAlignedRect()
+        return knob, knob.height() // 2
+
+    def _position_at(self, x: float) -> int:
+        rail, side = self._rail(), theme().px(_KNOB)
+        share = (x - rail.left() - side / 2) / max(rail.width() - side, 1.0)
+        return round(min(max(share, 0.0), 1.0) * self.maximum())
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Take the knob, or bring it here when the rail is pressed."""
+        rail, reach = self._rail(), theme().px(_HIT) / 2
+        here = event.position()
+        outside = abs(here.y() - rail.center().y()) > reach
+        if event.button() != Qt.MouseButton.LeftButton or outside:
+            event.ignore()
+            return
+        self.setSliderDown(True)
+        if not self._knob().contains(here):
+            self._move(self._position_at(here.x()), settle=False)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Follow a drag."""
+        if self.isSliderDown():
+            self._move(self._position_at(event.position().x()), settle=False)
+
+    def mouseReleaseEvent(self, _event: QMouseEvent) -> None:
+        """End a click or drag."""
+        if self.isSliderDown():
+            self.setSliderDown(False)
+            self.settled.emit(self.amount)
+
+    def mouseDoubleClickEvent(self, _event: QMouseEvent) -> None:
+        """Go back to the default."""
+        self.reset()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Step once per notch; finer wheels are added up."""
+        self._wheel += event.angleDelta().y() or event.angleDelta().x()
+        steps = int(self._wheel / _WHEEL_STEP)
+        self._wheel -= steps * _WHEEL_STEP
+        if steps:
+            self._move(self.value() + steps)
+        event.accept()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Step with arrows, page keys, Home and End."""
+        key = Qt.Key(event.key())
+        fast = max(1, min(_FAST, self.maximum() // 4))
+        jumps = {Qt.Key.Key_PageDown: -fast, Qt.Key.Key_PageUp: fast}
+        if key in _DOWN or key in _UP:
+            step = fast if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
+            self._move(self.value() + (step if key in _UP else -step))
+        elif key in jumps:
+            self._move(self.value() + jumps[key])
+        elif key in (Qt.Key.Key_Home, Qt.Key.Key_End):
+            self._move(0 if key == Qt.Key.Key_Home else self.maximum())
+        else:
+            event.ignore()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        on = self.isEnabled()
+        top = QRectF(0, 0, self.width(), self.height() if self._inline else t.px(_LABEL))
+        ink = t.c.text if on else t.c.dis
+        put_text(painter, top, self.accessibleName(), t.font(14), t.c.dim if on else t.c.dis)
+        put_text(painter, top, self._words(self.amount), t.font(14), ink, RIGHT)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        rail, knob = self._rail(), self._knob()
+        radius = rail.height() / 2
+        painter.setBrush(t.c.track)
+        painter.drawRoundedRect(rail, radius, radius)
+        painter.setBrush(ink)
+        rail.setRight(knob.center().x())
+        painter.drawRoundedRect(rail, radius, radius)
+        if on and (self.underMouse() or self.isSliderDown()):
+            grow = t.px(1) * (2 if self.isSliderDown() else 1)
+            knob.adjust(-grow, -grow, grow, grow)
+        painter.drawEllipse(knob)

@@ -1,0 +1,101 @@
+"""Areas of one colour, and areas that scroll."""
+
+from __future__ import annotations
+
+from typing import Literal, TypeAlias
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette
+from PySide6.QtWidgets import QFrame, QScrollArea, QWidget
+
+from app.ui.theme import theme
+
+__all__ = ["Scroll", "Surface"]
+
+Side: TypeAlias = Literal["left", "right", "top", "bottom"]
+
+
+class Surface(QWidget):
+    """A column or bar: one colour, and a line on the sides that touch others.
+
+    Parameters
+    ----------
+    fill : str, optional
+        Token of its colour.
+    lines : tuple of {"left", "right", "top", "bottom"}, optional
+        Sides with a line, inside the surface.
+    """
+
+    def __init__(self, fill: str = "panel", lines: tuple[Side, ...] = ()) -> None:
+        super().__init__()
+        self._fill = fill
+        self._lines = lines
+
+    def set_fill(self, fill: str) -> None:
+        """Change the colour.
+
+        Parameters
+        ----------
+        fill : str
+            Token of the new colour.
+        """
+        if fill != self._fill:
+            self._fill = fill
+            self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        fill: QColor = getattr(t.c, self._fill)
+        painter.fillRect(self.rect(), fill)
+        width, wide, high = t.line_width, self.width(), self.height()
+        places = {
+            "left": (0, 0, width, high),
+            "right": (wide - width, 0, width, high),
+            "top": (0, 0, wide, width),
+            "bottom": (0, high - width, wide, width),
+        }
+        for side in self._lines:
+            painter.fillRect(*places[side], t.c.line)
+
+
+class Scroll(QScrollArea):
+    """An area that scrolls up and down with a slim bar, and lets the background through.
+
+    Parameters
+    ----------
+    content : QWidget, optional
+        What is scrolled; it gets the width there is.
+    """
+
+    def __init__(self, content: QWidget | None = None) -> None:
+        super().__init__()
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setWidgetResizable(True)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.viewport().setAutoFillBackground(False)
+        see_through = self.palette()
+        see_through.setColor(QPalette.ColorRole.Window, Qt.GlobalColor.transparent)
+        self.viewport().setPalette(see_through)
+        self.verticalScrollBar().setAccessibleName("Scroll")
+        self.verticalScrollBar().setSingleStep(theme().px(24))
+        if content is not None:
+            self.setWidget(content)
+
+    def setWidget(self, widget: QWidget) -> None:
+        """Take what is scrolled."""
+        super().setWidget(widget)
+        widget.setAutoFillBackground(False)
+
+    def keep_visible(self, widget: QWidget) -> None:
+        """Scroll as little as possible so that a widget inside can be seen.
+
+        Parameters
+        ----------
+        widget : QWidget
+            Somewhere inside the content.
+        """
+        margin = theme().px(8)
+        self.ensureWidgetVisible(widget, margin, margin)

@@ -1,0 +1,143 @@
+"""The job runner on a real event loop."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import TYPE_CHECKING
+
+import pytest
+
+from app.core.errors import CoreError
+from app.ui.jobs import QtRunner
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from pytestqt.qtbot import QtBot
+
+    from app.core.progress import Report, Token
+
+
+@pytest.fixture
+def failures() -> list[Exception]:
+    return []
+
+
+@pytest.fixture
+def runner(qtbot: QtBot, failures: list[Exception]) -> Iterator[QtRunner]:
+    made = QtRunner(failures.append)
+    yield made
+    assert made.shutdown()
+
+
+def until_stopped(token: Token, report: Report) -> None:
+    while True:
+        token.check()
+        time.sleep(0.001)
+
+
+def test_an_answer_comes_on_the_thread_of_the_screens(qtbot: QtBot, runner: QtRunner) -> None:
+    threads = list[int]()
+
+    def work(token: Token, report: Report) -> int:
+        threads.append(threading.get_ident())
+        return 7
+
+    answers = list[tuple[int, int]]()
+    runner.submit("a", work, done=lambda n: answers.append((n, threading.get_ident())))
+    assert answers == []
+    qtbot.waitUntil(lambda: bool(answers))
+    assert answers == [(7, threading.get_ident())]
+    assert threads[0] != threading.get_ident()
+
+
+def test_a_newer_job_of_the_same_key_takes_the_place_of_the_older(
+    qtbot: QtBot, runner: QtRunner
+) -> None:
+    ends = list[str]()
+    started = threading.Event()
+
+    def endless(token: Token, report: Report) -> None:
+        started.set()
+        until_stopped(token, report)
+
+    runner.submit(
+        "a", endless, done=lambda _: ends.append("old"), cancelled=lambda: ends.append("x")
+    )
+    started.wait(5)
+    runner.submit("a", lambda token, report: None, done=lambda _: ends.append("new"))
+    qtbot.waitUntil(lambda: len(ends) == 2)
+    assert sorted(ends) == ["new", "x"]
+    assert not runner.running("a")
+
+
+def test_an_answer_that_is_on_its_way_is_dropped_once_cancelled(
+    qtbot: QtBot, runner: QtRunner
+) -> None:
+    finished, ends = threading.Event(), list[str]()
+
+    def quick(token: Token, report: Report) -> None:
+        finished.set()
+
+    runner.submit(
+        "a", quick, done=lambda _: ends.append("done"), cancelled=lambda: ends.append("x")
+    )
+    assert finished.wait(5)
+    runner.cancel("a")
+    qtbot.waitUntil(lambda: bool(ends))
+    assert ends == ["x"]
+
+
+def test_a_failure_goes_to_whom_it_concerns(
+    qtbot: QtBot, runner: QtRunner, failures: list[Exception]
+) -> None:
+    mine = list[Exception]()
+
+    def failing(token: Token, report: Report) -> None:
+        raise CoreError("No.")
+
+    runner.submit("a", failing, failed=mine.append)
+    runner.submit("b", failing)
+    qtbot.waitUntil(lambda: bool(mine) and bool(failures))
+    assert [str(error) for error in mine + failures] == ["No.", "No."]
+
+
+def test_progress_is_shown_for_work_with_a_title_only(qtbot: QtBot, runner: QtRunner) -> None:
+    lines = list[object]()
+    runner.line_changed.connect(lines.append)
+    go_on = threading.Event()
+
+    def work(token: Token, report: Report) -> None:
+        report(0.5, "half")
+        go_on.wait(5)
+
+    runner.submit("quiet", lambda token, report: report(0.3, "unseen"))
+    runner.submit("loud", work, title="Merging")
+    qtbot.waitUntil(lambda: any(getattr(line, "message", "") == "half" for line in lines))
+    go_on.set()
+    qtbot.waitUntil(lambda: lines[-1] is None)
+    assert {getattr(line, "key", "loud") for line in lines} == {"loud"}
+
+
+def test_shutdown_ends_everything_and_tells_nobody(qtbot: QtBot) -> None:
+    told = list[object]()
+    runner = QtRunner(told.append)
+    for key in "abcdef":
+        runner.submit(key, until_stopped, done=told.append, cancelled=lambda: told.append("x"))
+    assert runner.shutdown(5000)
+    qtbot.wait(50)
+    runner.submit("late", lambda token, report: told.append("late"))
+    qtbot.wait(50)
+    assert told == []
+
+
+def test_many_jobs_leave_nothing_behind(qtbot: QtBot, runner: QtRunner) -> None:
+    """Some hundred jobs in a row: what once crashed when job objects were deleted by Qt."""
+    answers = list[int]()
+    for number in range(300):
+        runner.submit(
+            f"k{number % 7}-{number}", lambda token, report, n=number: n, done=answers.append
+        )
+    qtbot.waitUntil(lambda: len(answers) == 300, timeout=20_000)
+    assert sorted(answers) == list(range(300))

@@ -1,0 +1,109 @@
+"""Colours, type and scale; what Qt itself paints follows them."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import pytest
+from PySide6.QtGui import QFontDatabase, QFontInfo, QFontMetricsF, QPalette
+from PySide6.QtWidgets import QApplication
+
+from app.core.errors import CoreError
+from app.ui.theme import Colours, Theme, ThemeName, apply, fonts, set_theme, theme
+from app.ui.theme.fonts import WEIGHTS
+from app.ui.theme.style import palette, style_sheet
+from app.ui.theme.theme import LINE_HEIGHTS
+from app.ui.theme.tokens import PALETTES, Palette
+
+NAMES: tuple[ThemeName, ...] = ("dark", "light", "contrast")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_token_becomes_its_colour(name: ThemeName) -> None:
+    t = Theme(name)
+    for token in fields(Palette):
+        assert getattr(t.c, token.name).name() == getattr(PALETTES[name], token.name)
+    assert [f.name for f in fields(Colours)] == [f.name for f in fields(Palette)]
+
+
+def test_edges_are_twice_as_wide_in_contrast() -> None:
+    assert [Theme(name).line_width for name in NAMES] == [1, 1, 2]
+    assert [Theme(name).contrast for name in NAMES] == [False, False, True]
+
+
+def test_lengths_follow_the_scale_and_round_half_up() -> None:
+    t = Theme("dark", 1.5)
+    assert (t.px(8), t.px(3), t.px(1), t.px(0), t.px(-3)) == (12, 5, 2, 0, -5)
+    assert (t.line_height(14), t.line_height(224), t.line_height(10)) == (30, 264, 21)
+
+
+def test_the_scale_stays_within_its_limits() -> None:
+    assert [Theme("dark", scale).scale for scale in (0.1, 1.2, 9)] == [1.0, 1.2, 2.0]
+
+
+def test_an_unknown_theme_is_refused() -> None:
+    with pytest.raises(KeyError):
+        Theme("sepia")  # type: ignore[arg-type]
+
+
+def test_the_theme_that_was_set_is_the_current_one() -> None:
+    assert set_theme("light", 1.25) is theme()
+    assert (theme().name, theme().scale) == ("light", 1.25)
+
+
+@pytest.mark.parametrize("weight", WEIGHTS)
+@pytest.mark.usefixtures("qapp")
+def test_the_font_is_ours_with_figures_of_equal_width(weight: int) -> None:
+    font = Theme().font(48, weight)
+    assert QFontInfo(font).family() == "Inter"
+    assert QFontInfo(font).weight() == weight
+    metrics = QFontMetricsF(font)
+    widths = [metrics.horizontalAdvance(figure) for figure in "0123456789"]
+    # Proportional figures differ by a quarter of their width; the rest is the font's rounding.
+    assert max(widths) - min(widths) < 0.005 * max(widths)
+    assert metrics.horizontalAdvance("i") < metrics.horizontalAdvance("0")
+
+
+@pytest.mark.usefixtures("qapp")
+def test_type_grows_with_the_scale_and_each_font_is_a_copy() -> None:
+    first, second = Theme("dark", 2).font(14), Theme("dark", 2).font(14)
+    assert first.pixelSize() == 28
+    first.setPixelSize(5)
+    assert second.pixelSize() == Theme("dark", 2).font(14).pixelSize() == 28
+
+
+@pytest.mark.usefixtures("qapp")
+def test_every_size_of_the_design_fits_its_line() -> None:
+    for size, line in LINE_HEIGHTS.items():
+        metrics = QFontMetricsF(Theme().font(size))
+        # The largest number stands alone: its line only needs to hold the figures.
+        needed = metrics.capHeight() if size > 100 else metrics.ascent()
+        assert needed <= line, size
+
+
+def test_a_damaged_font_is_named(monkeypatch: pytest.MonkeyPatch, qapp: QApplication) -> None:
+    monkeypatch.setattr(QFontDatabase, "addApplicationFont", lambda _path: -1)
+    fonts._load.cache_clear()
+    with pytest.raises(CoreError, match=r"Inter-Regular\.otf.*Install Turnlight again"):
+        fonts._load()
+    monkeypatch.undo()
+    fonts._load()
+    assert qapp is QApplication.instance()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_qt_paints_in_the_theme(name: ThemeName, qapp: QApplication) -> None:
+    t = set_theme(name, 1.5)
+    apply(qapp)
+    assert qapp.palette().color(QPalette.ColorRole.Window) == t.c.bg
+    assert qapp.palette().color(QPalette.ColorRole.Text) == t.c.text
+    grey = qapp.palette().color(QPalette.ColorGroup.Disabled, QPalette.ColorRole.ButtonText)
+    assert grey == t.c.dis
+    assert qapp.font().pixelSize() == 21
+    assert qapp.styleSheet() == style_sheet(t)
+    assert t.c.tag.name() in style_sheet(t)
+
+
+def test_the_palette_of_one_theme_is_not_that_of_another(qapp: QApplication) -> None:
+    assert qapp.palette() is not None
+    assert palette(Theme("dark")) != palette(Theme("light"))

@@ -1,0 +1,338 @@
+"""What lies over the window, and what is arranged in it: sheets, toasts, scrolling, groups."""
+
+from __future__ import annotations
+
+import pytest
+from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QVBoxLayout, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.ui.theme import theme
+from app.ui.theme.focus import install
+from app.ui.widgets.buttons import Button, IconButton
+from app.ui.widgets.cards import Card, Frame
+from app.ui.widgets.dialogs import Sheet
+from app.ui.widgets.fields import TextField
+from app.ui.widgets.flow import FlowLayout, GridLayout
+from app.ui.widgets.menus import Menu
+from app.ui.widgets.roving import Roving
+from app.ui.widgets.surfaces import Scroll, Surface
+from app.ui.widgets.toasts import Message, Toasts
+
+
+@pytest.fixture
+def window(qtbot: QtBot) -> QWidget:
+    window = Surface("bg")
+    qtbot.addWidget(window)
+    window.resize(1024, 700)
+    window.show()
+    qtbot.waitExposed(window)
+    window.activateWindow()
+    return window
+
+
+def focused() -> QWidget:
+    widget = QApplication.focusWidget()
+    assert widget is not None
+    return widget
+
+
+def toast_places(window: QWidget) -> list[QRect]:
+    found = [w for w in window.children() if type(w).__name__ == "_Toast"]
+    return [w.geometry() for w in found if isinstance(w, QWidget) and w.isVisible()]
+
+
+def button_named(window: QWidget, name: str) -> QWidget:
+    for kind in (Button, IconButton):
+        for button in window.findChildren(kind):
+            if button.accessibleName() == name and button.isVisible():
+                assert isinstance(button, QWidget)
+                return button
+    raise AssertionError(name)
+
+
+def test_a_toast_stands_at_the_lower_right_above_the_job_line(window: QWidget) -> None:
+    toasts = Toasts(window, bottom=40)
+    toasts.tell("Draft kept")
+    (place,) = toast_places(window)
+    assert place.width() == 360
+    assert (place.right() + 1, place.bottom() + 1) == (1024 - 16, 700 - 40 - 16)
+    window.resize(1200, 800)
+    (place,) = toast_places(window)
+    assert (place.right() + 1, place.bottom() + 1) == (1200 - 16, 800 - 40 - 16)
+
+
+def test_the_newest_is_lowest_and_none_overlap(window: QWidget) -> None:
+    toasts = Toasts(window)
+    for number in range(5):
+        toasts.tell(f"Message {number}, long enough to need a second line of its own here")
+    places = toast_places(window)
+    assert toasts.shown == len(places) == 3
+    assert [p.bottom() for p in places] == sorted(p.bottom() for p in places)
+    assert not any(a.intersects(b) for a in places for b in places if a is not b)
+    assert [m.text[:9] for m in toasts.messages] == [f"Message {n}" for n in (4, 3, 2, 1, 0)]
+
+
+def test_a_toast_is_never_over_a_button(window: QWidget) -> None:
+    main = Button("Turn to this", kind="primary", size="main")
+    main.setParent(window)
+    main.setGeometry(700, 590, 200, 48)
+    main.show()
+    toasts = Toasts(window)
+    toasts.tell("Draft kept")
+    (place,) = toast_places(window)
+    assert not place.intersects(main.geometry())
+    assert place.bottom() + 1 == 590 - 8
+
+
+def test_it_goes_after_its_time(window: QWidget, qtbot: QtBot) -> None:
+    toasts = Toasts(window, stay_ms=30)
+    toasts.tell("Draft kept")
+    qtbot.waitUntil(lambda: toasts.shown == 0, timeout=2000)
+    assert [m.text for m in toasts.messages] == ["Draft kept"]
+
+
+def test_it_stays_while_it_has_the_keyboard(window: QWidget, qtbot: QtBot) -> None:
+    toasts = Toasts(window, stay_ms=40)
+    toasts.tell("My Rembrandt deleted", actions=[("Undo", lambda: None)])
+    button_named(window, "Undo").setFocus()
+    qtbot.wait(150)
+    assert toasts.shown == 1
+    window.setFocus()
+    focused().clearFocus()
+    qtbot.waitUntil(lambda: toasts.shown == 0, timeout=2000)
+
+
+def test_actions_act_once_and_close(window: QWidget) -> None:
+    done: list[str] = []
+    toasts = Toasts(window)
+    toasts.tell(
+        "My Rembrandt deleted",
+        actions=[("Undo", lambda: done.append("undo")), ("Show", lambda: done.append("show"))],
+    )
+    QTest.mouseClick(button_named(window, "Undo"), Qt.MouseButton.LeftButton)
+    assert (done, toasts.shown) == (["undo"], 0)
+
+
+def test_a_message_is_told_on_and_kept(window: QWidget) -> None:
+    toasts = Toasts(window)
+    told: list[Message] = []
+    toasts.told.connect(told.append)
+    for number in range(250):
+        toasts.tell(str(number), kind="warning")
+    toasts.clear()
+    assert (len(told), toasts.shown, len(toasts.messages)) == (250, 0, 200)
+    assert (toasts.messages[0].text, toasts.messages[0].kind) == ("249", "warning")
+
+
+@pytest.fixture
+def sheet(window: QWidget) -> Sheet:
+    sheet = Sheet(window, "Rename the style")
+    sheet.body.addWidget(TextField("Name"))
+    sheet.add_button(Button("Cancel"))
+    sheet.add_button(Button("Rename", kind="primary"))
+    return sheet
+
+
+def test_a_sheet_covers_the_window_and_follows_it(window: QWidget, sheet: Sheet) -> None:
+    assert not sheet.isVisible()
+    sheet.open()
+    assert sheet.geometry() == window.rect()
+    window.resize(900, 650)
+    assert sheet.geometry() == window.rect()
+    assert sheet.accessibleName() == "Rename the style"
+
+
+def test_tab_stays_inside_and_escape_gives_the_keyboard_back(
+    window: QWidget, sheet: Sheet, qtbot: QtBot
+) -> None:
+    outside = Button("Outside")
+    outside.setParent(window)
+    outside.show()
+    outside.setFocus()
+    sheet.open()
+    seen: list[str] = []
+    for _press in range(6):
+        here = focused()
+        seen.append(here.accessibleName())
+        QTest.keyClick(here, Qt.Key.Key_Tab)
+    assert seen == ["Name", "Cancel", "Rename", "Close", "Name", "Cancel"]
+    QTest.keyClick(focused(), Qt.Key.Key_Backtab)
+    assert focused().accessibleName() == "Cancel"
+    with qtbot.waitSignal(sheet.closed, timeout=500):
+        QTest.keyClick(focused(), Qt.Key.Key_Escape)
+    assert focused() is outside
+    assert not sheet.isVisible()
+
+
+def test_a_click_beside_it_closes_and_one_on_it_does_not(sheet: Sheet) -> None:
+    sheet.open()
+    QTest.mouseClick(sheet, Qt.MouseButton.LeftButton, pos=sheet.rect().center())
+    assert sheet.isVisible()
+    QTest.mouseClick(sheet, Qt.MouseButton.LeftButton, pos=QPoint(5, 5))
+    assert not sheet.isVisible()
+
+
+def test_the_focus_ring_is_inside_the_sheet(sheet: Sheet, qapp: QApplication, qtbot: QtBot) -> None:
+    ring = install(qapp)
+    sheet.open()
+    QTest.keyClick(focused(), Qt.Key.Key_Tab)
+    qtbot.waitUntil(lambda: ring.rect is not None)
+    assert any(type(child).__name__ == "_Ring" for child in sheet.children())
+
+
+@pytest.mark.parametrize("side", ["centre", "right", "top"])
+def test_a_small_window_still_shows_all_of_a_sheet(side: str, window: QWidget) -> None:
+    window.resize(400, 300)
+    sheet = Sheet(window, "Settings", width=560, side=side)  # type: ignore[arg-type]
+    for number in range(3):
+        sheet.body.addWidget(TextField(f"Field {number}"))
+    sheet.open()
+    panel = next(c for c in sheet.children() if type(c).__name__ == "_Panel")
+    assert isinstance(panel, QWidget)
+    assert sheet.rect().contains(panel.geometry())
+
+
+def test_the_scroll_bar_is_slim_and_only_upright(window: QWidget) -> None:
+    content = QWidget()
+    content.setFixedHeight(2000)
+    scroll = Scroll(content)
+    scroll.setParent(window)
+    scroll.setGeometry(0, 0, 300, 200)
+    scroll.show()
+    assert scroll.verticalScrollBar().sizeHint().width() == 10
+    inside = QWidget(content)
+    inside.setGeometry(0, 1500, 100, 40)
+    scroll.keep_visible(inside)
+    assert 1500 + 40 + 8 - 200 <= scroll.verticalScrollBar().value() <= 1500
+
+
+def grid_of(count: int, width: int, qtbot: QtBot, least: int = 186) -> list[QRect]:
+    holder = QWidget()
+    qtbot.addWidget(holder)
+    grid = GridLayout(holder, least=least, height=138)
+    cards = [Card(str(n)) for n in range(count)]
+    for card in cards:
+        grid.addWidget(card)
+    holder.resize(width, 900)
+    holder.show()
+    return [card.geometry() for card in cards]
+
+
+def test_cards_fill_their_columns_to_the_edge(qtbot: QtBot) -> None:
+    places = grid_of(5, 848, qtbot)
+    assert [p.left() for p in places[:4]] == [0, 214, 428, 642]
+    assert places[3].right() + 1 == 848
+    assert places[4].topLeft() == QPoint(0, 146)
+    assert {p.width() for p in places} == {206}
+
+
+def test_a_narrow_grid_has_one_column(qtbot: QtBot) -> None:
+    assert {p.left() for p in grid_of(3, 100, qtbot)} == {0}
+
+
+def test_items_flow_into_the_next_row(qtbot: QtBot) -> None:
+    holder = QWidget()
+    qtbot.addWidget(holder)
+    flow = FlowLayout(holder)
+    boxes = [Frame() for _n in range(3)]
+    for box in boxes:
+        box.setFixedSize(100, 30)
+        flow.addWidget(box)
+    holder.resize(220, 100)
+    holder.show()
+    assert [b.pos() for b in boxes] == [QPoint(0, 0), QPoint(108, 0), QPoint(0, 38)]
+    assert flow.heightForWidth(330) == 30
+    assert flow.itemAt(7) is None
+    taken = flow.takeAt(0)
+    assert taken is not None
+    assert flow.count() == 2
+
+
+@pytest.fixture
+def cards(window: QWidget) -> list[Card]:
+    holder = QWidget(window)
+    grid = GridLayout(holder, least=186, height=138)
+    made = [Card(name) for name in "abcdefg"]
+    for card in made:
+        grid.addWidget(card)
+    holder.setGeometry(0, 0, 620, 600)
+    holder.show()
+    roving = Roving(holder)
+    roving.set_members(made)
+    return made
+
+
+@pytest.mark.parametrize(
+    ("keys", "end"),
+    [
+        ([Qt.Key.Key_Right], "b"),
+        ([Qt.Key.Key_Down], "d"),
+        ([Qt.Key.Key_Right, Qt.Key.Key_Down, Qt.Key.Key_Left], "d"),
+        ([Qt.Key.Key_Right] * 3, "d"),
+        ([Qt.Key.Key_End, Qt.Key.Key_Up], "d"),
+        ([Qt.Key.Key_End, Qt.Key.Key_Right], "g"),
+        ([Qt.Key.Key_Up], "a"),
+        ([Qt.Key.Key_Right, Qt.Key.Key_Right, Qt.Key.Key_Down, Qt.Key.Key_Down], "g"),
+        ([Qt.Key.Key_End, Qt.Key.Key_Home], "a"),
+    ],
+)
+def test_arrows_go_where_the_cards_lie(keys: list[Qt.Key], end: str, cards: list[Card]) -> None:
+    """Three columns: a b c / d e f / g."""
+    cards[0].setFocus()
+    for key in keys:
+        QTest.keyClick(focused(), key)
+    assert focused().accessibleName() == end
+
+
+def test_a_group_is_one_stop_for_tab(cards: list[Card]) -> None:
+    tabbed = Qt.FocusPolicy.TabFocus
+    assert [bool(card.focusPolicy() & tabbed) for card in cards] == [True] + [False] * 6
+    cards[0].setFocus()
+    QTest.keyClick(cards[0], Qt.Key.Key_Right)
+    assert [bool(card.focusPolicy() & tabbed) for card in cards][:3] == [False, True, False]
+
+
+def test_a_card_is_chosen_by_a_click_and_opened_by_two(cards: list[Card], qtbot: QtBot) -> None:
+    with qtbot.waitSignal(cards[0].clicked, timeout=500):
+        QTest.mouseClick(cards[0], Qt.MouseButton.LeftButton)
+    with qtbot.waitSignal(cards[0].opened, timeout=500):
+        QTest.mouseDClick(cards[0], Qt.MouseButton.LeftButton)
+    with qtbot.waitSignal(cards[0].opened, timeout=500):
+        QTest.keyClick(cards[0], Qt.Key.Key_Return)
+    cards[0].set_selected(True)
+    assert cards[0].selected
+    assert cards[0].accessibleDescription() == "chosen"
+
+
+def test_a_menu_acts_and_says_why_it_cannot(window: QWidget) -> None:
+    done: list[str] = []
+    menu = Menu(window, "More")
+    menu.add("Duplicate", lambda: done.append("copy"), "duplicate", "Ctrl D")
+    stuck = menu.add("Delete", lambda: done.append("gone"), "trash", why="It came with the app.")
+    under = Button("More")
+    under.setParent(window)
+    under.show()
+    menu.drop(under)
+    assert menu.isVisible()
+    QTest.keyClick(menu, Qt.Key.Key_Down)
+    QTest.keyClick(menu, Qt.Key.Key_Return)
+    assert done == ["copy"]
+    assert (stuck.isEnabled(), stuck.toolTip()) == (False, "It came with the app.")
+    assert menu.accessibleName() == "More"
+
+
+def test_surfaces_have_lines_where_they_touch(qtbot: QtBot) -> None:
+    surface = Surface("panel", ("left", "bottom"))
+    qtbot.addWidget(surface)
+    QVBoxLayout(surface)
+    surface.resize(40, 40)
+    surface.show()
+    image = surface.grab().toImage()
+    c = theme().c
+    assert image.pixelColor(0, 20) == c.line
+    assert image.pixelColor(20, 39) == c.line
+    assert image.pixelColor(39, 20) == image.pixelColor(20, 0) == c.panel
+    surface.set_fill("amberfill")
+    assert surface.grab().toImage().pixelColor(20, 20) == c.amberfill
