@@ -1,0 +1,176 @@
+"""Putting a set sheet together from the results of a place."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from app.core.angles import difference
+from app.core.environment import reduce_radiance
+from app.core.portrait.flow import light_flow
+from app.core.portrait.glare import eye_light, glare
+from app.core.portrait.ratio import lighting_ratio
+from app.core.probe.display import display_panorama
+from app.core.probe.frame import Merged
+from app.core.probe.lights import find_lights
+from app.core.setsheet.data import SetSheet, SheetLamp
+from app.core.transport import render, to_image
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from app.core.colour import FloatImage
+    from app.core.solve import StyleResult
+    from app.core.transport import Transport
+
+__all__ = ["assemble", "lamps_of"]
+
+_WIDEST: Final = 4096
+_SUN_DEG: Final = 4.0
+
+
+def lamps_of(radiance: FloatImage, sun: tuple[float, float] | None = None) -> tuple[SheetLamp, ...]:
+    """Find the lamps of an environment.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, 2 H, 3)
+        Linear Rec. 709 radiance, panorama frame, any exposure.
+    sun : tuple of float, optional
+        Azimuth and elevation of the sun where it is known, deg; the lamp there is the sun.
+
+    Returns
+    -------
+    tuple of SheetLamp
+        The largest share first; see `app.core.probe.lights.find_lights`.
+
+    Raises
+    ------
+    ProbeError
+        If it is not a full panorama, or is black.
+    """
+    nothing = np.zeros(radiance.shape[:2], np.float32)
+    found = find_lights(Merged(radiance, nothing, nothing, 0.0, float("inf")))
+    return tuple(
+        SheetLamp(
+            light.id,
+            light.azimuth_deg,
+            light.elevation_deg,
+            light.share,
+            _is_near(light.azimuth_deg, light.elevation_deg, sun),
+        )
+        for light in found
+    )
+
+
+def _is_near(azimuth: float, elevation: float, sun: tuple[float, float] | None) -> bool:
+    if sun is None:
+        return False
+    aside = abs(difference(azimuth, sun[0])) * np.cos(np.radians(elevation))
+    return bool(np.hypot(aside, elevation - sun[1]) < _SUN_DEG)
+
+
+def assemble(
+    result: StyleResult,
+    transport: Transport,
+    radiance: FloatImage,
+    *,
+    place: str,
+    target: FloatImage | None = None,
+    light: str = "",
+    front_deg: float = 0.0,
+    turn_deg: float | None = None,
+    panorama: NDArray[np.uint8] | None = None,
+    lamps: Sequence[SheetLamp] | None = None,
+    sun: tuple[float, float] | None = None,
+    limit: float = 45.0,
+    made: str = "",
+    age: str = "",
+    head: str = "",
+    notes: str = "",
+) -> SetSheet:
+    """Make the set sheet of a style at a place.
+
+    Parameters
+    ----------
+    result : StyleResult
+        Seen from `front_deg`.
+    transport : Transport
+        Of the head.
+    radiance : NDArray[np.float32], (H, 2 H, 3)
+        Linear Rec. 709 environment as measured.
+    place, light, made, age, head, notes : str
+        As in `SetSheet`.
+    target : NDArray[np.float32], (N, N, 3), optional
+        Linear target picture.
+    front_deg : float, optional
+        Panorama azimuth at which the photographer stands, deg.
+    turn_deg : float, optional
+        Another turn than the best one, deg; match and strength are then those of the nearest
+        grid turn, and the arc is that of the peak it lies on.
+    panorama : NDArray[np.uint8], (h, 2 h, 3), optional
+        SRGB picture of the environment where there is one; made of it by default.
+    lamps : sequence of SheetLamp, optional
+        Found in the environment by default.
+    sun : tuple of float, optional
+        Panorama azimuth and elevation of the sun where it is known, deg.
+    limit : float, optional
+        Least match in reach.
+
+    Returns
+    -------
+    SetSheet
+
+    Raises
+    ------
+    CoreError
+        If the environment is no panorama, or black.
+    """
+    turn = result.turn_refined_deg if turn_deg is None else turn_deg
+    match, strength, arc = _at_turn(result, turn_deg)
+    facing = turn + front_deg
+    pixels = render(transport, reduce_radiance(radiance, transport.environment_shape, facing))
+    seen = eye_light(radiance)
+    found = lamps_of(radiance, sun) if lamps is None else tuple(lamps)
+    wide = min(radiance.shape[1], _WIDEST)
+    shown = display_panorama(radiance, width=wide) if panorama is None else panorama
+    return SetSheet(
+        title=result.title or result.name,
+        side=result.side,
+        turn_deg=turn,
+        arc_deg=arc,
+        match=match,
+        strength=strength,
+        picture=to_image(transport, pixels),
+        coverage=to_image(transport, transport.coverage),
+        panorama=shown,
+        place=place,
+        target=target,
+        light=light,
+        front_deg=front_deg,
+        lamps=found,
+        reason=result.reason,
+        limit=limit,
+        ratio=lighting_ratio(transport, pixels),
+        glare=glare(seen, facing, sun),
+        flow=light_flow(seen, facing),
+        made=made,
+        age=age,
+        head=head,
+        notes=notes,
+    )
+
+
+def _at_turn(
+    result: StyleResult, turn_deg: float | None
+) -> tuple[float, float, tuple[float, float]]:
+    """Match, strength and arc at a turn."""
+    if turn_deg is None:
+        return result.match, result.strength, result.arc_deg
+    count = len(result.match_curve)
+    index = round(turn_deg * count / 360.0) % count
+    peak = min(result.peaks, key=lambda p: abs(difference(p.turn_refined_deg, turn_deg)))
+    return float(result.match_curve[index]), float(result.strength_curve[index]), peak.arc_deg
