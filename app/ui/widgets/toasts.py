@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
+import shiboken6
 from PySide6.QtCore import QEvent, QObject, QRect, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QAccessible,
@@ -195,6 +196,9 @@ class Toasts(QObject):
         self._shown: list[_Toast] = []
         self._past: deque[Message] = deque(maxlen=_KEPT)
         parent.installEventFilter(self)
+        application = QApplication.instance()
+        if isinstance(application, QApplication):
+            application.focusChanged.connect(self._focus_moved)
 
     @property
     def messages(self) -> tuple[Message, ...]:
@@ -241,6 +245,14 @@ class Toasts(QObject):
         """Take all messages off the screen; they stay in the list."""
         for toast in tuple(self._shown):
             self._drop(toast)
+
+    def _focus_moved(self, old: QWidget | None, new: QWidget | None) -> None:
+        """Give back a focus that fell here because whoever had it went away or was disabled."""
+        if new is None or not any(toast.isAncestorOf(new) for toast in self._shown):
+            return
+        left = old is None or not shiboken6.isValid(old) or not old.isVisible()
+        if left or (old is not None and not old.isEnabled()):
+            self._parent.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _drop(self, toast: _Toast) -> None:
         if toast in self._shown:

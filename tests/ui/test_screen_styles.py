@@ -1,0 +1,470 @@
+"""The Styles screen by mouse and keyboard."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QAbstractButton, QApplication, QFileDialog, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.core.light_here import picture_at
+from app.core.painting import DamagedStyle
+from app.ui.presenters.model import Step
+from app.ui.screens.styles import StylesScreen
+from app.ui.screens.styles.card import DamagedCard, StyleCard
+from app.ui.screens.styles.gallery import layout_for
+from app.ui.screens.styles.screen import detail_width
+from app.ui.widgets.menus import Menu
+from app.ui.widgets.plots.geometry import at_turn
+from tests.helpers.styles_screen import Table, head, scene_light
+
+KEY = Qt.Key
+PLAIN = Qt.KeyboardModifier.NoModifier
+
+
+class Shown:
+    """A screen with a place, or without."""
+
+    def __init__(self, qtbot: QtBot, table: Table, compact: bool = False) -> None:
+        self.bot, self.table = qtbot, table
+        self._before = table.runner.ran.count("styles-pictures")
+        self.view = StylesScreen(table.presenter, compact)
+        qtbot.addWidget(self.view)
+        self.view.resize(*((952, 620) if compact else (1352, 804)))
+        table.presenter.attach(self.view)
+        self.view.show()
+        self.view.activateWindow()
+        self.settle()
+
+    def settle(self) -> None:
+        for _ in range(4):
+            QApplication.processEvents()
+
+    def press(self, key: Qt.Key, modifiers: Qt.KeyboardModifier = PLAIN) -> None:
+        widget = QApplication.focusWidget()
+        assert widget is not None
+        QTest.keyClick(widget, key, modifiers)
+        self.settle()
+
+    @property
+    def pictures_made(self) -> int:
+        """How often all pictures were made since the view is there."""
+        return int(self.table.runner.ran.count("styles-pictures")) - self._before
+
+    @property
+    def keys(self) -> list[str]:
+        return [card.key for card in self.table.presenter.resolve().cards]
+
+    @property
+    def chosen(self) -> str | None:
+        return self.table.model.chosen
+
+    def card(self, key: str) -> StyleCard:
+        return self.view.gallery.card(key)
+
+
+@pytest.fixture
+def shown(qtbot: QtBot, tmp_path: Path) -> Shown:
+    return Shown(qtbot, Table(tmp_path).open(scene_light()))
+
+
+@pytest.fixture
+def small(qtbot: QtBot, tmp_path: Path) -> Shown:
+    return Shown(qtbot, Table(tmp_path).open(scene_light()), compact=True)
+
+
+def goal(shown: Shown) -> float | None:
+    return shown.table.model.goal_deg
+
+
+def step(shown: Shown) -> Step:
+    return shown.table.model.step
+
+
+def needle(shown: Shown) -> float | None:
+    return shown.table.model.needle_deg
+
+
+class TestGrid:
+    def test_four_columns_of_the_design_without_scrolling(self, shown: Shown) -> None:
+        cards = [shown.card(key) for key in shown.keys]
+        assert {(card.width(), card.height()) for card in cards} == {(206, 138)}
+        assert [card.x() for card in cards[:5]] == [24, 238, 452, 666, 24]
+        assert not shown.view.gallery._scroll.verticalScrollBar().isVisible()
+        assert shown.view.detail.width() == 456
+
+    def test_the_first_picture_is_of_the_size_of_the_card(self, shown: Shown) -> None:
+        picture = shown.card(shown.keys[0]).state.here
+        assert picture is not None
+        assert picture.shape == (68, 94, 3)
+        assert shown.table.runner.ran[-1] == "styles-pictures"
+        assert shown.pictures_made == 0, "they were of the right size before the view was there"
+
+    def test_arrows_move_the_choice_in_two_dimensions(self, shown: Shown) -> None:
+        keys = shown.keys
+        shown.table.presenter.choose(keys[0])
+        shown.view.gallery.focus_card()
+        for key, place in ((KEY.Key_Right, 1), (KEY.Key_Down, 5), (KEY.Key_Left, 4)):
+            shown.press(key)
+            assert shown.chosen == keys[place]
+            assert QApplication.focusWidget() is shown.card(keys[place])
+        shown.press(KEY.Key_Right)
+        shown.press(KEY.Key_Right)
+        shown.press(KEY.Key_Right)
+        assert shown.chosen == keys[7]
+        shown.press(KEY.Key_Right)
+        assert shown.chosen == keys[8], "on to the next row, as one reads"
+        shown.press(KEY.Key_End)
+        assert shown.chosen == keys[-1]
+        shown.press(KEY.Key_Home)
+        assert shown.chosen == keys[0]
+
+    def test_the_grid_is_one_stop_for_tab(self, shown: Shown) -> None:
+        shown.view.gallery.focus_card()
+        shown.press(KEY.Key_Tab)
+        focus = QApplication.focusWidget()
+        assert focus is not None
+        assert focus.accessibleName() == "Paint a new style"
+        stops = [c for c in shown.view.findChildren(StyleCard) if tabbed(c)]
+        assert [card.state.key for card in stops] == [shown.chosen]
+
+    def test_a_click_chooses_and_a_double_click_turns(self, shown: Shown) -> None:
+        key = shown.keys[2]
+        QTest.mouseClick(shown.card(key), Qt.MouseButton.LeftButton)
+        assert shown.chosen == key
+        assert step(shown) is not Step.TURN
+        QTest.mouseDClick(shown.card(key), Qt.MouseButton.LeftButton)
+        assert step(shown) is Step.TURN
+        result = shown.table.model.result
+        assert result is not None
+        assert goal(shown) == pytest.approx(result.turn_refined_deg)
+
+    def test_enter_turns_and_space_chooses(self, shown: Shown) -> None:
+        keys = shown.keys
+        shown.table.presenter.choose(keys[0])
+        shown.view.gallery.focus_card()
+        shown.press(KEY.Key_Right)
+        shown.press(KEY.Key_Space)
+        assert step(shown) is not Step.TURN
+        shown.press(KEY.Key_Return)
+        assert step(shown) is Step.TURN
+        assert shown.chosen == keys[1]
+
+    def test_enter_from_a_shortcut_of_the_window_turns_too(self, shown: Shown) -> None:
+        """The window's Return presses whatever button has the focus by calling `click`."""
+        shown.view.gallery.focus_card()
+        focus = QApplication.focusWidget()
+        assert isinstance(focus, QAbstractButton)
+        focus.click()
+        assert step(shown) is Step.TURN
+
+    def test_cards_say_what_they_show(self, shown: Shown) -> None:
+        for card in shown.view.findChildren(StyleCard):
+            assert card.accessibleName() == card.state.spoken
+            assert card.accessibleDescription() == ("chosen" if card.state.chosen else "")
+        assert any(
+            card.accessibleName().startswith(
+                "Rembrandt, light from the sitter's left, camera right"
+            )
+            for card in shown.view.findChildren(StyleCard)
+        )
+
+    def test_filter_and_order_by_hand(self, shown: Shown) -> None:
+        part = shown.view.gallery._filter.part("out")
+        QTest.mouseClick(part, Qt.MouseButton.LeftButton)
+        shown.settle()
+        visible = [card for card in shown.view.findChildren(StyleCard) if card.isVisible()]
+        assert visible
+        assert not any(card.state.in_reach for card in visible)
+        shown.view.gallery._sort.chosen.emit("name")
+        shown.view.gallery._filter.chosen.emit("all")
+        titles = [
+            shown.card(key).state.title for key in shown.keys if shown.card(key).state.in_reach
+        ]
+        assert titles == sorted(titles)
+        assert shown.card(shown.keys[0]).pos() == QPoint(24, 4)
+
+    def test_painting_from_the_gallery(self, shown: Shown) -> None:
+        QTest.mouseClick(shown.view.gallery._paint, Qt.MouseButton.LeftButton)
+        assert shown.table.model.painting == ""
+
+    def test_a_damaged_style_shows_its_file(
+        self, shown: Shown, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        opened: list[str] = []
+        monkeypatch.setattr(
+            "PySide6.QtGui.QDesktopServices.openUrl", lambda url: opened.append(url.toLocalFile())
+        )
+        file = shown.table.folder / "styles" / "broken.toml"
+        shown.table.model.update(damaged_styles=(DamagedStyle(file, "It is empty."),))
+        card = shown.view.findChild(DamagedCard)
+        assert isinstance(card, DamagedCard)
+        assert "This style cannot be read. Its file is untouched." in card.accessibleName()
+        QTest.mouseClick(card.button, Qt.MouseButton.LeftButton)
+        assert [Path(one) for one in opened] == [file.parent]
+        shown.table.model.update(damaged_styles=())
+        shown.settle()
+        assert not card.isVisible()
+
+    def test_old_numbers_are_dim_while_new_ones_come(self, shown: Shown) -> None:
+        key = shown.keys[1]
+        before = pixels(shown.card(key))
+        shown.table.runner.held = {"solve"}
+        shown.table.model.update(front_deg=20.0)
+        shown.settle()
+        dim = pixels(shown.card(key))
+        assert dim.max() < before.max()
+        shown.table.runner.release("solve")
+        shown.settle()
+        assert pixels(shown.card(key)).max() > dim.max()
+
+
+class TestDetail:
+    def test_dragging_the_needle(self, shown: Shown) -> None:
+        plot = shown.view.detail.plot
+        dial = plot.dial
+        QTest.mousePress(plot, Qt.MouseButton.LeftButton, pos=spot(dial, -90.0))
+        QTest.mouseMove(plot, spot(dial, 120.0))
+        shown.settle()
+        assert needle(shown) == pytest.approx(120.0, abs=1.0)
+        tag = shown.table.presenter.resolve().detail.here_tag
+        assert tag in ("Here, at 119°", "Here, at 120°", "Here, at 121°")
+        QTest.mouseRelease(plot, Qt.MouseButton.LeftButton, pos=spot(dial, 45.0))
+        shown.settle()
+        assert shown.view.detail.weights.needle == pytest.approx(needle(shown))
+        assert shown.view.detail._back.isVisible()
+
+    def test_events_that_come_too_fast_are_left_out(self, shown: Shown) -> None:
+        seen: list[float] = []
+        shown.view.detail.looked.connect(seen.append)
+        for turn in range(100):
+            shown.view.detail.plot.turn_to(float(turn))
+        shown.settle()
+        assert seen == [99.0]
+        assert needle(shown) == 99.0
+
+    def test_letting_go_is_not_waited_for(self, shown: Shown) -> None:
+        plot = shown.view.detail.plot
+        plot.begin_drag(70.0)
+        plot.end_drag()
+        assert needle(shown) == 70.0
+
+    def test_keys_on_the_plot(self, shown: Shown) -> None:
+        plot = shown.view.detail.plot
+        plot.setFocus()
+        best = shown.table.presenter.resolve().detail.best
+        assert best is not None
+        shown.press(KEY.Key_Right)
+        assert needle(shown) == round(best) + 1
+        shown.press(KEY.Key_Left, Qt.KeyboardModifier.ShiftModifier)
+        assert needle(shown) == round(best) - 9
+        shown.press(KEY.Key_Home)
+        assert needle(shown) is None
+        assert not shown.view.detail._back.isVisible()
+
+    def test_a_peak_takes_a_click(self, shown: Shown) -> None:
+        result = next(one for one in shown.table.model.results if len(one.peaks) > 1)
+        shown.table.presenter.choose(result.name)
+        shown.settle()
+        plot = shown.view.detail.plot
+        place = plot.peak_places()[0]
+        QTest.mouseClick(
+            plot, Qt.MouseButton.LeftButton, pos=QPoint(round(place[0]), round(place[1]))
+        )
+        shown.settle()
+        assert needle(shown) == pytest.approx(result.peaks[1].turn_refined_deg)
+        QTest.mouseClick(shown.view.detail._back, Qt.MouseButton.LeftButton)
+        assert needle(shown) is None
+
+    def test_the_main_button(self, shown: Shown) -> None:
+        detail = shown.view.detail
+        assert detail.main.text() == "Turn to this"
+        shown.table.presenter.choose("badger")
+        assert detail.main.text() == "Try a lamp"
+        QTest.mouseClick(detail.main, Qt.MouseButton.LeftButton)
+        assert shown.table.model.step is Step.LIGHT
+
+    def test_paint_button(self, shown: Shown) -> None:
+        QTest.mouseClick(shown.view.detail.paint, Qt.MouseButton.LeftButton)
+        assert shown.table.model.painting == shown.chosen
+
+    def test_the_same_number_on_card_and_in_the_detail(self, shown: Shown) -> None:
+        detail = shown.view.detail
+        for key in shown.keys:
+            shown.table.presenter.choose(key)
+            card = shown.card(key).state
+            if card.in_reach:
+                assert detail.words._turn.text() == card.turn
+            assert detail.facts._rows["match"][1].text() == card.match
+
+    def test_nothing_below_moves_with_the_needle(self, shown: Shown) -> None:
+        detail = shown.view.detail
+        for key in ("left-rembrandt", "badger"):
+            for turn in (None, 10.0, -150.0):
+                shown.table.presenter.choose(key)
+                if turn is not None:
+                    shown.table.presenter.look_at(turn)
+                shown.settle()
+                assert detail.weights.y() == 532
+                inner = detail.facts.mapTo(detail, QPoint(0, detail.facts.height()))
+                assert inner.y() <= detail.weights.y()
+
+    def test_more(self, shown: Shown) -> None:
+        QTest.mouseClick(shown.view.detail.more, Qt.MouseButton.LeftButton)
+        menu = shown.view.detail.findChild(Menu)
+        assert isinstance(menu, Menu)
+        words = [action.text().split("\t")[0] for action in menu.actions()]
+        assert words == ["Save set sheet…", "Copy numbers", "Import style…"]
+        menu.actions()[1].trigger()
+        assert "Match " in QGuiApplication.clipboard().text()
+        menu.close()
+
+    def test_saving_a_sheet_by_hand(
+        self, shown: Shown, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    ) -> None:
+        file = tmp_path / "sheet.png"
+        monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *args, **kwargs: (str(file), ""))
+        shown.table.presenter.files.ask_sheet()
+        assert file.is_file()
+        monkeypatch.setattr(QFileDialog, "getSaveFileName", lambda *args, **kwargs: ("", ""))
+        shown.table.presenter.files.ask_sheet()
+
+    def test_a_name_is_typed_in_place(self, shown: Shown) -> None:
+        title = shown.view.detail._title
+        asked: list[str] = []
+        shown.view.detail.renamed.connect(asked.append)
+        shown.view.ask_name("Mine")
+        assert title._field.isVisible()
+        assert not title._text.isVisible()
+        QTest.keyClicks(title._field.edit, "Window")
+        QTest.keyClick(title._field.edit, KEY.Key_Return)
+        assert asked == ["Window"]
+        shown.view.ask_name("Mine")
+        shown.view.show_trouble("There is already a style of that name.")
+        assert title._field.isVisible()
+        QTest.keyClick(title._field.edit, KEY.Key_Escape)
+        assert not title._field.isVisible()
+
+
+class TestLayouts:
+    def test_no_light(self, qtbot: QtBot, tmp_path: Path) -> None:
+        shown = Shown(qtbot, Table(tmp_path).open())
+        detail = shown.view.detail
+        assert detail.words._missing.text() == "No light measured yet."
+        assert detail.words._missing.isVisible()
+        assert not detail.words._turn.isVisible()
+        QTest.mouseClick(detail.main, Qt.MouseButton.LeftButton)
+        assert shown.table.model.step is Step.PROBE
+
+    def test_small_windows_scroll_and_keep_the_choice_in_view(self, small: Shown) -> None:
+        cards = [small.card(key) for key in small.keys]
+        assert {card.width() for card in cards} == {186}
+        assert small.view.detail.width() == 344
+        scroll = small.view.gallery._scroll
+        for key in (small.keys[-1], small.keys[0], small.keys[9]):
+            small.table.presenter.choose(key)
+            small.settle()
+            top = small.card(key).mapTo(scroll.viewport(), QPoint(0, 0)).y()
+            assert top >= 0
+            assert top + small.card(key).height() <= scroll.viewport().height()
+
+    def test_small_windows_have_the_background_on_a_tab(self, small: Shown) -> None:
+        detail = small.view.detail
+        assert detail.plot.isVisible()
+        assert not detail.background.isVisible()
+        detail._pages.setCurrentIndex(2)
+        small.settle()
+        assert detail.background.isVisible()
+        picture = small.table.presenter.resolve().detail.background
+        assert picture is not None
+        assert picture.shape[:2] == (176, 296)
+
+    @pytest.mark.parametrize(
+        ("size", "compact", "columns", "card"),
+        [
+            ((1352, 804), False, 4, (206, 138)),
+            ((952, 620), True, 3, (186, 131)),
+            ((1832, 984), False, 5, (238, None)),
+        ],
+    )
+    def test_columns(
+        self,
+        size: tuple[int, int],
+        compact: bool,
+        columns: int,
+        card: tuple[int, int | None],
+    ) -> None:
+        detail = detail_width(*size, compact)
+        layout = layout_for(size[0] - detail, size[1] - 64, 20, compact)
+        assert layout.columns == columns
+        assert layout.card.width() == card[0]
+        assert card[1] in (None, layout.card.height())
+        assert detail <= 560
+
+    def test_every_control_has_a_name_and_nothing_sticks_out(self, shown: Shown) -> None:
+        for widget in shown.view.findChildren(QWidget):
+            if not widget.isVisible() or widget.focusPolicy() == Qt.FocusPolicy.NoFocus:
+                continue
+            assert widget.accessibleName(), widget
+            parent = widget.parentWidget()
+            assert parent is not None
+            assert parent.rect().contains(widget.geometry()), widget.accessibleName()
+
+    def test_a_view_made_anew_shows_the_same(self, shown: Shown) -> None:
+        shown.table.presenter.choose("left-loop")
+        shown.table.presenter.look_at(12.0)
+        shown.table.presenter.set_filter("in")
+        shown.table.presenter.detach()
+        other = Shown(shown.bot, shown.table)
+        assert other.view.detail.plot.needle == 12.0
+        assert other.view.gallery._filter.key == "in"
+        assert other.pictures_made == 0
+
+
+def test_a_drag_event_costs_a_few_bare_pictures(shown: Shown) -> None:
+    """Picture, exposure, framing, background, weights, plot and all painting, as a ratio."""
+    turns = iter(np.linspace(-170.0, 170.0, 80))
+    shown.table.presenter.choose("left-rembrandt")
+
+    def drag() -> None:
+        shown.view.detail.plot.turn_to(float(next(turns)))
+        shown.settle()
+
+    def bare() -> None:
+        picture_at(head().transport, scene_light(), 33.0)
+
+    moved, plain = quickest(drag, 40), quickest(bare, 40)
+    assert moved < 12.0 * plain
+
+
+def quickest(work: Callable[[], None], times: int) -> float:
+    best = float("inf")
+    for _ in range(times):
+        start = time.thread_time()
+        work()
+        best = min(best, time.thread_time() - start)
+    return best
+
+
+def tabbed(widget: QWidget) -> bool:
+    wanted = Qt.FocusPolicy.TabFocus
+    return widget.isVisible() and widget.focusPolicy() & wanted == wanted
+
+
+def spot(dial: object, turn: float) -> QPoint:
+    x, y = at_turn(dial.centre, dial.rim * 0.9, turn)  # type: ignore[attr-defined]
+    return QPoint(round(x), round(y))
+
+
+def pixels(widget: QWidget) -> np.ndarray:
+    image = widget.grab().toImage().convertToFormat(widget.grab().toImage().Format.Format_RGB888)
+    rows = np.frombuffer(bytes(image.constBits()), np.uint8).reshape(image.height(), -1)
+    inner: np.ndarray = rows[80:, : 3 * image.width()]
+    return inner

@@ -1,0 +1,19 @@
+
+
+def test_a_focus_that_falls_on_a_message_does_not_hold_it(qtbot: QtBot) -> None:
+    """Whoever had the focus goes away: it falls on the next button, which nobody chose."""
+    window = QWidget()
+    window.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+    window.resize(800, 600)
+    qtbot.addWidget(window)
+    leaving = Button("Capture")
+    leaving.setParent(window)
+    window.show()
+    qtbot.waitExposed(window)
+    leaving.show()
+    leaving.setFocus()
+    toasts = Toasts(window, stay_ms=50)
+    toasts.tell("New here?", actions=[("Tour", lambda: None)])
+    leaving.hide()
+    assert QApplication.focusWidget() is window
+    qtbot.waitUntil(lambda: toasts.shown == 0, timeout=2000)

@@ -1,0 +1,261 @@
+"""The window as a whole: frame, keys, themes, layouts, what lies over it, what is kept."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from PySide6.QtCore import QMimeData, QPoint, QPointF, QSize, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit
+
+from app.core.paths import resources
+from app.devices.clock import SystemClock
+from app.devices.discovery import Discovery
+from app.ui.frame.drop import DropVeil
+from app.ui.presenters.model import Step
+from app.ui.presenters.shelf import ShelfPresenter
+from app.ui.robot import Lost, Robot
+from app.ui.start import App
+from app.ui.theme import theme
+from app.ui.wishes import Wishes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from pytestqt.qtbot import QtBot
+
+    from app.core.progress import Token
+
+SCENE = resources() / "demo" / "scenes" / "studio.exr"
+
+
+class NoDevices:
+    """A computer without cameras."""
+
+    def discover(self, token: Token) -> Discovery:
+        return Discovery()
+
+    def webcams(self) -> Sequence[tuple[int, str]]:
+        return ()
+
+
+@pytest.fixture
+def app(qtbot: QtBot, tmp_path: Path) -> Iterator[App]:
+    yield from opened(tmp_path)
+
+
+def opened(home: Path) -> Iterator[App]:
+    application = QApplication.instance()
+    assert isinstance(application, QApplication)
+    made = App(application, Wishes(), NoDevices(), SystemClock(), home)  # type: ignore[arg-type]
+    made.show()
+    Robot(made.window).wait(lambda: made.model.head is not None, "the head")
+    yield made
+    made.window.close()
+    made.window.deleteLater()
+
+
+@pytest.fixture
+def robot(app: App) -> Robot:
+    app.window.dismiss_messages()
+    return Robot(app.window)
+
+
+def open_scene(app: App, robot: Robot) -> None:
+    app.desk.open_paths([SCENE])
+    robot.wait(lambda: bool(app.model.results), "the answers")
+
+
+def test_the_rail_leads_to_every_step(app: App, robot: Robot) -> None:
+    for step, name in zip(Step, ("Probe", "Styles", "Turn", "Light"), strict=True):
+        robot.click(name)
+        assert app.model.step is step
+
+
+def test_ctrl_and_a_number_lead_there_too(app: App, robot: Robot) -> None:
+    keys = (Qt.Key.Key_4, Qt.Key.Key_3, Qt.Key.Key_2, Qt.Key.Key_1)
+    for key, step in zip(keys, reversed(Step), strict=True):
+        robot.press(key, Qt.KeyboardModifier.ControlModifier)
+        assert app.model.step is step
+
+
+def test_a_panorama_dropped_anywhere_becomes_a_place(app: App, robot: Robot) -> None:
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(SCENE))])
+    copy, left = Qt.DropAction.CopyAction, Qt.MouseButton.LeftButton
+    none = Qt.KeyboardModifier.NoModifier
+    app.model.update(step=Step.LIGHT)
+    enter = QDragEnterEvent(QPoint(300, 300), copy, data, left, none)
+    QApplication.sendEvent(app.window, enter)
+    assert enter.isAccepted()
+    assert robot.find("Drop a panorama").isVisible()
+    QApplication.sendEvent(app.window, QDropEvent(QPointF(300, 300), copy, data, left, none))
+    robot.wait(lambda: bool(app.model.results), "the answers")
+    assert app.model.place is not None
+    assert app.model.place.name == "studio"
+    veils = app.window.findChildren(DropVeil)
+    assert [veil.isVisible() for veil in veils] == [False]
+
+
+@pytest.mark.parametrize("name", ["light", "contrast", "dark"])
+def test_a_theme_is_worn_at_once_and_kept(app: App, robot: Robot, name: str) -> None:
+    app.commands.change("theme", name)
+    assert theme().name == name
+    assert robot.find("Probe").isVisible()
+    robot.wait(lambda: not app.runner.running("keep-settings"), "keeping")
+    if name != "dark":
+        kept = json.loads((app.services.folders.home / "settings.json").read_text("utf-8"))
+        assert name in json.dumps(kept)
+
+
+def test_a_larger_size_takes_the_narrow_layout(app: App, robot: Robot) -> None:
+    app.window.resize(QSize(1440, 900))
+    robot.settle()
+    wide = robot.find("Steps").width()
+    app.commands.change("text_scale", 1.25)
+    robot.settle()
+    assert theme().scale == pytest.approx(1.25)
+    assert robot.find("Steps").width() == pytest.approx(72 * 1.25, abs=1)
+    assert wide == 88
+
+
+def test_the_layout_follows_the_window(app: App, robot: Robot) -> None:
+    for size, rail in ((QSize(1440, 900), 88), (QSize(1024, 700), 72)):
+        app.window.resize(size)
+        robot.wait(
+            lambda rail=rail: (
+                robot_sees(robot, "Steps")  # type: ignore[misc]
+                and robot.find("Steps").width() == rail
+            ),
+            "the layout",
+        )
+
+
+@pytest.mark.parametrize(
+    ("what", "title"),
+    [
+        ("places", "Places"),
+        ("settings", "Settings"),
+        ("find", "Find anything"),
+        ("messages", "Messages"),
+        ("tour", "How it works"),
+        ("help", "Help and shortcuts"),
+    ],
+)
+def test_what_lies_over_the_screen_opens_and_closes_by_esc(
+    app: App, robot: Robot, what: str, title: str
+) -> None:
+    app.commands.ask(what)
+    robot.settle()
+    sheet = app.commands.overlay
+    assert sheet is not None
+    assert sheet.accessibleName() == title
+    assert sheet.isVisible()
+    robot.press(Qt.Key.Key_Escape)
+    assert app.commands.overlay is None
+
+
+def test_keys_of_the_screen_rest_while_something_lies_over_it(app: App, robot: Robot) -> None:
+    app.commands.ask("settings")
+    robot.press(Qt.Key.Key_3, Qt.KeyboardModifier.ControlModifier)
+    assert app.model.step is Step.PROBE
+
+
+def test_anything_is_found_by_a_few_letters(app: App, robot: Robot) -> None:
+    open_scene(app, robot)
+    robot.press(Qt.Key.Key_K, Qt.KeyboardModifier.ControlModifier)
+    assert isinstance(QApplication.focusWidget(), QLineEdit)
+    robot.write("rembrandt left")
+    robot.press(Qt.Key.Key_Return)
+    robot.wait(lambda: app.model.step is Step.STYLES, "the gallery")
+    assert app.model.chosen == "left-rembrandt"
+
+
+def test_moving_the_marker_turns_every_answer_and_can_be_undone(app: App, robot: Robot) -> None:
+    open_scene(app, robot)
+    before = {one.name: one.turn_refined_deg for one in app.model.results}
+    app.desk.move_front(40.0)
+    robot.wait(lambda: not app.runner.running("solve"), "solving")
+    for one in app.model.results:
+        gone = (before[one.name] - one.turn_refined_deg - 40.0 + 180.0) % 360.0 - 180.0
+        assert gone == pytest.approx(0.0, abs=1e-6)
+    robot.press(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    robot.wait(lambda: not app.runner.running("solve"), "solving")
+    assert {one.name: one.turn_refined_deg for one in app.model.results} == before
+    assert app.model.front_deg == 0.0
+
+
+def test_a_place_opened_again_gives_identical_numbers(qtbot: QtBot, tmp_path: Path) -> None:
+    first = opened(tmp_path)
+    app = next(first)
+    robot = Robot(app.window)
+    open_scene(app, robot)
+    app.desk.move_front(-25.0)
+    app.model.update(chosen="top", goal_deg=33.0)
+    robot.wait(lambda: not app.runner.running("solve"), "solving")
+    results = {one.name: one.turn_refined_deg for one in app.model.results}
+    folder = app.model.place_folder
+    next(first, None)
+    second = opened(tmp_path)
+    app = next(second)
+    robot = Robot(app.window)
+    assert folder is not None
+    app.desk.open_place(folder)
+    robot.wait(lambda: bool(app.model.results), "the place")
+    robot.wait(lambda: not app.runner.running("solve"), "solving")
+    assert {one.name: one.turn_refined_deg for one in app.model.results} == results
+    assert (app.model.chosen, app.model.goal_deg) == ("top", 33.0)
+    next(second, None)
+
+
+def test_a_place_deleted_by_mistake_comes_back(app: App, robot: Robot) -> None:
+    open_scene(app, robot)
+    folder = app.model.place_folder
+    assert folder is not None
+    app.commands.ask("places")
+    robot.wait(lambda: robot_sees(robot, "More about studio"), "the list")
+    shelf = ShelfPresenter(app.services, app.desk)
+    shelf.refresh()
+    robot.wait(lambda: bool(shelf.resolve().rows), "the list")
+    app.commands.close_overlay()
+    shelf.delete(folder)
+    robot.wait(lambda: robot_sees(robot, "studio deleted"), "the message")
+    assert not folder.exists()
+    toast = robot.find("studio deleted")
+    undo = next(b for b in toast.findChildren(QAbstractButton) if b.text() == "Undo")
+    robot.click_at(undo)
+    robot.wait(lambda: folder.exists(), "the place again")
+
+
+def robot_sees(robot: Robot, name: str) -> bool:
+    try:
+        robot.find(name)
+    except Lost:
+        return False
+    return True
+
+
+def test_a_file_that_cannot_be_read_is_said_and_nothing_is_lost(
+    app: App, robot: Robot, tmp_path: Path
+) -> None:
+    open_scene(app, robot)
+    bad = tmp_path / "bad.exr"
+    bad.write_bytes(b"not a picture")
+    app.desk.open_paths([bad])
+    robot.wait(lambda: any("bad.exr" in m.text for m in app.notify.messages), "the message")
+    assert app.model.place is not None
+    assert app.model.place.name == "studio"
+
+
+def test_damaged_settings_are_said_and_kept_aside(qtbot: QtBot, tmp_path: Path) -> None:
+    (tmp_path / "settings.json").write_text("{ not json", encoding="utf-8")
+    running = opened(tmp_path)
+    app = next(running)
+    assert any("settings" in m.text.lower() for m in app.notify.messages)
+    app.commands.change("theme", "light")
+    Robot(app.window).wait(lambda: not app.runner.running("keep-settings"), "keeping")
+    next(running, None)
+    assert list(tmp_path.glob("settings.json*.bak*"))
