@@ -1,3 +1,17 @@
+"""Messages and who has the keyboard."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication, QWidget
+
+from app.ui.widgets.buttons import Button
+from app.ui.widgets.toasts import Toasts
+
+if TYPE_CHECKING:
+    from pytestqt.qtbot import QtBot
 
 
 def test_a_focus_that_falls_on_a_message_does_not_hold_it(qtbot: QtBot) -> None:
