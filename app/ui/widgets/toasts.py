@@ -250,7 +250,7 @@ class Toasts(QObject):
         """Give back a focus that fell here because whoever had it went away or was disabled."""
         if new is None or not any(toast.isAncestorOf(new) for toast in self._shown):
             return
-        left = old is None or not shiboken6.isValid(old) or not old.isVisible()
+        left = old is None or not shiboken6.isValid(old) or not old.isVisibleTo(self._parent)
         if left or (old is not None and not old.isEnabled()):
             self._parent.setFocus(Qt.FocusReason.OtherFocusReason)
 
