@@ -1,0 +1,276 @@
+"""The detail of the chosen style at any turn: pictures, plot, numbers and words.
+
+All of it follows the needle while it is dragged; what does not depend on the turn is kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.angles import wrap
+from app.core.gallery import framing, portraits, value_at
+from app.core.light_here import picture_at
+from app.core.portrait.glare import Glare, eye_light, face_direction_words, glare
+from app.core.portrait.ratio import (
+    CONVENTION,
+    DEEPEST_STOPS,
+    LightingRatio,
+    lighting_ratio,
+    ratio_words,
+)
+from app.core.turning.views import background_view
+from app.core.turning.words import (
+    arc_words,
+    clock_words,
+    direction_of,
+    direction_words,
+    side_words,
+    signed,
+    size_words,
+)
+from app.ui.presenters.styles_gallery import verdict_of, whole_of
+from app.ui.presenters.styles_state import DetailState, Sizes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Hashable
+
+    from app.core.colour import FloatImage
+    from app.core.light_here import LightHere
+    from app.core.solve import StyleResult
+    from app.core.styles import Style
+    from app.ui.presenters.styles_gallery import Snapshot
+
+__all__ = ["Detail", "numbers_text"]
+
+Bytes: TypeAlias = NDArray[np.uint8]
+T = TypeVar("T")
+
+_ARC_SHARE: Final = 97.0  # of the best quality: where the tolerance arc ends
+_SAME_DEG: Final = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """Match and strength at a turn, of 100, rounded down."""
+
+    match: int
+    strength: int
+
+
+class Detail:
+    """Resolves the detail; keeps what stays the same from one turn to the next."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, tuple[Hashable, Any, Any]] = {}
+
+    def at(
+        self, snapshot: Snapshot, name: str, needle_deg: float | None, sizes: Sizes
+    ) -> DetailState:
+        """Resolve the detail of a style.
+
+        Parameters
+        ----------
+        snapshot : Snapshot
+            The gallery in front.
+        name : str
+            Of a style in it.
+        needle_deg : float or None
+            Turn that is looked at, deg; None is the best.
+        sizes : Sizes
+            Of the pictures.
+
+        Returns
+        -------
+        DetailState
+        """
+        style = snapshot.styles[name]
+        base = DetailState(
+            key=name,
+            title=style.title,
+            side=_side(style),
+            own=name in snapshot.asking,
+            target=self._target(snapshot, name, sizes),
+            weights=self._weights(snapshot, name),
+            front=snapshot.question.front_deg,
+        )
+        light, result = snapshot.question.light, snapshot.results.get(name)
+        if light is None:
+            return replace(base, main="probe", main_words="Go to Probe")
+        if result is None:
+            return replace(base, panorama=light.display, main_works=False)
+        turn = result.turn_refined_deg if needle_deg is None else needle_deg
+        state = _with_words(base, snapshot, result, turn, at_best=needle_deg is None)
+        return self._with_pictures(state, snapshot, light, turn, sizes)
+
+    def _with_pictures(
+        self, state: DetailState, snapshot: Snapshot, light: LightHere, turn: float, sizes: Sizes
+    ) -> DetailState:
+        question = snapshot.question
+        transport = question.head.transport
+        facing = wrap(turn + question.front_deg)
+        linear = picture_at(transport, light, facing)
+        warning = self._glare(light, facing, question.sun)
+        ratio = lighting_ratio(transport, linear.reshape(-1, 3)[transport.pixels])
+        number, two = _ratio_words(ratio)
+        return replace(
+            state,
+            ratio=number,
+            ratio_short=f"{two} {CONVENTION.replace('plus', '+')}",
+            ratio_tip=f"Lighting ratio: {ratio.words}",
+            here=self._portrait(snapshot, linear, sizes),
+            background=self._background(light, turn, question.front_deg, sizes),
+            panorama=light.display,
+            glare=_glare_words(warning),
+            glare_tip=warning.words if warning.warns else "",
+            glare_strong=warning.level == "strong",
+        )
+
+    def _target(self, snapshot: Snapshot, name: str, sizes: Sizes) -> Bytes:
+        owner = snapshot.asking.get(name, snapshot.question.head)
+        return self._once(
+            "target",
+            (name, sizes.portrait),
+            owner,
+            lambda: self._portrait(snapshot, snapshot.target(name), sizes),
+        )
+
+    def _weights(self, snapshot: Snapshot, name: str) -> FloatImage:
+        head, asking = snapshot.question.head, snapshot.asking.get(name)
+        if asking is not None:
+            return self._once(
+                "weights", name, asking, lambda: asking.weights.preintegrated(head.transport)
+            )
+        pack = head.pack
+        return self._once("weights", name, head, lambda: pack.preintegrated[pack.index(name)])
+
+    def _portrait(self, snapshot: Snapshot, linear: FloatImage, sizes: Sizes) -> Bytes:
+        head = snapshot.question.head
+        coverage = self._once("coverage", 0, head, lambda: head.pack.coverage.astype(np.float32))
+        frame = framing(head.transport.size, sizes.portrait)
+        shown: Bytes = portraits(linear[np.newaxis], coverage, frame)[0]
+        return shown
+
+    def _background(self, light: LightHere, turn: float, front: float, sizes: Sizes) -> Bytes:
+        rows, columns = sizes.background
+        return background_view(light.display, turn, (columns, rows), front)
+
+    def _glare(self, light: LightHere, facing: float, sun: tuple[float, float] | None) -> Glare:
+        eyes = self._once("eyes", 0, light, lambda: eye_light(light.environment.radiance))
+        return glare(eyes, facing, sun)
+
+    def _once(self, what: str, key: Hashable, owner: object, make: Callable[[], T]) -> T:
+        """Keep one of each kind, for as long as key and owner are the same."""
+        known = self._kept.get(what)
+        if known is None or known[0] != key or known[1] is not owner:
+            known = (key, owner, make())
+            self._kept[what] = known
+        made: T = known[2]
+        return made
+
+
+def _side(style: Style) -> str:
+    return side_words(style.side, style.place) or "Painted"
+
+
+def _with_words(
+    base: DetailState, snapshot: Snapshot, result: StyleResult, turn: float, *, at_best: bool
+) -> DetailState:
+    question = snapshot.question
+    paper = question.objective == "paper"
+    reading = _reading(result, turn, at_best=at_best)
+    peaks = tuple(peak.turn_refined_deg for peak in result.peaks[1:])
+    state = replace(
+        base,
+        here_tag=f"Here, at {signed(turn)}",
+        curve=_quality(result) if paper else tuple(result.match_curve.tolist()),
+        curve_name="Quality by turn" if paper else "Match by turn",
+        limit=_ARC_SHARE if paper else question.limits.match,
+        arc=result.arc_deg if result.attainable else None,
+        best=result.turn_refined_deg,
+        peaks=peaks,
+        needle=turn,
+        at_best=at_best or abs(wrap(turn - result.turn_refined_deg)) < _SAME_DEG,
+        turn=size_words(turn),
+        way=direction_of(turn),
+        direction=direction_words(turn),
+        clock=clock_words(turn),
+        good_from=arc_words(result.arc_deg) if result.attainable else "",
+        match=str(reading.match),
+        strength=str(reading.strength),
+        in_reach=result.attainable,
+    )
+    if result.attainable:
+        return state
+    return replace(
+        state,
+        verdict=verdict_of(result, snapshot),
+        reason=f"{cause}." if (cause := (result.reason or "").partition(":")[0]) else "",
+        main="lamp",
+        main_words="Try a lamp",
+    )
+
+
+def _reading(result: StyleResult, turn: float, *, at_best: bool) -> _Reading:
+    """Read match and strength; at the best turn they are those of the card."""
+    if at_best:
+        return _Reading(whole_of(result.match), whole_of(result.strength))
+    return _Reading(
+        whole_of(value_at(result.match_curve, turn)),
+        whole_of(value_at(result.strength_curve, turn)),
+    )
+
+
+def _quality(result: StyleResult) -> tuple[float, ...]:
+    """Quality in per cent of its largest value: C itself has the unit of the exposure."""
+    largest = float(np.abs(result.quality_curve).max())
+    return tuple((100.0 * result.quality_curve / max(largest, 1e-30)).tolist())
+
+
+def _ratio_words(ratio: LightingRatio) -> tuple[str, str]:
+    """Write stops, and the two numbers."""
+    stops = ratio.stops
+    if stops > DEEPEST_STOPS:
+        return f"over {DEEPEST_STOPS:.0f} stops", f"over {ratio_words(DEEPEST_STOPS)}"
+    unit = "stop" if f"{stops:.1f}" == "1.0" else "stops"
+    return f"{stops:.1f} {unit}", ratio.ratio
+
+
+def _glare_words(warning: Glare) -> str:
+    if not warning.warns:
+        return ""
+    name = "Sun" if warning.words.startswith("The sun") else "Bright lamp"
+    what = "in the eyes" if warning.level == "strong" else "in view"
+    where = face_direction_words(warning.azimuth_deg, warning.elevation_deg)
+    return f"{name} {what}: {where.replace('to the sitter', 'sitter')}"
+
+
+def numbers_text(state: DetailState, place: str = "") -> str:
+    """Write down the numbers of a style, to be pasted elsewhere.
+
+    Parameters
+    ----------
+    state : DetailState
+        Resolved.
+    place : str, optional
+        Name of the place.
+
+    Returns
+    -------
+    str
+        A few lines.
+    """
+    lines = [f"{state.title}, {state.side[:1].lower()}{state.side[1:]}"]
+    if place:
+        lines.append(f"Place: {place}")
+    if state.match:
+        turn = f"{state.turn} {state.direction}" if state.way != "none" else state.direction
+        lines.append(f"Turn: {turn}, {state.clock}")
+        lines.append(f"Match {state.match}, strength {state.strength}")
+    if state.good_from:
+        lines.append(f"Good from {state.good_from}")
+    lines += [text for text in (state.verdict, state.ratio_tip, state.glare_tip) if text]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,265 @@
+"""What can be done with the style in front beyond looking at it: sheet, numbers, own files."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from app.core.errors import CoreError
+from app.core.painting import (
+    EXPORT_ENDING,
+    UserStyle,
+    delete,
+    duplicate,
+    export_style,
+    import_style,
+    rename,
+    restore,
+)
+from app.ui.presenters.actions import Action
+from app.ui.presenters.styles_detail import numbers_text
+from app.ui.presenters.styles_sheet import plain_name, save_sheet, sheet_name
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from app.core.painting import Trashed
+    from app.ui.presenters.desk import Desk
+    from app.ui.presenters.services import Services
+    from app.ui.presenters.styles_gallery import Snapshot
+    from app.ui.presenters.styles_state import DetailState, StylesView
+
+    Front: TypeAlias = Callable[[], tuple[Snapshot | None, DetailState]]
+
+__all__ = ["StyleFiles"]
+
+_JOB: Final = "own-style"
+_SHEET_JOB: Final = "set-sheet"
+
+
+class StyleFiles:
+    """Saves, copies, renames, puts away, hands on and takes in.
+
+    Parameters
+    ----------
+    services : Services
+        The window's.
+    desk : Desk
+        Knows the folder of the user's styles.
+    front : callable
+        Gallery and detail as they are shown.
+    """
+
+    def __init__(self, services: Services, desk: Desk, front: Front) -> None:
+        self._services = services
+        self._desk = desk
+        self._front = front
+        self._view: StylesView | None = None
+
+    def attach(self, view: StylesView | None) -> None:
+        """Ask this view for names and files from now on; None: nobody."""
+        self._view = view
+
+    def actions(self) -> Sequence[Action]:
+        """List them, as in the menu beside the main button."""
+        seen, own = self._has_turn, self._is_own
+        return (
+            Action("set-sheet", "Save set sheet…", self.ask_sheet, "sheet", "Ctrl+S", seen),
+            Action("copy-numbers", "Copy numbers", self.copy_numbers, "duplicate", "", seen),
+            Action("rename-style", "Rename style…", self.ask_rename, "edit", "F2", own),
+            Action("duplicate-style", "Duplicate style", self.duplicate, "layers", "", own),
+            Action("delete-style", "Delete style", self.delete, "trash", "", own),
+            Action("export-style", "Export style…", self.ask_export, "export", "", own),
+            Action("import-style", "Import style…", self.ask_import, "import"),
+        )
+
+    # -- sheet and numbers ---------------------------------------------------------------------
+
+    def ask_sheet(self) -> None:
+        """Ask where the set sheet is to be saved."""
+        if self._view is not None and self._has_turn():
+            _, state = self._front()
+            self._view.ask_file("save_sheet", sheet_name(state, self._place_name()))
+
+    def save_sheet(self, path: Path) -> None:
+        """Write the set sheet of the style at the turn that is shown.
+
+        Parameters
+        ----------
+        path : Path
+            Ends in ``.pdf`` or ``.png``; the user has agreed that it is replaced.
+        """
+        snapshot, state = self._front()
+        if snapshot is None or not self._has_turn():
+            return
+        place, now = self._services.model.place, self._services.today()
+        self._services.runner.submit(
+            _SHEET_JOB,
+            lambda token, report: save_sheet(path, snapshot, state, place, now, token),
+            title="Saving the set sheet",
+            done=lambda saved: self._services.notify.tell(f"{saved.name} saved.", kind="done"),
+        )
+
+    def copy_numbers(self) -> None:
+        """Put turn, arc, match, strength and ratio where they can be pasted from."""
+        if self._view is not None and self._has_turn():
+            self._view.copy(numbers_text(self._front()[1], self._place_name()))
+            self._services.notify.tell("Numbers copied.", kind="done")
+
+    # -- the user's own styles -----------------------------------------------------------------
+
+    def ask_rename(self) -> None:
+        """Ask for another name of the user's style in front."""
+        style = self._own_style()
+        if style is not None and self._view is not None:
+            self._view.ask_name(style.title)
+
+    def rename(self, title: str) -> None:
+        """Give the user's style in front another name.
+
+        Parameters
+        ----------
+        title : str
+            Any text; why it cannot be taken is said beside it.
+        """
+        style = self._own_style()
+        if style is None or " ".join(title.split()) == style.title:
+            self._say_trouble("")
+            return
+        folder, old = self._services.folders.styles, style
+
+        def done(renamed: UserStyle) -> None:
+            self._replace(old.name, renamed)
+            self._say_trouble("")
+
+        def failed(error: Exception) -> None:
+            if isinstance(error, CoreError):
+                self._say_trouble(str(error))
+            else:
+                self._services.notify.tell_error(error)
+
+        self._services.runner.submit(
+            _JOB, lambda token, report: rename(folder, old, title), done=done, failed=failed
+        )
+
+    def duplicate(self) -> None:
+        """Keep a copy of the user's style in front, and bring it to the front."""
+        style = self._own_style()
+        if style is not None:
+            folder, one = self._services.folders.styles, style
+            self._services.runner.submit(
+                _JOB, lambda token, report: duplicate(folder, one), done=self._add
+            )
+
+    def delete(self) -> None:
+        """Put the user's style in front away; the toast brings it back."""
+        style = self._own_style()
+        if style is not None:
+            folder, one = self._services.folders.styles, style
+            self._services.runner.submit(
+                _JOB,
+                lambda token, report: delete(folder, one),
+                done=lambda trashed: self._deleted(one, trashed),
+            )
+
+    def ask_export(self) -> None:
+        """Ask for the file that the user's style in front is to be written to."""
+        style = self._own_style()
+        if style is not None and self._view is not None:
+            self._view.ask_file("export", f"{plain_name(style.title)}{EXPORT_ENDING}")
+
+    def export(self, path: Path) -> None:
+        """Write the user's style in front to one file.
+
+        Parameters
+        ----------
+        path : Path
+            The user has agreed that it is replaced.
+        """
+        style = self._own_style()
+        if style is None:
+            return
+        one = style
+        target = path if path.suffix == EXPORT_ENDING else path.with_name(path.name + EXPORT_ENDING)
+
+        def work() -> str:
+            # A name that the ending was added to is another file, which nobody agreed to replace.
+            export_style(one, target, replace=target == path)
+            return target.name
+
+        self._services.runner.submit(
+            _JOB,
+            lambda token, report: work(),
+            done=lambda name: self._services.notify.tell(f"{name} saved.", kind="done"),
+        )
+
+    def ask_import(self) -> None:
+        """Ask for the file of a style."""
+        if self._view is not None:
+            self._view.ask_file("import_style", "")
+
+    def import_style(self, path: Path) -> None:
+        """Take in a style that somebody exported, and bring it to the front.
+
+        Parameters
+        ----------
+        path : Path
+            Left as it is.
+        """
+        folder = self._services.folders.styles
+
+        def done(style: UserStyle) -> None:
+            self._add(style)
+            self._services.notify.tell(f"{style.title} imported.", kind="done")
+
+        self._services.runner.submit(
+            _JOB, lambda token, report: import_style(folder, path), done=done
+        )
+
+    # -- helpers -------------------------------------------------------------------------------
+
+    def _deleted(self, style: UserStyle, trashed: Trashed) -> None:
+        self._services.model.update(chosen=None, needle_deg=None, goal_deg=None)
+        self._replace(style.name, None)
+        self._services.notify.tell(
+            f"{style.title} deleted.",
+            kind="done",
+            actions=(("Undo", lambda: self._restore(trashed)),),
+        )
+
+    def _restore(self, trashed: Trashed) -> None:
+        folder = self._services.folders.styles
+        self._services.runner.submit(
+            _JOB, lambda token, report: restore(folder, trashed), done=self._add
+        )
+
+    def _add(self, style: UserStyle) -> None:
+        model = self._services.model
+        others = [one for one in model.user_styles if one.name != style.name]
+        known = sorted([*others, style], key=lambda one: one.name)
+        model.update(user_styles=tuple(known), chosen=style.name, needle_deg=None, goal_deg=None)
+
+    def _replace(self, name: str, style: UserStyle | None) -> None:
+        """Put another version of a style into the model, or take it out."""
+        model = self._services.model
+        known = [style if one.name == name else one for one in model.user_styles]
+        model.update(user_styles=tuple(one for one in known if one is not None))
+
+    def _own_style(self) -> UserStyle | None:
+        key = self._front()[1].key
+        styles = self._services.model.user_styles
+        return next((style for style in styles if style.name == key), None)
+
+    def _is_own(self) -> bool:
+        return self._own_style() is not None
+
+    def _has_turn(self) -> bool:
+        return bool(self._front()[1].turn)
+
+    def _place_name(self) -> str:
+        place = self._services.model.place
+        return place.name if place is not None else ""
+
+    def _say_trouble(self, sentence: str) -> None:
+        if self._view is not None:
+            self._view.show_trouble(sentence)

@@ -1,0 +1,420 @@
+"""The gallery: pictures of all styles in this place, made at once, and the words on their cards."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.angles import wrap
+from app.core.gallery import framing, greyed, portraits
+from app.core.light_here import pictures_at
+from app.core.painting import prepare_user_style
+from app.core.reasons import Limits
+from app.core.turning.words import direction_of, size_words, turn_words, whole
+from app.ui.presenters.styles_state import CardState, Filter, Sort
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from app.core.colour import FloatImage
+    from app.core.light_here import LightHere
+    from app.core.painting import Asking, DamagedStyle, UserStyle
+    from app.core.progress import Token
+    from app.core.solve import StyleResult
+    from app.core.styles import Style
+    from app.ui.presenters.model import Head, Model
+    from app.ui.presenters.styles_state import Size
+
+__all__ = [
+    "Question",
+    "Snapshot",
+    "cards_of",
+    "filters_of",
+    "look",
+    "question_of",
+    "side_line",
+    "verdict_of",
+    "whole_of",
+]
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Pair: TypeAlias = "tuple[Bytes | None, Bytes | None]"
+
+_SIDES: Final = {"left": 0, "right": 1, "none": 2}
+# What does not fit on a card beside the number; the tool tip has the whole sentence.
+_SHORTER: Final = (
+    ("Not all of its lights are here at one turn", "Not all its lights at one turn"),
+    ("Only one of its two lights is here, none", "No second light"),
+    ("No strong light from high in front", "No light high in front"),
+)
+_SPOKEN: Final = {
+    "left": "light from the sitter's left, camera right",
+    "right": "light from the sitter's right, camera left",
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Question:
+    """Everything the gallery is made from.
+
+    Attributes
+    ----------
+    head : Head
+    light : LightHere or None
+        None while no light was measured; then there are no results.
+    front_deg : float
+        Azimuth in the panorama at which the photographer stands.
+    results : tuple of StyleResult
+        Seen from `front_deg`.
+    own : tuple of UserStyle
+    damaged : tuple of DamagedStyle
+    objective : str
+        "picture" or "paper".
+    limits : Limits
+        Least match and strength in reach.
+    sun : tuple of float or None
+        Azimuth in the panorama and elevation, deg.
+    size : tuple of int
+        Rows and columns of a card's picture.
+    """
+
+    head: Head
+    light: LightHere | None = None
+    front_deg: float = 0.0
+    results: tuple[StyleResult, ...] = ()
+    own: tuple[UserStyle, ...] = ()
+    damaged: tuple[DamagedStyle, ...] = ()
+    objective: str = "picture"
+    limits: Limits = field(default_factory=Limits)
+    sun: tuple[float, float] | None = None
+    size: Size = (68, 94)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Snapshot:
+    """A gallery whose numbers and pictures belong together.
+
+    Attributes
+    ----------
+    question : Question
+        What it was made from.
+    styles : Mapping[str, Style]
+        All styles by name, built in first.
+    results : Mapping[str, StyleResult]
+        By name; empty without light.
+    asking : Mapping[str, Asking]
+        The user's styles on this head.
+    targets : Mapping[str, uint8]
+        (h, w, 3) target portraits, never grey.
+    pictures : Mapping[str, tuple]
+        Target and here as the cards show them; here is None without light.
+    version : int
+        Counts up.
+    """
+
+    question: Question
+    styles: Mapping[str, Style]
+    results: Mapping[str, StyleResult]
+    asking: Mapping[str, Asking] = field(repr=False)
+    targets: Mapping[str, Bytes] = field(repr=False)
+    pictures: Mapping[str, Pair] = field(repr=False)
+    version: int = 1
+
+    def target(self, name: str) -> FloatImage:
+        """Target picture of a style, (N, N, 3) float32 linear, largest value 1."""
+        if name in self.asking:
+            return self.asking[name].target
+        return self.question.head.pack.target(name)
+
+
+def question_of(model: Model, size: Size) -> Question | None:
+    """Read off the model what the gallery is to be made from.
+
+    Parameters
+    ----------
+    model : Model
+        The window's.
+    size : tuple of int
+        Rows and columns of a card's picture.
+
+    Returns
+    -------
+    Question or None
+        None until a head is loaded.
+    """
+    if model.head is None:
+        return None
+    settings, place = model.settings, model.place
+    where = place.location if place is not None else None
+    sun = None
+    if where is not None and where.sun_azimuth_deg is not None:
+        sun = (where.sun_azimuth_deg, where.sun_elevation_deg or 0.0)
+    return Question(
+        head=model.head,
+        light=model.light,
+        front_deg=model.front_deg,
+        results=model.results if model.light is not None else (),
+        own=model.user_styles,
+        damaged=model.damaged_styles,
+        objective=settings.objective,
+        limits=Limits(settings.match_limit, settings.strength_limit),
+        sun=sun,
+        size=size,
+    )
+
+
+def look(question: Question, known: Snapshot | None, token: Token) -> Snapshot:
+    """Make all cards' pictures; what is known already is taken over.
+
+    Parameters
+    ----------
+    question : Question
+        What to make them from.
+    known : Snapshot or None
+        The one before.
+    token : Token
+        Looked at between the steps.
+
+    Returns
+    -------
+    Snapshot
+    """
+    pack, transport = question.head.pack, question.head.transport
+    before = known if known is not None and known.question.head is question.head else None
+    asking = _prepared(question, before, token)
+    styles = {style.name: style for style in pack.styles}
+    styles.update((one.name, one.style) for one in question.own)
+    results = {one.name: one for one in question.results if one.name in styles}
+    draft = Snapshot(question, styles, results, asking, {}, {}, 1)
+    frame = framing(transport.size, question.size)
+    coverage = pack.coverage.astype(np.float32)
+    targets = _old_targets(before, question, asking)
+    missing = [name for name in styles if name not in targets]
+    if missing:
+        shown = portraits(np.stack([draft.target(name) for name in missing]), coverage, frame)
+        targets.update(zip(missing, shown, strict=True))
+    token.check()
+    here: dict[str, Bytes] = {}
+    if question.light is not None and results:
+        turns = [wrap(one.turn_refined_deg + question.front_deg) for one in results.values()]
+        linear = pictures_at(transport, question.light, turns)
+        token.check()
+        here.update(zip(results, portraits(linear, coverage, frame), strict=True))
+    pictures = {name: _pair(targets[name], here.get(name), results.get(name)) for name in styles}
+    version = 1 if known is None else known.version + 1
+    return replace(draft, targets=targets, pictures=pictures, version=version)
+
+
+def _prepared(question: Question, before: Snapshot | None, token: Token) -> dict[str, Asking]:
+    asking = {}
+    for style in question.own:
+        old = before.asking.get(style.name) if before is not None else None
+        if old is None or old.style is not style:
+            token.check()
+            old = prepare_user_style(question.head.transport, style)
+        asking[style.name] = old
+    return asking
+
+
+def _old_targets(
+    before: Snapshot | None, question: Question, asking: Mapping[str, Asking]
+) -> dict[str, Bytes]:
+    if before is None or before.question.size != question.size:
+        return {}
+    return {
+        name: picture
+        for name, picture in before.targets.items()
+        if before.asking.get(name) is asking.get(name)
+    }
+
+
+def _pair(target: Bytes, here: Bytes | None, result: StyleResult | None) -> Pair:
+    if result is None or result.attainable:
+        return target, here
+    return greyed(target), None if here is None else greyed(here)
+
+
+def whole_of(value: float) -> int:
+    """Round match or strength down, so that a value under a limit never reads as the limit."""
+    return max(math.floor(value), 0)
+
+
+def filters_of(snapshot: Snapshot) -> tuple[tuple[Filter, str], ...]:
+    """Words of the filters, with how many cards each would show.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+        What there is.
+
+    Returns
+    -------
+    tuple of (Filter, str)
+    """
+    within = sum(one.attainable for one in snapshot.results.values())
+    without = len(snapshot.results) - within
+    measured = snapshot.question.light is not None
+    mine = len(snapshot.asking) + len(snapshot.question.damaged)
+    return (
+        (Filter.ALL, f"All {len(snapshot.styles) + len(snapshot.question.damaged)}"),
+        (Filter.IN_REACH, f"In reach {within}" if measured else "In reach"),
+        (Filter.OUT_OF_REACH, f"Out of reach {without}" if measured else "Out of reach"),
+        (Filter.MINE, f"Mine {mine}"),
+    )
+
+
+def cards_of(
+    snapshot: Snapshot, wanted: Filter, sort: Sort, chosen: str | None
+) -> tuple[CardState, ...]:
+    """Make the cards of the gallery.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+        What there is.
+    wanted : Filter
+        Which of it.
+    sort : Sort
+        In which order.
+    chosen : str or None
+        Name of the style in front.
+
+    Returns
+    -------
+    tuple of CardState
+        In the order of reading; files that cannot be read come last.
+    """
+    names = [name for name in snapshot.styles if _passes(snapshot, name, wanted)]
+    names.sort(key=lambda name: _order(snapshot, name, sort))
+    cards = [_card(snapshot, name, name == chosen) for name in names]
+    if wanted in (Filter.ALL, Filter.MINE):
+        cards += [_damaged_card(one) for one in snapshot.question.damaged]
+    return tuple(cards)
+
+
+def _passes(snapshot: Snapshot, name: str, wanted: Filter) -> bool:
+    if wanted is Filter.ALL:
+        return True
+    if wanted is Filter.MINE:
+        return name in snapshot.asking
+    result = snapshot.results.get(name)
+    return result is not None and result.attainable == (wanted is Filter.IN_REACH)
+
+
+def _order(snapshot: Snapshot, name: str, sort: Sort) -> tuple[float | str, ...]:
+    style, result = snapshot.styles[name], snapshot.results.get(name)
+    title = style.title.casefold()
+    out = float(result is not None and not result.attainable)
+    match = -result.match if result is not None else 0.0
+    if sort is Sort.NAME:
+        return out, title, _SIDES[style.side], name
+    if sort is Sort.TURN and result is not None:
+        return out, float(abs(whole(result.turn_refined_deg))), match
+    if sort is Sort.SIDE:
+        return out, _SIDES[style.side], match, title
+    # Without numbers in the order in which styles are listed everywhere.
+    return out, match
+
+
+def side_line(style: Style) -> str:
+    """Side of a style as the second line of its card; one without any says so."""
+    return style.side_words or "painted"
+
+
+def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
+    style, result = snapshot.styles[name], snapshot.results.get(name)
+    target, here = snapshot.pictures[name]
+    line = side_line(style)
+    card = CardState(
+        key=name,
+        title=style.title,
+        line=line,
+        tip=f"{style.title}: {line}",
+        spoken=_spoken(style, result),
+        limit=snapshot.question.limits.match,
+        own=name in snapshot.asking,
+        chosen=chosen,
+        version=snapshot.version,
+        target=target,
+        here=here,
+    )
+    if result is None:
+        return card
+    match = whole_of(result.match)
+    card = replace(card, match=str(match), meter=float(min(match, 100)))
+    turn = result.turn_refined_deg
+    if result.attainable:
+        return replace(card, turn=size_words(turn), way=direction_of(turn))
+    reason, brief = _short_reason(result, snapshot.question.limits)
+    tip = f"{style.full_title}. {_sentence(result.reason)} {verdict_of(result, snapshot)}"
+    return replace(card, line=reason, brief=brief, tip=tip, in_reach=False)
+
+
+def _short_reason(result: StyleResult, limits: Limits) -> tuple[str, str]:
+    """Say why not as a card can, and as a narrow card can."""
+    if result.match >= limits.match and result.strength < limits.strength:
+        strength, needs = whole_of(result.strength), f"needs {limits.strength:.0f}"
+        return f"Too soft: strength {strength}, {needs}", f"Too soft: {strength}, {needs}"
+    words = (result.reason or "").partition(":")[0]
+    for long, short in _SHORTER:
+        words = words.replace(long, short)
+    words = words.removesuffix(" here")
+    return words, words
+
+
+def _sentence(words: str | None) -> str:
+    return f"{words}." if words else ""
+
+
+def verdict_of(result: StyleResult, snapshot: Snapshot) -> str:
+    """Say what the best is that a place can do for a style out of reach.
+
+    Parameters
+    ----------
+    result : StyleResult
+        Of the style.
+    snapshot : Snapshot
+        It belongs to.
+
+    Returns
+    -------
+    str
+        "Best here is 29 at 62° counter-clockwise. The limit is 45."
+    """
+    limits, turn = snapshot.question.limits, result.turn_refined_deg
+    where = "without a turn" if whole(turn) == 0 else f"at {turn_words(turn)}"
+    if result.match >= limits.match:
+        strength = whole_of(result.strength)
+        return f"Best strength here is {strength} {where}. The limit is {limits.strength:.0f}."
+    return f"Best here is {whole_of(result.match)} {where}. The limit is {limits.match:.0f}."
+
+
+def _spoken(style: Style, result: StyleResult | None) -> str:
+    light = _SPOKEN.get(style.side) or (f"light {style.place}" if style.place else "painted")
+    if result is None:
+        return f"{style.title}, {light}, not measured yet"
+    turn = whole(result.turn_refined_deg)
+    unit = "degree" if abs(turn) == 1 else "degrees"
+    way = f"turn {abs(turn)} {unit} {direction_of(turn)}" if turn else "no turn needed"
+    reach = "in reach"
+    if not result.attainable:
+        reason = (result.reason or "").partition(":")[0]
+        reach = f"out of reach: {reason[:1].lower()}{reason[1:]}"
+    return f"{style.title}, {light}, {way}, match {whole_of(result.match)}, {reach}"
+
+
+def _damaged_card(damaged: DamagedStyle) -> CardState:
+    return CardState(
+        key=str(damaged.path),
+        title=damaged.path.stem,
+        line=damaged.message,
+        tip=damaged.reason,
+        spoken=f"{damaged.path.stem}, {damaged.message} {damaged.reason}",
+        in_reach=False,
+        own=True,
+        damaged=damaged.path,
+    )

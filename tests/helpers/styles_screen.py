@@ -1,0 +1,146 @@
+"""The Styles presenter on a real head, with one known lamp or a bundled scene, for tests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+from functools import cache
+from pathlib import Path
+from typing import Any
+from unittest.mock import MagicMock
+
+import numpy as np
+
+from app.core.angles import wrap
+from app.core.environment import from_radiance, read_environment
+from app.core.lamps import far_lamp
+from app.core.light_here import LightHere, prepare
+from app.core.pack import load_named_pack, load_transport_of
+from app.core.paths import resources
+from app.core.progress import Token, silent
+from app.core.styles import StyleLamp
+from app.ui.presenters.desk import Desk
+from app.ui.presenters.model import Head, Model
+from app.ui.presenters.services import Folders, Services
+from app.ui.presenters.styles import StylesPresenter
+from app.ui.presenters.styles_state import CardState
+from app.ui.presenters.undo import UndoStack
+
+
+@cache
+def head(name: str = "generic") -> Head:
+    """A shipped head, loaded once."""
+    pack = load_named_pack(name)
+    return Head(name, "Generic head", pack, load_transport_of(pack, name))
+
+
+@cache
+def lamp_light(azimuth_deg: float, elevation_deg: float = 20.0) -> LightHere:
+    """A place with one small lamp at a panorama azimuth and nothing else but a faint glow."""
+    lamp = far_lamp(StyleLamp(wrap(-azimuth_deg), elevation_deg, 8.0, 1.0, 2.0), (128, 256))
+    radiance = np.repeat((lamp + 1e-4 * lamp.max())[..., None], 3, axis=2).astype(np.float32)
+    return prepare(from_radiance(radiance, "one lamp"))
+
+
+@cache
+def scene_light(name: str = "interior") -> LightHere:
+    """A bundled real scene."""
+    return prepare(read_environment(resources() / "demo" / "scenes" / f"{name}.exr"))
+
+
+class HoldingRunner:
+    """Does everything at once, except for what is held back until it is released."""
+
+    def __init__(self) -> None:
+        self.held: set[str] = set()
+        self.waiting: dict[str, Callable[[], None]] = {}
+        self.ran: list[str] = []
+
+    def submit(
+        self,
+        key: str,
+        work: Callable[..., Any],
+        *,
+        title: str = "",
+        done: Callable[..., None] | None = None,
+        failed: Callable[[Exception], None] | None = None,
+        cancelled: Callable[[], None] | None = None,
+    ) -> None:
+        del title, cancelled
+        self.ran.append(key)
+
+        def run() -> None:
+            self.waiting.pop(key, None)
+            try:
+                answer = work(Token(), silent)
+            except Exception as error:
+                if failed is None:
+                    raise
+                failed(error)
+                return
+            if done is not None:
+                done(answer)
+
+        if key in self.held:
+            self.waiting[key] = run
+        else:
+            run()
+
+    def release(self, key: str) -> None:
+        self.held.discard(key)
+        self.waiting[key]()
+
+    def cancel(self, key: str) -> None:
+        self.waiting.pop(key, None)
+
+    def running(self, key: str) -> bool:
+        return key in self.waiting
+
+
+class Told:
+    """Remembers what was told, and its buttons."""
+
+    def __init__(self) -> None:
+        self.messages: list[str] = []
+        self.buttons: dict[str, Callable[[], None]] = {}
+
+    def tell(self, message: str, *, kind: str = "info", actions: Sequence[Any] = ()) -> None:
+        del kind
+        self.messages.append(message)
+        self.buttons = dict(actions)
+
+    def tell_error(self, error: Exception, *, actions: Sequence[Any] = ()) -> None:
+        self.tell(str(error), actions=actions)
+
+
+class Table:
+    """Everything that the presenter needs, in a folder of the test's own."""
+
+    def __init__(self, folder: Path, runner: Any = None) -> None:
+        self.runner = HoldingRunner() if runner is None else runner
+        self.told = Told()
+        self.model = Model()
+        self.folder = folder
+        self.services = Services(
+            model=self.model,
+            runner=self.runner,
+            notify=self.told,
+            undo=UndoStack(),
+            clock=MagicMock(),
+            today=lambda: datetime(2026, 11, 21, 14, 5, tzinfo=UTC),
+            devices=MagicMock(),
+            folders=Folders(
+                folder, folder / "places", folder / "styles", folder / "drafts", folder / "demo"
+            ),
+        )
+        self.desk = Desk(self.services)
+        self.presenter = StylesPresenter(self.services, self.desk)
+
+    def open(self, light: LightHere | None = None, front_deg: float = 0.0) -> Table:
+        """Load the head and, if any, the light; everything is solved when this returns."""
+        self.model.update(head=head(), light=light, front_deg=front_deg)
+        return self
+
+    def card(self, key: str) -> CardState:
+        """The card of a style, as it is shown now."""
+        return next(card for card in self.presenter.resolve().cards if card.key == key)

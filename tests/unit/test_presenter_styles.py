@@ -1,0 +1,490 @@
+"""The Styles screen without a screen: cards, order, detail at any turn, ways on."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+from pathlib import Path
+from unittest.mock import MagicMock
+
+import numpy as np
+import pytest
+
+from app.core.angles import difference, wrap
+from app.core.light_here import picture_at
+from app.core.painting import DamagedStyle
+from app.core.places import Location, Place
+from app.core.portrait.glare import glare
+from app.core.portrait.ratio import lighting_ratio
+from app.core.progress import Token
+from app.core.turning.words import whole
+from app.ui.presenters.model import Step
+from app.ui.presenters.styles_gallery import look, question_of
+from app.ui.presenters.styles_state import Filter, Sizes, Sort, StylesState, StylesView
+from tests.helpers.styles_screen import Table, head, lamp_light, scene_light
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Table:
+    return Table(tmp_path)
+
+
+def attached(table: Table) -> MagicMock:
+    view = MagicMock(spec=StylesView)
+    table.presenter.attach(view)
+    return view
+
+
+def last(view: MagicMock) -> StylesState:
+    state = view.show_state.call_args.args[0]
+    assert isinstance(state, StylesState)
+    return state
+
+
+def needle(table: Table) -> float | None:
+    return table.model.needle_deg
+
+
+def goal(table: Table) -> float | None:
+    return table.model.goal_deg
+
+
+class TestSidesAndDirections:
+    """One lamp at azimuth p: butterfly at p, left split at p + 90, right split at p - 90."""
+
+    @pytest.mark.parametrize("lamp", [40.0, -100.0])
+    @pytest.mark.parametrize("front", [0.0, 60.0])
+    def test_one_lamp(self, table: Table, lamp: float, front: float) -> None:
+        table.open(lamp_light(lamp, 35.0), front)
+        for name, turn in (
+            ("butterfly", lamp - front),
+            ("left-split", lamp + 90.0 - front),
+            ("right-split", lamp - 90.0 - front),
+        ):
+            card = table.card(name)
+            way = 1 if card.way == "clockwise" else -1
+            shown = way * int(card.turn.removesuffix("°"))
+            assert abs(difference(shown, turn)) <= 8.0, (name, card.turn, card.way)
+
+    def test_a_lamp_at_the_sitters_right_hand_side_needs_a_clockwise_turn(
+        self, table: Table
+    ) -> None:
+        # Azimuth grows to the right of who faces the centre: butterfly needs a turn toward it.
+        table.open(lamp_light(40.0, 35.0))
+        table.presenter.choose("butterfly")
+        state = table.presenter.resolve().detail
+        assert state.way == "clockwise"
+        assert state.direction == "clockwise"
+        assert state.clock == "toward 1 o’clock"
+        assert state.here_tag == f"Here, at {state.turn}"
+
+    def test_counter_clockwise_has_a_minus_on_the_picture(self, table: Table) -> None:
+        table.open(lamp_light(-40.0, 35.0))
+        table.presenter.choose("butterfly")
+        state = table.presenter.resolve().detail
+        assert state.direction == "counter-clockwise"
+        assert state.here_tag == f"Here, at −{state.turn}"
+
+    def test_the_key_light_is_on_the_side_of_the_name(self, table: Table) -> None:
+        """Pictures, not words: image right is the sitter's left."""
+        table.open(lamp_light(25.0, 20.0))
+        for name, brighter in (("left-split", "right"), ("right-split", "left")):
+            table.presenter.choose(name)
+            here = table.presenter.resolve().detail.here
+            assert here is not None
+            left, right = here[:, :100].mean(), here[:, 100:].mean()
+            assert (right > left) == (brighter == "right")
+        table.presenter.choose("left-split")
+        assert (
+            table.presenter.resolve().detail.side == "Light from the sitter’s left (camera right)"
+        )
+
+
+class TestCards:
+    def test_in_reach_by_match_then_out_of_reach(self, table: Table) -> None:
+        cards = table.open(scene_light()).presenter.resolve().cards
+        reach = [card.in_reach for card in cards]
+        assert len(cards) == 18
+        assert reach == sorted(reach, reverse=True)
+        for group in (True, False):
+            numbers = [int(card.match) for card in cards if card.in_reach is group]
+            assert numbers == sorted(numbers, reverse=True)
+
+    def test_numbers_on_card_and_in_the_detail_are_the_same(self, table: Table) -> None:
+        table.open(scene_light())
+        for result in table.model.results:
+            table.presenter.choose(result.name)
+            card, detail = table.card(result.name), table.presenter.resolve().detail
+            assert card.match == detail.match == str(max(math.floor(result.match), 0))
+            assert detail.turn == f"{abs(whole(result.turn_refined_deg))}°"
+            if card.in_reach:
+                assert (card.turn, card.way) == (detail.turn, detail.way)
+            else:
+                assert card.turn == ""
+                assert detail.verdict
+                assert detail.arc is None
+
+    def test_names_for_those_who_cannot_see(self, table: Table) -> None:
+        table.open(scene_light())
+        result = next(one for one in table.model.results if one.name == "left-rembrandt")
+        turned = replace(result, turn_refined_deg=96.2, match=96.4, attainable=True, reason=None)
+        others = tuple(one for one in table.model.results if one is not result)
+        table.model.update(results=(*others, turned))
+        assert table.card("left-rembrandt").spoken == (
+            "Rembrandt, light from the sitter's left, camera right, "
+            "turn 96 degrees clockwise, match 96, in reach"
+        )
+        butterfly = table.card("butterfly").spoken
+        assert butterfly.startswith("Butterfly, light in front, from above, turn ")
+        assert "out of reach: " in table.card("badger").spoken
+
+    @pytest.mark.parametrize("limit", [44.0, 45.0])
+    def test_a_match_just_under_the_limit_never_reads_as_the_limit(
+        self, table: Table, limit: float
+    ) -> None:
+        table.open(scene_light())
+        result = next(one for one in table.model.results if one.name == "badger")
+        near = replace(result, match=44.97, reason="Other light: match 44 of 100")
+        table.model.update(results=(near,))
+        assert table.card("badger").match == "44"
+
+    def test_too_soft_is_said_with_both_numbers(self, table: Table) -> None:
+        table.open(scene_light())
+        soft = [one for one in table.model.results if one.match >= 45 and one.strength < 20]
+        assert soft, "the scene must have one"
+        card = table.card(soft[0].name)
+        number = max(math.floor(soft[0].strength), 0)
+        assert card.line == f"Too soft: strength {number}, needs 20"
+        table.presenter.choose(soft[0].name)
+        verdict = table.presenter.resolve().detail.verdict
+        assert verdict.startswith(f"Best strength here is {number} at ")
+        assert verdict.endswith("The limit is 20.")
+
+    def test_filters_count_and_keep(self, table: Table) -> None:
+        presenter = table.open(scene_light()).presenter
+        within = sum(one.attainable for one in table.model.results)
+        words = dict(presenter.resolve().filters)
+        assert words == {
+            "all": "All 18",
+            "in": f"In reach {within}",
+            "out": f"Out of reach {18 - within}",
+            "mine": "Mine 0",
+        }
+        for key, count in (("in", within), ("out", 18 - within), ("mine", 0), ("all", 18)):
+            presenter.set_filter(key)
+            assert len(presenter.resolve().cards) == count
+        presenter.set_filter("mine")
+        assert presenter.resolve().empty == "Paint a style and it appears here."
+
+    def test_sorting(self, table: Table) -> None:
+        presenter = table.open(scene_light()).presenter
+        presenter.set_sort(Sort.NAME)
+        names = [card.title for card in presenter.resolve().cards if card.in_reach]
+        assert names == sorted(names)
+        presenter.set_sort("turn")
+        turns = [int(card.turn[:-1]) for card in presenter.resolve().cards if card.in_reach]
+        assert turns == sorted(turns)
+        presenter.set_sort(Sort.SIDE)
+        keys = [card.key for card in presenter.resolve().cards if card.in_reach]
+        sides = ["left" if "left-" in k else "right" if "right-" in k else "z" for k in keys]
+        assert sides == sorted(sides)
+
+    def test_out_of_reach_is_grey(self, table: Table) -> None:
+        table.open(scene_light())
+        for card in table.presenter.resolve().cards:
+            for picture in (card.target, card.here):
+                assert picture is not None
+                assert picture.shape == (68, 94, 3)
+                assert (np.ptp(picture.astype(int), axis=2).max() <= 1) == (not card.in_reach)
+
+
+class TestStates:
+    def test_before_a_head_is_there(self, table: Table) -> None:
+        view = attached(table)
+        assert last(view).cards == ()
+        assert last(view).busy
+        table.open()
+        assert len(last(view).cards) == 18
+        assert not last(view).busy
+
+    def test_no_light_targets_but_no_turns(self, table: Table) -> None:
+        state = table.open().presenter.resolve()
+        assert all(card.target is not None and card.here is None for card in state.cards)
+        assert not any(card.turn or card.match for card in state.cards)
+        assert not state.measured
+        assert state.detail.main == "probe"
+        assert state.detail.main_words == "Go to Probe"
+        assert state.detail.target is not None
+        table.presenter.set_filter(Filter.IN_REACH)
+        assert table.presenter.resolve().empty == "No light measured yet."
+        table.presenter.main()
+        assert table.model.step is Step.PROBE
+
+    def test_no_light_can_be_looked_through_and_painted(self, table: Table) -> None:
+        table.open().presenter.choose("left-loop")
+        assert table.presenter.resolve().detail.title == "Loop"
+        table.presenter.paint()
+        assert table.model.painting == "left-loop"
+
+    def test_out_of_reach(self, table: Table) -> None:
+        table.open(scene_light()).presenter.choose("badger")
+        detail = table.presenter.resolve().detail
+        result = table.model.result
+        assert result is not None
+        assert not result.attainable
+        turn = f"{abs(whole(result.turn_refined_deg))}° {detail.direction}"
+        number = max(math.floor(result.match), 0)
+        assert detail.verdict == f"Best here is {number} at {turn}. The limit is 45."
+        assert (detail.main, detail.main_words) == ("lamp", "Try a lamp")
+        table.presenter.main()
+        assert table.model.step is Step.LIGHT
+        assert table.model.goal_deg is None
+
+    def test_busy_keeps_old_numbers_until_all_new_ones_are_there(self, table: Table) -> None:
+        table.open(scene_light())
+        view = attached(table)
+        before = [(card.key, card.turn, card.version) for card in last(view).cards]
+        table.runner.held = {"solve", "styles-pictures"}
+        table.model.update(front_deg=30.0)
+        assert last(view).busy
+        assert [(card.key, card.turn, card.version) for card in last(view).cards] == before
+        table.runner.release("solve")
+        assert last(view).busy
+        assert [(card.key, card.turn, card.version) for card in last(view).cards] == before
+        table.runner.release("styles-pictures")
+        assert not last(view).busy
+        after = {card.key: card for card in last(view).cards}
+        assert all(after[key].version > version for key, _, version in before)
+
+    def test_a_damaged_style_is_a_card_of_its_own(self, table: Table) -> None:
+        table.open(scene_light())
+        file = table.folder / "styles" / "broken.toml"
+        table.model.update(damaged_styles=(DamagedStyle(file, "It has no weights."),))
+        state = table.presenter.resolve()
+        card = state.cards[-1]
+        assert card.damaged == file
+        assert card.target is None
+        assert not card.turn
+        assert card.line == "This style cannot be read. Its file is untouched."
+        assert dict(state.filters)["mine"] == "Mine 1"
+        assert dict(state.filters)["all"] == "All 19"
+        table.presenter.choose(card.key)
+        assert table.model.chosen != card.key
+
+    def test_nothing_is_shown_while_another_screen_is_in_front(self, table: Table) -> None:
+        view = attached(table.open(scene_light()))
+        table.presenter.left()
+        shown = view.show_state.call_count
+        table.presenter.look_at(10.0)
+        assert view.show_state.call_count == shown
+        table.presenter.entered()
+        assert last(view).detail.here_tag == "Here, at 10°"
+        table.presenter.detach()
+        table.presenter.look_at(20.0)
+        assert last(view).detail.here_tag == "Here, at 10°"
+
+
+class TestDetail:
+    def test_the_needle_moves_everything(self, table: Table) -> None:
+        view = attached(table.open(scene_light()))
+        table.presenter.choose("left-rembrandt")
+        best = last(view).detail
+        assert best.at_best
+        assert best.needle == pytest.approx(best.best)
+        table.presenter.look_at(-120.4)
+        moved = last(view).detail
+        assert needle(table) == -120.4
+        assert not moved.at_best
+        assert moved.turn == "120°"
+        assert moved.direction == "counter-clockwise"
+        assert moved.good_from == best.good_from
+        assert moved.best == best.best
+        assert moved.target is best.target
+        assert moved.weights is best.weights
+        assert moved.panorama is best.panorama
+        for one, two in ((moved.here, best.here), (moved.background, best.background)):
+            assert one is not None
+            assert two is not None
+            assert np.abs(one.astype(int) - two).mean() > 3
+        table.presenter.go_best()
+        assert needle(table) is None
+        assert last(view).detail.match == best.match
+
+    def test_match_between_the_turns_of_the_grid(self, table: Table) -> None:
+        """Against the correlation of the pictures themselves."""
+        table.open(scene_light()).presenter.choose("left-split")
+        one = head()
+        face = one.transport.face
+        pixels = one.transport.pixels
+        target = one.pack.target("left-split").reshape(-1, 3)[pixels][face]
+        # The search sees luminance only and 64 turns; the pictures are in colour.
+        for turn in (45.0, 101.25, -67.5, 61.9, -33.3):
+            table.presenter.look_at(turn)
+            here = picture_at(one.transport, scene_light(), turn).reshape(-1, 3)[pixels][face]
+            weights = np.asarray(one.transport.header.luminance_weights)
+            match = 100 * np.corrcoef(target @ weights, here @ weights)[0, 1]
+            shown = table.presenter.resolve().detail.match
+            assert abs(float(shown) - max(match, 0.0)) <= 4.0
+
+    def test_front_moves_turns_and_not_pictures(self, table: Table) -> None:
+        table.open(scene_light()).presenter.choose("left-rembrandt")
+        before = table.presenter.resolve().detail
+        table.model.update(front_deg=25.0)
+        after = table.presenter.resolve().detail
+        assert difference(before.needle, after.needle) == pytest.approx(25.0, abs=1e-6)
+        for name in ("here", "background"):
+            one, two = getattr(before, name), getattr(after, name)
+            assert np.abs(one.astype(int) - two).max() <= 1
+
+    def test_a_peak_is_taken_and_home_returns(self, table: Table) -> None:
+        table.open(scene_light())
+        result = next(one for one in table.model.results if len(one.peaks) > 1)
+        table.presenter.choose(result.name)
+        detail = table.presenter.resolve().detail
+        assert detail.peaks == tuple(peak.turn_refined_deg for peak in result.peaks[1:])
+        table.presenter.take_peak(0)
+        assert table.model.needle_deg == pytest.approx(result.peaks[1].turn_refined_deg)
+        assert detail.best is not None
+        table.presenter.look_at(detail.best)
+        assert table.model.needle_deg is None
+
+    def test_ratio_and_convention(self, table: Table) -> None:
+        table.open(lamp_light(0.0, 20.0)).presenter.choose("left-split")
+        table.presenter.look_at(40.0)
+        detail = table.presenter.resolve().detail
+        one = head()
+        linear = picture_at(one.transport, lamp_light(0.0, 20.0), 40.0)
+        wanted = lighting_ratio(one.transport, linear.reshape(-1, 3)[one.transport.pixels])
+        assert detail.ratio == f"{wanted.stops:.1f} stops"
+        assert detail.ratio_short == f"{wanted.ratio} key + fill : fill"
+        assert wanted.words in detail.ratio_tip
+        assert "key plus fill : fill" in detail.ratio_tip
+
+    def test_a_lamp_in_the_eyes_is_warned_of_at_that_turn_only(self, table: Table) -> None:
+        light = lamp_light(50.0, 20.0)
+        assert glare(light.environment.radiance, 50.0).warns
+        table.open(light).presenter.choose("left-split")
+        table.presenter.look_at(50.0)
+        facing = table.presenter.resolve().detail
+        assert facing.glare.startswith("Bright lamp in ")
+        assert "A bright lamp" in facing.glare_tip
+        assert "straight ahead" in facing.glare
+        table.presenter.look_at(-130.0)
+        assert table.presenter.resolve().detail.glare == ""
+
+    def test_the_sun_is_called_the_sun(self, table: Table) -> None:
+        place = Place(
+            name="Roof",
+            made_at=table.services.today(),
+            location=Location(sun_azimuth_deg=50.0, sun_elevation_deg=20.0),
+        )
+        table.model.update(place=place)
+        table.open(lamp_light(50.0, 20.0)).presenter.choose("butterfly")
+        table.presenter.look_at(52.0)
+        assert table.presenter.resolve().detail.glare.startswith("Sun in ")
+
+    def test_quality_is_shown_when_quality_decides(self, table: Table) -> None:
+        settings = table.model.settings.with_("objective", "paper")
+        table.model.update(settings=settings)
+        table.open(scene_light()).presenter.choose("left-loop")
+        detail = table.presenter.resolve().detail
+        assert detail.curve_name == "Quality by turn"
+        assert max(detail.curve) == pytest.approx(100.0)
+
+    def test_pictures_of_equal_size(self, table: Table) -> None:
+        table.open(scene_light())
+        table.presenter.sized(Sizes((30, 40), (104, 100), (34, 32)))
+        state = table.presenter.resolve()
+        assert state.detail.target is not None
+        assert state.detail.here is not None
+        assert state.detail.target.shape == state.detail.here.shape == (104, 100, 3)
+        assert state.detail.background is not None
+        assert state.detail.background.shape == (34, 32, 3)
+        assert {card.here.shape for card in state.cards if card.here is not None} == {(30, 40, 3)}
+
+
+class TestWaysOn:
+    def test_turn_to_this_takes_the_turn_that_is_shown(self, table: Table) -> None:
+        table.open(scene_light()).presenter.choose("left-rembrandt")
+        table.presenter.look_at(33.0)
+        table.presenter.main()
+        assert table.model.goal_deg == 33.0
+        assert table.model.step is Step.TURN
+
+    def test_another_style_has_another_goal(self, table: Table) -> None:
+        table.open(scene_light()).presenter.open("left-rembrandt")
+        assert goal(table) is not None
+        table.presenter.look_at(12.0)
+        table.presenter.choose("butterfly")
+        assert goal(table) is None
+        assert needle(table) is None
+        assert table.model.chosen == "butterfly"
+
+    def test_out_of_reach_can_be_turned_to_all_the_same(self, table: Table) -> None:
+        table.open(scene_light()).presenter.choose("badger")
+        table.presenter.turn()
+        assert table.model.step is Step.TURN
+        assert table.model.goal_deg is not None
+
+    def test_actions_say_what_the_keys_do(self, table: Table) -> None:
+        table.open(scene_light())
+        actions = {action.key: action for action in table.presenter.actions()}
+        hints = [(a.keys or a.shortcut.split(";")[0], a.hint) for a in actions.values() if a.hint]
+        assert hints == [("Arrows", "choose"), ("Return", "turn"), ("P", "paint")]
+        first = table.presenter.resolve().cards[0].key
+        table.presenter.choose(first)
+        actions["next-style"].run()
+        assert table.model.chosen == table.presenter.resolve().cards[1].key
+        actions["paint-new"].run()
+        assert table.model.painting == ""
+        assert actions["set-sheet"].enabled()
+        assert not actions["rename-style"].enabled()
+
+    def test_copying_the_numbers(self, table: Table) -> None:
+        view = attached(table.open(scene_light()))
+        table.presenter.choose("left-rembrandt")
+        table.presenter.files.copy_numbers()
+        text = view.copy.call_args.args[0]
+        detail = last(view).detail
+        assert f"Turn: {detail.turn} {detail.direction}, {detail.clock}" in text
+        assert f"Match {detail.match}, strength {detail.strength}" in text
+        assert "sitter’s left (camera right)" in text
+
+
+def test_all_pictures_of_a_place_cost_less_than_one_by_one(table: Table) -> None:
+    """A ratio on the same machine in the same moment, so that a slow one cannot fail it."""
+    table.open(scene_light())
+    question = question_of(table.model, (68, 94))
+    assert question is not None
+    known = look(question, None, Token())
+    name = table.model.results[0].name
+    table.presenter.choose(name)
+    at_once = min(_seconds(lambda: look(question, known, Token())) for _ in range(5))
+
+    def one_by_one() -> None:
+        for result in table.model.results:
+            picture_at(head().transport, scene_light(), wrap(result.turn_refined_deg))
+
+    single = min(_seconds(one_by_one) for _ in range(5))
+    # 18 pictures with their exposure and framing against 18 bare ones.
+    assert at_once < 2.5 * single
+
+
+def test_a_turn_of_the_needle_costs_about_three_bare_pictures(table: Table) -> None:
+    table.open(scene_light()).presenter.choose("left-rembrandt")
+    attached(table)
+    table.presenter.look_at(1.0)
+    turns = iter(np.linspace(-170, 170, 60))
+    moved = min(_seconds(lambda: table.presenter.look_at(float(next(turns)))) for _ in range(30))
+    bare = min(
+        _seconds(lambda: picture_at(head().transport, scene_light(), 33.0)) for _ in range(30)
+    )
+    assert moved < 8.0 * bare
+
+
+def _seconds(work: object) -> float:
+    start = time.perf_counter()
+    assert callable(work)
+    work()
+    return time.perf_counter() - start

@@ -1,0 +1,188 @@
+"""Set sheets, and the user's own styles: nothing is lost, and every fault has a sentence."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from unittest.mock import MagicMock
+
+import pytest
+
+from app.core.painting import from_style, import_style, list_user_styles, save_user_style
+from app.core.painting.user_style import UserStyle
+from app.ui.presenters.styles_sheet import plain_name
+from app.ui.presenters.styles_state import StylesView
+from tests.helpers.styles_screen import Table, head, scene_light
+
+
+@pytest.fixture(autouse=True)
+def quick_disk(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("os.fsync", lambda handle: None)
+
+
+def keep(table: Table, title: str, origin: str = "left-rembrandt") -> UserStyle:
+    """Paint a style, as the painting screen would leave it."""
+    one = head()
+    canvas = from_style(one.pack, one.transport, origin)
+    return save_user_style(table.folder / "styles", canvas, title, side="left", head="generic")
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Table:
+    table = Table(tmp_path)
+    mine = keep(table, "My Rembrandt")
+    table.model.update(user_styles=(mine,))
+    table.open(scene_light())
+    table.presenter.choose("my-rembrandt")
+    return table
+
+
+def attached(table: Table) -> MagicMock:
+    view = MagicMock(spec=StylesView)
+    table.presenter.attach(view)
+    return view
+
+
+def titles(table: Table) -> list[str]:
+    return [style.title for style in list_user_styles(table.folder / "styles")[0]]
+
+
+def test_an_own_style_is_a_card_like_the_others(table: Table) -> None:
+    card = table.card("my-rembrandt")
+    assert card.own
+    assert card.target is not None
+    assert card.here is not None
+    assert card.line == "sitter’s left (camera right)"
+    assert card.match
+    # It asks for what Rembrandt asks for, so it is given at about the same turn.
+    other = table.card("left-rembrandt")
+    assert abs(int(card.turn[:-1]) - int(other.turn[:-1])) <= 12
+    table.presenter.set_filter("mine")
+    assert [one.key for one in table.presenter.resolve().cards] == ["my-rembrandt"]
+    assert table.presenter.resolve().detail.own
+
+
+def test_renaming(table: Table) -> None:
+    view = attached(table)
+    table.presenter.files.ask_rename()
+    view.ask_name.assert_called_once_with("My Rembrandt")
+    table.presenter.files.rename("Evening  window")
+    view.show_trouble.assert_called_with("")
+    assert titles(table) == ["Evening window"]
+    assert table.presenter.resolve().detail.title == "Evening window"
+    assert table.model.chosen == "my-rembrandt"
+
+
+def test_a_name_that_is_taken_is_said_beside_it_and_changes_nothing(table: Table) -> None:
+    other = keep(table, "Window")
+    table.model.update(user_styles=(*table.model.user_styles, other))
+    view = attached(table)
+    table.presenter.choose("my-rembrandt")
+    table.presenter.files.rename("window")
+    assert "already" in view.show_trouble.call_args.args[0]
+    assert sorted(titles(table)) == ["My Rembrandt", "Window"]
+
+
+def test_a_copy_comes_to_the_front(table: Table) -> None:
+    table.presenter.files.duplicate()
+    assert titles(table) == ["My Rembrandt", "My Rembrandt 2"]
+    assert table.model.chosen == "my-rembrandt-2"
+    assert table.presenter.resolve().detail.title == "My Rembrandt 2"
+
+
+def test_a_deleted_style_can_be_brought_back(table: Table) -> None:
+    before = table.card("my-rembrandt")
+    table.presenter.files.delete()
+    assert titles(table) == []
+    assert table.told.messages == ["My Rembrandt deleted."]
+    state = table.presenter.resolve()
+    assert "my-rembrandt" not in [card.key for card in state.cards]
+    assert state.detail.key == table.model.chosen
+    table.told.buttons["Undo"]()
+    assert titles(table) == ["My Rembrandt"]
+    assert table.model.chosen == "my-rembrandt"
+    assert table.card("my-rembrandt").match == before.match
+
+
+def test_built_in_styles_are_not_renamed_or_deleted(table: Table) -> None:
+    view = attached(table)
+    table.presenter.choose("left-rembrandt")
+    files = table.presenter.files
+    files.ask_rename()
+    files.delete()
+    files.duplicate()
+    files.ask_export()
+    view.ask_name.assert_not_called()
+    view.ask_file.assert_not_called()
+    assert titles(table) == ["My Rembrandt"]
+    enabled = {action.key: action.enabled() for action in files.actions()}
+    assert not any(enabled[key] for key in ("rename-style", "delete-style", "export-style"))
+
+
+def test_export_and_import(table: Table, tmp_path: Path) -> None:
+    view = attached(table)
+    table.presenter.files.ask_export()
+    view.ask_file.assert_called_once_with("export", "My Rembrandt.turnstyle")
+    file = tmp_path / "out" / "style"
+    file.parent.mkdir()
+    table.presenter.files.export(file)
+    written = file.with_name("style.turnstyle")
+    assert written.is_file()
+    assert table.told.messages[-1] == "style.turnstyle saved."
+    table.presenter.files.import_style(written)
+    assert sorted(titles(table)) == ["My Rembrandt", "My Rembrandt 2"]
+    assert table.model.chosen == "my-rembrandt-2"
+    assert import_style(tmp_path / "elsewhere", written).title == "My Rembrandt"
+
+
+def test_a_file_that_nobody_agreed_to_replace_stays(table: Table, tmp_path: Path) -> None:
+    there = tmp_path / "style.turnstyle"
+    there.write_bytes(b"precious")
+    with pytest.raises(Exception, match="already a file"):
+        table.presenter.files.export(tmp_path / "style")
+    assert there.read_bytes() == b"precious"
+    sheet = tmp_path / "sheet.pdf"
+    sheet.write_bytes(b"precious")
+    with pytest.raises(Exception, match="already a file"):
+        table.presenter.files.save_sheet(tmp_path / "sheet")
+    assert sheet.read_bytes() == b"precious"
+
+
+def test_a_file_that_is_no_style(table: Table, tmp_path: Path) -> None:
+    file = tmp_path / "holiday.turnstyle"
+    file.write_bytes(b"\x00" * 100)
+    with pytest.raises(Exception, match=r"holiday\.turnstyle is damaged or not an exported style"):
+        table.presenter.files.import_style(file)
+    assert titles(table) == ["My Rembrandt"]
+
+
+@pytest.mark.parametrize(("name", "start"), [("a.pdf", b"%PDF"), ("b.png", b"\x89PNG")])
+def test_set_sheet(table: Table, tmp_path: Path, name: str, start: bytes) -> None:
+    table.presenter.choose("left-rembrandt")
+    table.presenter.files.save_sheet(tmp_path / name)
+    assert (tmp_path / name).read_bytes().startswith(start)
+    assert table.told.messages == [f"{name} saved."]
+
+
+def test_the_sheet_has_the_numbers_of_the_screen(
+    table: Table, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = []
+    monkeypatch.setattr("app.core.setsheet.write_pdf", lambda path, sheet: kept.append(sheet))
+    table.presenter.choose("left-rembrandt")
+    for turn in (None, 33.0):
+        if turn is not None:
+            table.presenter.look_at(turn)
+        table.presenter.files.save_sheet(tmp_path / "x.pdf")
+        shown, sheet = table.presenter.resolve().detail, kept[-1]
+        assert sheet.turn_deg == pytest.approx(shown.needle)
+        assert (f"{sheet.match:.0f}", f"{sheet.strength:.0f}") == (shown.match, shown.strength)
+        assert sheet.ratio.words in shown.ratio_tip
+
+
+def test_the_sheet_is_named_after_style_side_and_place(table: Table) -> None:
+    view = attached(table)
+    table.presenter.choose("left-rembrandt")
+    table.presenter.files.ask_sheet()
+    view.ask_file.assert_called_once_with("save_sheet", "Rembrandt left.pdf")
+    assert plain_name('a/b\\c: "d"?') == "a b c d"
+    assert plain_name("///") == "style"
