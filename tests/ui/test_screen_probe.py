@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.ui.screens.probe import ProbeScreen
-from app.ui.shortcuts import Shortcuts
 from app.ui.theme import apply, set_theme
 from tests.helpers.probe_screen import SERIAL, Bench, vanish_after, with_lamp
 
@@ -24,7 +24,7 @@ def quick_disk(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def shown(bench: Bench, qtbot: QtBot, compact: bool = False) -> ProbeScreen:
-    screen = ProbeScreen(bench.presenter, compact)  # type: ignore[arg-type]
+    screen = ProbeScreen(bench.presenter, compact)
     qtbot.addWidget(screen)
     bench.presenter.attach(screen)
     screen.resize(*(COMPACT if compact else FULL))
@@ -75,8 +75,9 @@ class TestMarker:
     def test_by_keyboard_and_enter_does_not_go_on(self, bench: Bench, qtbot: QtBot) -> None:
         with_lamp(bench, 47.0)
         screen = shown(bench, qtbot)
-        shortcuts = Shortcuts(screen, lambda: False)
-        shortcuts.bind(bench.presenter.actions())
+        # As the window binds it: Enter is the main button's, wherever the focus is.
+        shortcut = QShortcut(QKeySequence("Return"), screen)
+        shortcut.activated.connect(bench.presenter.main)
         screen.activateWindow()
         screen.take_marker()
         grip = screen.light.panorama.grip
@@ -124,6 +125,7 @@ class TestCapture:
         bench.runner.beats.append(lambda: bands.append(column.steps.band.isVisibleTo(screen)))
         assert column.capture.isVisible()
         click(qtbot, column.capture)
+        assert column.styles.hasFocus() or not screen.isActiveWindow()
         assert any(bands)
         assert not bands[0]
         assert not column.steps.isVisible()

@@ -1,0 +1,390 @@
+"""A capture as a job: folder, camera, machine, and what is seen of it from the screens' thread.
+
+The work runs in a thread of the runner's; what it sees is put into a mailbox, the newest in place
+of the one before, and the presenter looks into it from time to time.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.colour import luminance
+from app.core.environment import reduce
+from app.core.errors import CoreError
+from app.core.files import atomic_write
+from app.core.images import write_exr
+from app.core.pack import load_named_pack
+from app.core.places import (
+    create_place,
+    list_places,
+    new_capture_folder,
+    read_place,
+)
+from app.core.portrait.again import Registered, register_again
+from app.core.probe.probe import measure
+from app.core.solve import solve_all
+from app.core.turning.words import turn_words
+from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
+from app.devices.capture.session import Session
+from app.devices.found import described
+from app.devices.mailbox import Mailbox
+from app.devices.osc.client import OscClient
+from app.devices.osc.endpoint import ACCESS_POINT
+from app.devices.osc.messages import Info
+from app.devices.profiles import profile_for
+
+if TYPE_CHECKING:
+    from datetime import datetime
+    from pathlib import Path
+
+    from app.core.pack import StylePack
+    from app.core.probe.planner import PlannedShot
+    from app.core.probe.rough import Rough
+    from app.core.progress import Report, Token
+    from app.core.solve import StyleResult
+    from app.devices.capture.journal import SessionJournal
+    from app.devices.capture.status import Status
+    from app.devices.clock import Clock
+    from app.devices.found import FoundCamera
+    from app.devices.osc.link import Credentials
+    from app.ui.presenters.services import Devices
+
+__all__ = [
+    "Captured",
+    "Order",
+    "Recording",
+    "Seen",
+    "capture",
+    "clipped_in",
+    "merge_kept",
+    "rough_words",
+    "small_picture",
+]
+
+Bytes: TypeAlias = NDArray[np.uint8]
+
+_TILE_ROWS: Final = 128
+_CLIPPED_CODE: Final = 250
+_ROUGH_STYLES: Final = 3
+_SIDES: Final = {
+    "left": " (sitter's left, camera right)",
+    "right": " (sitter's right, camera left)",
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Order:
+    """What is to be captured.
+
+    Attributes
+    ----------
+    places : Path
+        Folder of the places.
+    made_at : datetime
+        Now, with its zone.
+    camera : FoundCamera or None
+        None where only what is here is to be merged.
+    credentials : Credentials or None
+        For it.
+    plan : {"paper", "full"}
+    delay_s : int
+        Self-timer, 0 to 10 s.
+    pack : StylePack or None
+        Head and styles; the generic one where None.
+    name, spot : str
+        Of the place that is captured again; empty for a new one.
+    first : (h, 2 h, 3) uint8 or None
+        Display panorama of the place that is captured again, to be laid on.
+    folder, session : Path or None
+        Place and session to go on with; both or neither.
+    """
+
+    places: Path
+    made_at: datetime
+    camera: FoundCamera | None
+    credentials: Credentials | None = None
+    plan: Literal["paper", "full"] = "paper"
+    delay_s: int = 0
+    pack: StylePack | None = field(default=None, repr=False)
+    name: str = ""
+    spot: str = ""
+    first: Bytes | None = field(default=None, repr=False)
+    folder: Path | None = None
+    session: Path | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Seen:
+    """What is to be seen of a capture at one moment.
+
+    Attributes
+    ----------
+    status : Status
+    shots : tuple of PlannedShot
+        In the order of shooting; empty before there is a plan.
+    pictures : tuple of ((h, 2 h, 3) uint8 or None)
+        Of the frames, small, in the order of shooting.
+    rough : str
+        A first answer, "" while there is none.
+    """
+
+    status: Status
+    shots: tuple[PlannedShot, ...] = ()
+    pictures: tuple[Bytes | None, ...] = field(default=(), repr=False)
+    rough: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Captured:
+    """What came of it.
+
+    Attributes
+    ----------
+    folder : Path
+        Of the place.
+    name : str
+        For the place.
+    result : CaptureResult
+    registered : Registered or None
+        How it lies on the place that was captured again; None where there was none.
+    """
+
+    folder: Path
+    name: str
+    result: CaptureResult
+    registered: Registered | None = None
+
+
+class Recording:
+    """What a capture leaves behind, whatever happens; written by its thread.
+
+    Attributes
+    ----------
+    box : Mailbox[Seen]
+        The newest that is to be seen.
+    folder, session : Path or None
+        Of the place and of the capture in it, as soon as they are there.
+    began : bool
+        Whether it made its own folder.
+    captured : Captured or None
+        What came of it.
+    """
+
+    def __init__(self, order: Order) -> None:
+        self.box: Mailbox[Seen] = Mailbox()
+        self.began = order.folder is None
+        self.folder = order.folder
+        self.session = order.session
+        self.captured: Captured | None = None
+        self.journal: SessionJournal | None = None
+        self._pack: StylePack | None = None
+        self._open: Session | None = None
+        self._pictures: dict[Path, Bytes | None] = {}
+        self._rough = ""
+
+    def watch(self, session: Session, pack: StylePack) -> None:
+        """Take what is seen from this session on."""
+        self._open, self._pack = session, pack
+
+    def show(self, status: Status) -> None:
+        """Take a status; runs in the thread of the capture."""
+        session = self._open
+        if session is None:
+            return
+        self.journal = session.journal
+        plan = self.journal.plan
+        if status.rough is not None and self._pack is not None and not self._rough:
+            self._rough = rough_words(status.rough, self._pack)
+        pictures = tuple(
+            None if frame.thumbnail is None else self._picture(frame.thumbnail)
+            for frame in status.frames
+        )
+        self.box.put(Seen(status, () if plan is None else plan.shots, pictures, self._rough))
+
+    def _picture(self, path: Path) -> Bytes | None:
+        if path not in self._pictures:
+            self._pictures[path] = small_picture(path)
+        return self._pictures[path]
+
+
+def capture(
+    order: Order,
+    recording: Recording,
+    devices: Devices,
+    clock: Clock,
+    token: Token,
+    report: Report,
+) -> Captured:
+    """Take a bracket and merge it.
+
+    Parameters
+    ----------
+    order : Order
+    recording : Recording
+        Told everything on the way.
+    devices : Devices
+        For the link to the camera.
+    clock : Clock
+    token : Token
+        Stops it; the camera gets its settings back.
+    report : Report
+
+    Returns
+    -------
+    Captured
+
+    Raises
+    ------
+    DeviceError
+        When the camera or the way to it fails.
+    CoreError
+        When the files cannot be written or merged.
+    Cancelled
+        When the token was cancelled.
+    """
+    pack = order.pack or load_named_pack("generic")
+    folder, name, session = _begin(order, recording)
+    recording.watch(session, pack)
+
+    def on_status(status: Status) -> None:
+        recording.show(status)
+        report(status.fraction, status.message)
+
+    camera = order.camera or described(ACCESS_POINT, "access point", Info(""))
+    with contextlib.closing(devices.link(camera, order.credentials)) as link:
+        result = Capture(
+            OscClient(link, clock),
+            session,
+            clock,
+            plan=order.plan,
+            pack=pack,
+            delay_s=order.delay_s,
+            on_status=on_status,
+            token=token,
+        ).run()
+    return _finished(order, recording, folder, name, result)
+
+
+def merge_kept(order: Order, recording: Recording, token: Token, report: Report) -> Captured:
+    """Merge the frames of an unfinished session that are here, without the camera.
+
+    Raises
+    ------
+    CoreError
+        When they are too few, or cannot be merged.
+    Cancelled
+        When the token was cancelled.
+    """
+    pack = order.pack or load_named_pack("generic")
+    folder, name, session = _begin(order, recording)
+    journal = session.journal
+    paths = tuple(session.path_of(frame) for frame in journal.frames if frame.done)
+    if journal.plan is None or len(paths) < 2:
+        raise CoreError("There are not enough frames here to merge.", "Capture again.")
+    probe = measure(paths, pack, token=token, report=report)
+    target = session.folder / ENVIRONMENT
+    merged = probe.merged
+    atomic_write(target, lambda path: write_exr(path, merged.radiance, merged.cd_m2))
+    session.update(environment=ENVIRONMENT)
+    result = CaptureResult(
+        profile=profile_for(Info(journal.model)),
+        info=None,
+        plan=journal.plan,
+        frames=paths,
+        probe=probe,
+        environment=target,
+        warnings=tuple(dict.fromkeys((*journal.warnings, *probe.warnings))),
+        seconds={},
+    )
+    return _finished(order, recording, folder, name, result)
+
+
+def _begin(order: Order, recording: Recording) -> tuple[Path, str, Session]:
+    """Make the folders, or open those that are gone on with."""
+    if order.folder is not None and order.session is not None:
+        return order.folder, read_place(order.folder).name, Session.open(order.session)
+    name = order.name or f"Place {len(list_places(order.places)) + 1}"
+    folder = create_place(order.places, name, order.made_at, spot=order.spot)
+    recording.folder = folder
+    session = Session.open_or_create(new_capture_folder(folder))
+    recording.session = session.folder
+    return folder, name, session
+
+
+def _finished(
+    order: Order, recording: Recording, folder: Path, name: str, result: CaptureResult
+) -> Captured:
+    registered = None
+    if order.first is not None and result.probe.bracket.panorama:
+        with contextlib.suppress(ValueError):
+            registered = register_again(order.first, result.probe.display)
+    recording.captured = Captured(folder, name, result, registered)
+    return recording.captured
+
+
+def small_picture(path: Path) -> Bytes | None:
+    """Read a small copy of a picture.
+
+    Parameters
+    ----------
+    path : Path
+        JPEG or another picture that OpenCV reads.
+
+    Returns
+    -------
+    (128, w, 3) uint8 or None
+        SRGB; None where it cannot be read.
+    """
+    try:
+        found = cv2.imread(str(path), cv2.IMREAD_REDUCED_COLOR_8)
+        if found is not None and found.shape[0] < _TILE_ROWS:
+            found = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    except cv2.error:
+        return None
+    if found is None or found.shape[0] < 2:
+        return None
+    columns = max(round(found.shape[1] * _TILE_ROWS / found.shape[0]), 1)
+    small = cv2.resize(found, (columns, _TILE_ROWS), interpolation=cv2.INTER_AREA)
+    return np.ascontiguousarray(np.asarray(small, np.uint8)[..., ::-1])
+
+
+def clipped_in(picture: Bytes) -> float:
+    """Share of a small sRGB picture whose brightest channel is at its end, 0 to 1."""
+    return float((picture.max(axis=2) >= _CLIPPED_CODE).mean())
+
+
+def rough_words(rough: Rough, pack: StylePack) -> str:
+    """Say how to turn for the styles that match best, as small pictures tell it.
+
+    Parameters
+    ----------
+    rough : Rough
+        Light of the small pictures.
+    pack : StylePack
+        Head and styles.
+
+    Returns
+    -------
+    str
+        "" where they tell nothing.
+    """
+    try:
+        light = reduce(rough.environment("small pictures"), pack.header.environment)
+        results = [each for each in solve_all(pack, luminance(light)) if each.attainable]
+    except CoreError:
+        return ""
+    best = sorted(results, key=lambda each: -each.match)[:_ROUGH_STYLES]
+    if not best:
+        return "A rough first answer: no style seems to be in reach here."
+    return f"A rough first answer: {', '.join(_turn(each) for each in best)}."
+
+
+def _turn(result: StyleResult) -> str:
+    side = _SIDES.get(result.side, "")
+    return f"{result.title}{side} {turn_words(result.turn_refined_deg)}"

@@ -1,0 +1,357 @@
+"""What the probe's screen shows, ready to be shown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from app.core.probe.findings import Findings
+
+__all__ = [
+    "CHECKS",
+    "CameraBlock",
+    "CameraRow",
+    "Check",
+    "FrameTile",
+    "LampRow",
+    "Notice",
+    "PlanPart",
+    "ProbeState",
+    "ProbeView",
+    "Running",
+    "StepMark",
+    "StepState",
+]
+
+StepState: TypeAlias = Literal["waiting", "now", "done"]
+Tone: TypeAlias = Literal["advice", "error", "offer", "note"]
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """A line of the list before pressing.
+
+    Attributes
+    ----------
+    key : str
+        Also the name of its drawing.
+    words : str
+        What to look after.
+    """
+
+    key: str
+    words: str
+
+
+CHECKS = (
+    Check("head-height", "Camera where the head will be"),
+    Check("front-lens", "Front lens toward you"),
+    Check("kneel", "Kneel under the camera"),
+    Check("no-obstacle", "Nothing in front of the lights"),
+)
+"""The list before pressing."""
+
+
+@dataclass(frozen=True, slots=True)
+class LampRow:
+    """A lamp in the table and on the panorama.
+
+    Attributes
+    ----------
+    letter, name : str
+        "A", "Window".
+    where : str
+        Where it is in words, each side named twice.
+    azimuth, elevation, share : str
+        "47°", "30° up", "at least 64 %".
+    clipped : bool
+        Whether it was too bright for every frame.
+    azimuth_deg, elevation_deg : float
+        Of the panorama as captured, deg.
+    spoken : str
+        The whole row, for a screen reader.
+    """
+
+    letter: str
+    name: str
+    where: str
+    azimuth: str
+    elevation: str
+    share: str
+    clipped: bool
+    azimuth_deg: float
+    elevation_deg: float
+    spoken: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrameTile:
+    """One exposure.
+
+    Attributes
+    ----------
+    ev, shutter, clipped : str
+        "+2 EV", "1/15 s", "41 % clipped"; empty where not known.
+    picture : (h, 2 h, 3) uint8 or None
+        SRGB, small.
+    arrived : float
+        Share of its file that is here, 0 to 1.
+    spoken : str
+        All of it, for a screen reader.
+    """
+
+    ev: str = ""
+    shutter: str = ""
+    clipped: str = ""
+    picture: NDArray[np.uint8] | None = field(default=None, repr=False)
+    arrived: float = 1.0
+    spoken: str = ""
+
+    def same_as(self, other: FrameTile) -> bool:
+        """Whether both look the same."""
+        return self.picture is other.picture and (
+            (self.ev, self.shutter, self.clipped, self.arrived, self.spoken)
+            == (other.ev, other.shutter, other.clipped, other.arrived, other.spoken)
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class CameraRow:
+    """A camera that was found.
+
+    Attributes
+    ----------
+    key : str
+        To choose it by.
+    title, second : str
+        "RICOH THETA V", "192.168.1.1, password".
+    """
+
+    key: str
+    title: str
+    second: str
+
+
+@dataclass(frozen=True, slots=True)
+class CameraBlock:
+    """The camera, and the panel in which another one is chosen.
+
+    Attributes
+    ----------
+    title, second : str
+        "RICOH THETA V", "Wi-Fi, battery 82 %, 1.9 GB free".
+    short : str
+        The same for little room: "82 %, 1.9 GB free"; may be empty.
+    warning : str
+        Why it needs looking after; empty when it does not.
+    busy : str
+        "Looking for cameras…"; empty when not.
+    missing : bool
+        Whether there is no camera; `second` says what to do then.
+    open : bool
+        Whether the panel is open.
+    rows : tuple of CameraRow
+        Cameras found.
+    chosen : str
+        Key of the one in use.
+    note : str
+        What the search said.
+    address_error : str
+        What is wrong with the typed address.
+    asks_password : bool
+        Whether user name and password are asked for.
+    user : str
+        User name that it will want.
+    password_error, password_hint : str
+        What was wrong; what the password may be.
+    """
+
+    title: str = "No camera"
+    second: str = ""
+    short: str = ""
+    warning: str = ""
+    busy: str = ""
+    missing: bool = True
+    open: bool = False
+    rows: tuple[CameraRow, ...] = ()
+    chosen: str = ""
+    note: str = ""
+    address_error: str = ""
+    asks_password: bool = False
+    user: str = ""
+    password_error: str = ""
+    password_hint: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanPart:
+    """One of the plans.
+
+    Attributes
+    ----------
+    key, title, second : str
+        "paper", "Paper", "3 frames, 9 s".
+    """
+
+    key: str
+    title: str
+    second: str
+
+
+@dataclass(frozen=True, slots=True)
+class StepMark:
+    """One step of a running capture.
+
+    Attributes
+    ----------
+    words : str
+        "Expose 2 of 3".
+    state : {"waiting", "now", "done"}
+    """
+
+    words: str
+    state: StepState
+
+
+@dataclass(frozen=True, slots=True)
+class Running:
+    """A capture that is under way.
+
+    Attributes
+    ----------
+    steps : tuple of StepMark
+    message : str
+        What it does now.
+    left : str
+        "4 s left"; empty where nobody knows.
+    fraction : float
+        0 to 1.
+    may_move : bool
+        All exposures are made.
+    rough : str
+        A first answer; empty while there is none.
+    stopping : bool
+        It was asked to stop and is giving the camera its settings back.
+    """
+
+    steps: tuple[StepMark, ...] = ()
+    message: str = ""
+    left: str = ""
+    fraction: float = 0.0
+    may_move: bool = False
+    rough: str = ""
+    stopping: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Notice:
+    """What is to be said in the right column, with what can be done about it.
+
+    Attributes
+    ----------
+    tone : {"advice", "error", "offer", "note"}
+        Chooses the icon.
+    title, body : str
+        One sentence, and the rest.
+    buttons : tuple of (str, str)
+        Key for `ProbePresenter.press`, and words.
+    """
+
+    tone: Tone
+    title: str
+    body: str = ""
+    buttons: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProbeState:
+    """Everything on the screen.
+
+    Attributes
+    ----------
+    picture : (h, 2 h, 3) uint8 or None
+        Panorama at the chosen exposure, sRGB; None before there is one.
+    findings : Findings or None
+        Its lamps and clip mask; None while they are looked for.
+    front_deg : float
+        Azimuth at which the photographer stands, deg.
+    marker_words : str
+    exposure_ev : float
+        Of the picture, stops.
+    show_clipped, show_lamps, show_grid : bool
+    lamps : tuple of LampRow
+    lamps_note : str
+        What stands in the table's place when there are none.
+    age : str
+        How old the light is; empty where that is not known.
+    age_old : bool
+        Whether it should be captured again.
+    watching : str
+        Folder that is watched; empty for none.
+    camera : CameraBlock
+    plans : tuple of PlanPart
+    plan : str
+        Key of the chosen one.
+    timer_s : int
+        0, 2, 5 or 10.
+    ticked : frozenset of str
+        Keys of `CHECKS`.
+    frames : tuple of FrameTile
+        Brightest first.
+    frames_note : str
+        "ISO 100, f/2, taken 14:05".
+    running : Running or None
+        While a capture is under way.
+    notice : Notice or None
+    has_place : bool
+        Whether "See the styles" is the main button.
+    can_capture : bool
+    why_not : str
+        Why it cannot be pressed.
+    """
+
+    picture: NDArray[np.uint8] | None = field(default=None, repr=False)
+    findings: Findings | None = None
+    front_deg: float = 0.0
+    marker_words: str = "Photographer stands here"
+    exposure_ev: float = 0.0
+    show_clipped: bool = True
+    show_lamps: bool = True
+    show_grid: bool = False
+    lamps: tuple[LampRow, ...] = ()
+    lamps_note: str = ""
+    age: str = ""
+    age_old: bool = False
+    watching: str = ""
+    camera: CameraBlock = field(default_factory=CameraBlock)
+    plans: tuple[PlanPart, ...] = ()
+    plan: str = "paper"
+    timer_s: int = 0
+    ticked: frozenset[str] = frozenset()
+    frames: tuple[FrameTile, ...] = ()
+    frames_note: str = ""
+    running: Running | None = None
+    notice: Notice | None = None
+    has_place: bool = False
+    can_capture: bool = False
+    why_not: str = ""
+
+
+class ProbeView(Protocol):
+    """Shows a `ProbeState`."""
+
+    def show_state(self, state: ProbeState) -> None:
+        """Show it; what is the same as before is left alone."""
+
+    def zoom_by(self, steps: float) -> None:
+        """Zoom the panorama, positive is nearer."""
+
+    def take_marker(self) -> None:
+        """Give the marker the keyboard."""
+
+    def ask_folder(self) -> None:
+        """Ask which folder is to be watched."""

@@ -1,0 +1,162 @@
+"""What to say when a capture goes wrong: what happened, what is safe, what to do."""
+
+from __future__ import annotations
+
+import errno
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from app.core.errors import CoreError
+from app.devices.errors import DeviceError, DownloadFailed, PasswordNeeded, Unreachable
+from app.ui.presenters.probe_state import Notice
+
+if TYPE_CHECKING:
+    from app.ui.presenters.probe_sessions import Unfinished
+
+__all__ = ["HowFar", "offer_notice", "trouble_notice", "wants_password"]
+
+_DISK: Final = frozenset({"disk-full", "not-written", "disk"})
+_FULL: Final = ("no space left", "disk full", "not enough space")
+_LOST: Final = frozenset({"interrupted", "bad-answers"})
+_ORDINALS: Final = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
+_NUMBERS: Final = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
+_RESUME: Final = ("resume", "Go on")
+_AGAIN: Final = ("again", "Try again")
+
+
+@dataclass(frozen=True, slots=True)
+class HowFar:
+    """How far a capture had come.
+
+    Attributes
+    ----------
+    here : int
+        Frames that are on this computer, whole.
+    total : int
+        Frames that were planned; 0 before there was a plan.
+    exposing : bool
+        The camera may have been shooting.
+    resumable : bool
+        Whether it can be gone on with.
+    """
+
+    here: int = 0
+    total: int = 0
+    exposing: bool = False
+    resumable: bool = False
+
+
+def wants_password(error: Exception) -> bool:
+    """Whether a user name and a password are what is missing."""
+    return isinstance(error, PasswordNeeded)
+
+
+def trouble_notice(error: Exception, far: HowFar) -> Notice:
+    """Say what went wrong with a capture.
+
+    Parameters
+    ----------
+    error : Exception
+        What ended it.
+    far : HowFar
+        How far it had come.
+    """
+    if _is_full(error):
+        return _disk(far)
+    if _is_lost(error):
+        return _lost(error, far)
+    buttons = (_RESUME, _AGAIN) if far.resumable and far.total else (_AGAIN,)
+    if isinstance(error, (DeviceError, CoreError)):
+        return Notice("error", error.message, error.hint, buttons)
+    return Notice("error", f"Something unexpected went wrong: {error}.", "", buttons)
+
+
+def offer_notice(found: Unfinished, when: str) -> Notice:
+    """Offer to go on with a capture that was interrupted.
+
+    Parameters
+    ----------
+    found : Unfinished
+        Which.
+    when : str
+        When it was begun, in words.
+    """
+    here, total = found.here, found.total
+    frames = f"{here} of {total} frames are here." if total else "It had only just begun."
+    if total and here == total:
+        frames = "All frames are here; they only have to be merged."
+    buttons = [("resume-offer", "Go on")]
+    if 2 <= here < total:
+        buttons.append(("merge-offer", f"Merge {_these(here)}"))
+    return Notice(
+        "offer",
+        f"A capture of {when} was not finished.",
+        frames,
+        (*buttons, ("leave-offer", "Not now")),
+    )
+
+
+def _is_full(error: Exception) -> bool:
+    if getattr(error, "code", "") in _DISK:
+        return True
+    cause: BaseException | None = error
+    while cause is not None:
+        if isinstance(cause, OSError) and cause.errno == errno.ENOSPC:
+            return True
+        cause = cause.__cause__
+    return any(words in str(error).lower() for words in _FULL)
+
+
+def _is_lost(error: Exception) -> bool:
+    if isinstance(error, DownloadFailed):
+        return error.code in _LOST
+    return isinstance(error, Unreachable)
+
+
+def _disk(far: HowFar) -> Notice:
+    body = "Make room, then go on."
+    if far.total and far.here < far.total:
+        number = far.here + 1
+        frames = f"Frame {number} is" if number == far.total else f"Frames {number} to {far.total}"
+        verb = "" if number == far.total else " are"
+        body = f"{frames}{verb} still on the camera. {body}"
+    return Notice(
+        "error", "No space left on this disk.", body, (_RESUME if far.resumable else _AGAIN,)
+    )
+
+
+def _lost(error: Exception, far: HowFar) -> Notice:
+    here, total = far.here, far.total
+    if here and here < total:
+        title = f"The camera went away after frame {here} of {total}."
+        kept = "Both frames are" if here == 2 else f"{_number(here)} frames are"
+        kept = "That frame is" if here == 1 else kept
+        rest = f"take the {_ordinal(here + 1)}" if here + 1 == total else "take the rest"
+        merge = f", or merge {_these(here)}" if here > 1 else ""
+        buttons = [("resume", "Go on")]
+        if here > 1:
+            buttons.append(("merge", f"Merge {_these(here)}"))
+        return Notice("error", title, f"{kept} kept. Reconnect and {rest}{merge}.", tuple(buttons))
+    if far.exposing and far.resumable:
+        return Notice(
+            "error",
+            "The camera went away while it was taking the frames.",
+            "What it took is on the camera. Reconnect, then go on.",
+            (_RESUME,),
+        )
+    hint = getattr(error, "hint", "")
+    return Notice(
+        "error", getattr(error, "message", str(error)), hint, (_AGAIN, ("search", "Search again"))
+    )
+
+
+def _these(count: int) -> str:
+    return f"these {_NUMBERS[count]}" if count < len(_NUMBERS) else f"these {count}"
+
+
+def _number(count: int) -> str:
+    return (_NUMBERS[count] if count < len(_NUMBERS) else str(count)).capitalize()
+
+
+def _ordinal(number: int) -> str:
+    return _ORDINALS[number - 1] if number <= len(_ORDINALS) else f"{number}th"

@@ -1,0 +1,120 @@
+"""Watching a folder: brackets that arrive become places."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from app.core.progress import Token
+from app.devices.watch import WatchedFolder
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+    from app.core.progress import Report
+    from app.devices.watch import IncomingBracket
+    from app.ui.presenters.desk import Desk
+    from app.ui.presenters.services import Services
+
+__all__ = ["Watching"]
+
+KEY: Final = "watch"
+
+
+class _Relay(Token):
+    """The token of whichever job is waiting now: the wait goes on over several of them."""
+
+    __slots__ = ("brackets", "job")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.job = Token()
+        self.brackets: Iterator[IncomingBracket] | None = None
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether the job that waits was asked to stop."""
+        return self.job.cancelled
+
+    def check(self) -> None:
+        """Stop here if it was."""
+        self.job.check()
+
+
+class Watching:
+    """One folder at a time.
+
+    Parameters
+    ----------
+    services : Services
+        The window's.
+    desk : Desk
+        Opens what arrives.
+    changed : callable
+        Called when another folder is watched, or none.
+    """
+
+    def __init__(self, services: Services, desk: Desk, changed: Callable[[], None]) -> None:
+        self._services = services
+        self._desk = desk
+        self._changed = changed
+        self._folder: Path | None = None
+        self._relay = _Relay()
+
+    @property
+    def folder(self) -> Path | None:
+        """The folder that is watched."""
+        return self._folder
+
+    def start(self, folder: Path) -> None:
+        """Watch a folder; what lies in it already is left alone."""
+        self.stop()
+        self._folder = folder
+        self._relay = _Relay()
+        self._wait()
+        self._changed()
+
+    def stop(self) -> None:
+        """Watch nothing any more."""
+        if self._folder is not None:
+            self._folder = None
+            self._services.runner.cancel(KEY)
+            self._changed()
+
+    def _wait(self) -> None:
+        folder, relay, clock = self._folder, self._relay, self._services.clock
+        if folder is None:
+            return
+
+        def work(token: Token, report: Report) -> IncomingBracket:
+            relay.job = token
+            report(0.0, f"Waiting for pictures in {folder.name}")
+            if relay.brackets is None:
+                relay.brackets = WatchedFolder(folder, clock).brackets(relay)
+            return next(relay.brackets)
+
+        self._services.runner.submit(
+            KEY,
+            work,
+            title=f"Watching {folder.name}",
+            done=lambda bracket: self._arrived(folder, bracket),
+            failed=lambda error: self._failed(folder, error),
+            cancelled=lambda: self._ended(folder),
+        )
+
+    def _arrived(self, folder: Path, bracket: IncomingBracket) -> None:
+        if folder != self._folder:
+            return
+        count = len(bracket.paths)
+        self._services.notify.tell(f"A bracket of {count} frames has arrived in {folder.name}.")
+        self._desk.open_paths(list(bracket.paths))
+        self._wait()
+
+    def _failed(self, folder: Path, error: Exception) -> None:
+        self._ended(folder)
+        self._services.notify.tell_error(error)
+
+    def _ended(self, folder: Path) -> None:
+        if folder == self._folder:
+            self._folder = None
+            self._changed()

@@ -1,0 +1,317 @@
+"""The probe's screen without a screen: captures, places, marker, camera."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from unittest.mock import MagicMock
+
+import pytest
+
+from app.devices.capture.status import Stage
+from app.ui.presenters.probe_state import ProbeState
+from tests.helpers.probe_screen import SERIAL, Bench, vanish_after
+
+
+@pytest.fixture(autouse=True)
+def quick_disk(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("os.fsync", lambda handle: None)
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Bench:
+    return Bench(tmp_path)
+
+
+def entered(bench: Bench) -> Bench:
+    bench.presenter.entered()
+    return bench
+
+
+class TestCapture:
+    def test_from_nothing_to_a_place_with_lamps_and_frames(self, bench: Bench) -> None:
+        seen: list[ProbeState] = []
+        bench.runner.beats.append(lambda: seen.append(bench.presenter.resolve()))
+        presenter = entered(bench).presenter
+        assert not presenter.resolve().has_place
+        presenter.main()
+        state = presenter.resolve()
+        assert state.has_place
+        assert state.running is None
+        assert [tile.ev for tile in state.frames] == ["+2 EV", "0 EV", "−2 EV"]
+        assert all(tile.picture is not None and tile.clipped for tile in state.frames)
+        assert state.frames[0].picture.mean() > state.frames[2].picture.mean()  # type: ignore[union-attr]
+        assert state.lamps
+        assert state.age == "Measured just now."
+        assert state.frames_note.startswith("ISO ")
+        assert state.frames_note.endswith("taken 14:05")
+        assert bench.model.step.value == "probe"
+        presenter.main()
+        assert bench.model.step.value == "styles"
+
+    def test_the_steps_are_shown_in_order_and_frames_as_they_arrive(self, bench: Bench) -> None:
+        seen: list[ProbeState] = []
+        bench.runner.beats.append(lambda: seen.append(bench.presenter.resolve()))
+        entered(bench).presenter.capture()
+        running = [state for state in seen if state.running is not None]
+        now = [
+            next((mark.words for mark in state.running.steps if mark.state == "now"), "")
+            for state in running
+            if state.running is not None
+        ]
+        order = list(dict.fromkeys(word.split()[0] for word in now if word))
+        assert order == ["Connect", "Meter", "Expose", "Download", "Merge"]
+        assert "Expose 2 of 3" in now
+        arrived = [sum(tile.picture is not None for tile in state.frames) for state in running]
+        assert max(arrived) == 3
+        assert arrived == sorted(arrived)
+        assert any(state.running is not None and state.running.left for state in running)
+        assert any(state.running is not None and state.running.rough for state in running)
+
+    def test_one_may_move_after_the_last_exposure_and_it_sounds_once(self, bench: Bench) -> None:
+        stages: list[tuple[bool, str]] = []
+
+        def beat() -> None:
+            seen = bench.presenter.taking._seen
+            running = bench.presenter.resolve().running
+            if seen is not None and running is not None:
+                stages.append((running.may_move, seen.status.stage))
+
+        bench.runner.beats.append(beat)
+        entered(bench).presenter.capture()
+        first = next(stage for free, stage in stages if free)
+        assert first == Stage.EXPOSING
+        assert all(free for free, stage in stages if stage == Stage.DOWNLOADING)
+        assert not any(free for free, stage in stages if stage == Stage.METERING)
+        assert bench.sounds.played == 1
+
+    def test_silent_where_sounds_are_off(self, bench: Bench) -> None:
+        bench.model.update(settings=bench.model.settings.with_("sounds", False))
+        entered(bench).presenter.capture()
+        assert bench.sounds.played == 0
+
+    def test_the_originals_are_in_the_places_folder(self, bench: Bench) -> None:
+        entered(bench).presenter.capture()
+        (folder,) = bench.places()
+        assert bench.model.place_folder == folder
+        assert len(list((folder / "capture" / "originals").iterdir())) == 3
+
+    def test_a_second_capture_waits_for_the_first(self, bench: Bench) -> None:
+        bench.runner.held.add("capture")
+        presenter = entered(bench).presenter
+        presenter.capture()
+        presenter.capture()
+        assert bench.runner.ran.count("capture") == 1
+        assert not presenter.resolve().can_capture
+
+    def test_the_full_range_is_offered_where_lamps_are_clipped(self, bench: Bench) -> None:
+        presenter = entered(bench).presenter
+        presenter.capture()
+        notice = presenter.resolve().notice
+        assert notice is not None
+        assert "still clipped at −2" in notice.title
+        assert notice.buttons == (("capture-full", "Capture the full range"),)
+        presenter.press("capture-full")
+        frames = presenter.resolve().frames
+        assert len(frames) > 5
+        assert frames[0].ev == "+2 EV"
+        assert len(bench.places()) == 2
+
+
+class TestSameSpot:
+    def test_the_photographer_and_the_marked_turn_stay(self, bench: Bench) -> None:
+        presenter = entered(bench).presenter
+        presenter.capture()
+        presenter.move_marker(40.0)
+        bench.model.update(goal_deg=25.0)
+        spot = bench.model.place.spot if bench.model.place else ""
+        bench.told.messages.clear()
+        presenter.capture()
+        assert bench.model.front_deg == pytest.approx(40.0, abs=0.5)
+        assert bench.model.goal_deg == 25.0
+        assert bench.model.place is not None
+        assert bench.model.place.spot == spot
+        assert any("same spot" in message for message in bench.told.messages)
+
+    def test_another_place_starts_afresh_and_that_is_said(self, bench: Bench) -> None:
+        presenter = entered(bench).presenter
+        presenter.open_demo()
+        presenter.move_marker(40.0)
+        bench.told.messages.clear()
+        presenter.capture()
+        assert bench.model.front_deg == 0.0
+        assert any("starts afresh" in message for message in bench.told.messages)
+
+
+class TestStopping:
+    def test_cancel_gives_the_camera_its_settings_back(self, bench: Bench) -> None:
+        presenter = entered(bench).presenter
+        before = dict(bench.rig.camera.options)
+
+        def stop() -> None:
+            seen = presenter.taking._seen
+            if seen is not None and seen.status.stage == Stage.EXPOSING and seen.status.shot == 2:
+                presenter.taking.cancel()
+
+        bench.runner.beats.append(stop)
+        presenter.capture()
+        state = presenter.resolve()
+        assert state.running is None
+        assert not state.has_place
+        assert dict(bench.rig.camera.options) == before
+        assert bench.model.camera is not None
+        assert not bench.model.camera.busy
+
+    def test_a_capture_that_took_nothing_leaves_nothing(self, bench: Bench) -> None:
+        presenter = entered(bench).presenter
+        bench.runner.beats.append(presenter.taking.cancel)
+        presenter.capture()
+        assert bench.places() == []
+        assert presenter.resolve().notice is None
+
+
+class TestTroubles:
+    def test_it_goes_away_after_two_frames_and_these_are_merged(self, bench: Bench) -> None:
+        presenter = entered(bench).presenter
+        vanish_after(bench, 2)
+        presenter.capture()
+        notice = presenter.resolve().notice
+        assert notice is not None
+        assert notice.tone == "error"
+        assert notice.title == "The camera went away after frame 2 of 3."
+        assert notice.body == (
+            "Both frames are kept. Reconnect and take the third, or merge these two."
+        )
+        assert notice.buttons == (("resume", "Go on"), ("merge", "Merge these two"))
+        presenter.press("merge")
+        assert presenter.resolve().has_place
+        assert len(presenter.resolve().frames) == 2
+        assert len(bench.places()) == 1
+
+    def test_it_comes_back_and_the_third_is_fetched(self, bench: Bench) -> None:
+        presenter = entered(bench).presenter
+        vanish_after(bench, 2)
+        presenter.capture()
+        shots = len(bench.rig.camera.storage.files)
+        bench.runner.beats[1:] = []
+        del bench.rig.camera.reachable
+        presenter.press("resume")
+        assert len(presenter.resolve().frames) == 3
+        assert len(bench.rig.camera.storage.files) == shots
+        assert len(bench.places()) == 1
+
+    def test_a_crash_is_offered_to_be_gone_on_with(self, bench: Bench, tmp_path: Path) -> None:
+        entered(bench)
+        vanish_after(bench, 2)
+        bench.presenter.capture()
+        again = Bench(tmp_path)
+        again.rig.camera = bench.rig.camera
+        del again.rig.camera.reachable
+        again.presenter.entered()
+        notice = again.presenter.resolve().notice
+        assert notice is not None
+        assert notice.tone == "offer"
+        assert "2 of 3 frames are here" in notice.body
+        assert notice.buttons[-1] == ("leave-offer", "Not now")
+        again.presenter.press("merge-offer")
+        assert again.presenter.resolve().has_place
+
+    def test_the_offer_can_be_left(self, bench: Bench, tmp_path: Path) -> None:
+        entered(bench)
+        vanish_after(bench, 1)
+        bench.presenter.capture()
+        again = Bench(tmp_path)
+        again.presenter.entered()
+        again.presenter.press("leave-offer")
+        assert again.presenter.resolve().notice is None
+        assert len(again.places()) == 1
+
+    def test_a_full_disk(self, bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+        presenter = entered(bench).presenter
+        free = MagicMock(free=1 << 20)
+        monkeypatch.setattr("app.devices.capture.download.shutil.disk_usage", lambda path: free)
+        presenter.capture()
+        notice = presenter.resolve().notice
+        assert notice is not None
+        assert notice.title == "No space left on this disk."
+        assert notice.body == "Frames 1 to 3 are still on the camera. Make room, then go on."
+        monkeypatch.undo()
+        presenter.press("resume")
+        assert presenter.resolve().has_place
+
+    @pytest.mark.parametrize("fault", ["battery-low", "storage-full"])
+    def test_a_camera_that_cannot_shoot_says_why(self, tmp_path: Path, fault: str) -> None:
+        bench = entered(Bench(tmp_path, {"faults": (fault,)}))
+        bench.presenter.capture()
+        notice = bench.presenter.resolve().notice
+        assert notice is not None
+        assert notice.tone == "error"
+        assert notice.body
+        assert bench.places() == []
+
+
+class TestCamera:
+    def test_it_is_found_with_battery_and_space(self, bench: Bench) -> None:
+        block = entered(bench).presenter.resolve().camera
+        assert block.title == "RICOH THETA V"
+        assert block.second.startswith("Wi-Fi, battery ")
+        assert block.second.endswith("GB free")
+        assert bench.model.camera is not None
+        assert bench.model.camera.found.serial == SERIAL
+
+    def test_none_found(self, bench: Bench) -> None:
+        bench.devices.there = False
+        state = entered(bench).presenter.resolve()
+        assert state.camera.second == (
+            "No camera found. Switch its Wi-Fi on and join it, or type its address."
+        )
+        assert state.camera.open
+        assert not state.can_capture
+        assert state.why_not == "There is no camera yet."
+        bench.devices.there = True
+        bench.presenter.cameras.search()
+        assert bench.presenter.resolve().can_capture
+
+    def test_a_typed_address(self, bench: Bench) -> None:
+        bench.devices.there = False
+        cameras = entered(bench).presenter.cameras
+        cameras.look_at("192.168.1.7")
+        block = cameras.block()
+        assert block.address_error == "Nothing answers at 192.168.1.7. Check the address."
+        cameras.look_at("  ")
+        assert cameras.block().address_error.startswith("Type an address")
+        cameras.look_at("192.168.1.1")
+        assert cameras.block().address_error == ""
+        assert not cameras.block().missing
+
+    def test_a_password_is_asked_for_and_goes_into_the_keyring_only(self, tmp_path: Path) -> None:
+        user = f"THETAYL{SERIAL}"
+        bench = entered(Bench(tmp_path, {"user": user, "password": "12345678"}))
+        presenter = bench.presenter
+        block = presenter.resolve().camera
+        assert block.asks_password
+        assert block.open
+        assert block.user == user
+        assert not presenter.resolve().can_capture
+        presenter.cameras.give_password(user, "")
+        assert "both" in presenter.resolve().camera.password_error
+        presenter.cameras.give_password(user, "wrong")
+        assert presenter.resolve().camera.password_error
+        assert bench.devices.keyring.kept == {}
+        presenter.cameras.give_password(user, "12345678")
+        assert not presenter.resolve().camera.asks_password
+        assert bench.devices.keyring.kept == {user: "12345678"}
+        presenter.capture()
+        assert presenter.resolve().has_place
+        kept = [path.read_bytes() for path in tmp_path.rglob("*.json")]
+        assert kept
+        assert not any(b"12345678" in data for data in kept)
+
+    def test_a_password_that_is_kept_is_not_asked_for(self, tmp_path: Path) -> None:
+        user = f"THETAYL{SERIAL}"
+        bench = Bench(tmp_path, {"user": user, "password": "12345678"})
+        bench.devices.keyring.kept[user] = "12345678"
+        assert not entered(bench).presenter.resolve().camera.asks_password
+
+    def test_leaving_stops_the_search(self, bench: Bench) -> None:
+        entered(bench).presenter.left()
+        assert bench.runner.tokens["cameras"].cancelled

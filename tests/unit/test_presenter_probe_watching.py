@@ -1,0 +1,140 @@
+"""A watched folder: brackets that arrive become places; and the words of the probe's screen."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from app.core.probe.findings import Findings, Lamp
+from app.devices.errors import DownloadFailed, Unreachable
+from app.ui.presenters.probe_trouble import HowFar, trouble_notice
+from app.ui.presenters.probe_words import (
+    ev_words,
+    lamp_rows,
+    plan_parts,
+    share_words,
+    shutter_words,
+    where_words,
+)
+from tests.helpers.probe_screen import Bench
+
+
+@pytest.fixture(autouse=True)
+def quick_disk(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("os.fsync", lambda handle: None)
+
+
+def bracket(bench: Bench) -> list[Path]:
+    """Take frames with the imitation camera, for somebody else to drop somewhere."""
+    result = bench.rig.shoot("paper")
+    return list(result.frames)
+
+
+class TestWatching:
+    def test_a_bracket_that_arrives_becomes_a_place(self, tmp_path: Path) -> None:
+        bench = Bench(tmp_path)
+        frames = bracket(bench)
+        folder = tmp_path / "arriving"
+        folder.mkdir()
+        watching = bench.presenter.watching
+        sleep = bench.rig.clock.sleep
+        copied: list[Path] = []
+
+        def slept(seconds: float) -> None:
+            # The first look has been taken by now; what comes after it is new.
+            if not copied:
+                copied.extend(Path(shutil.copy2(frame, folder)) for frame in frames)
+            if bench.model.place is not None:
+                bench.runner.cancel("watch")
+            sleep(seconds)
+
+        bench.rig.clock.sleep = slept  # type: ignore[method-assign]
+        watching.start(folder)
+        assert bench.model.place is not None
+        assert bench.model.place.capture is not None
+        assert len(bench.model.place.capture.frames) == 3
+        assert any("bracket of 3 frames" in message for message in bench.told.messages)
+        assert watching.folder is None
+        assert all(path.is_file() for path in copied)
+
+    def test_a_folder_that_is_not_there(self, tmp_path: Path) -> None:
+        bench = Bench(tmp_path)
+        bench.presenter.watching.start(tmp_path / "gone")
+        assert bench.presenter.watching.folder is None
+        assert "cannot be read" in bench.told.messages[-1]
+
+    def test_it_is_shown_and_can_be_stopped(self, tmp_path: Path) -> None:
+        bench = Bench(tmp_path)
+        bench.runner.held.add("watch")
+        bench.presenter.watching.start(tmp_path)
+        assert bench.presenter.resolve().watching == tmp_path.name
+        bench.presenter.watching.stop()
+        assert bench.presenter.resolve().watching == ""
+
+    def test_the_folder_of_the_settings_is_watched_from_the_start(self, tmp_path: Path) -> None:
+        bench = Bench(tmp_path)
+        bench.runner.held.add("watch")
+        folder = tmp_path / "in"
+        bench.model.update(settings=bench.model.settings.with_("watch_folder", str(folder)))
+        bench.presenter.entered()
+        assert bench.presenter.watching.folder == folder
+        bench.presenter.watching.stop()
+        bench.presenter.entered()
+        assert bench.presenter.watching.folder is None
+
+
+class TestWords:
+    @pytest.mark.parametrize(
+        ("azimuth", "elevation", "words"),
+        [
+            (90.0, 0.0, "sitter's right (camera left)"),
+            (-90.0, 0.0, "sitter's left (camera right)"),
+            (45.0, 0.0, "in front, sitter's right (camera left)"),
+            (-130.0, 45.0, "behind, sitter's left (camera right), high"),
+            (178.0, -30.0, "behind, low"),
+            (10.0, 80.0, "overhead"),
+        ],
+    )
+    def test_where(self, azimuth: float, elevation: float, words: str) -> None:
+        assert where_words(azimuth, elevation) == words
+
+    def test_a_lower_bound_is_never_rounded_up(self) -> None:
+        assert share_words(0.6499, True) == "at least 64 %"
+        assert share_words(0.6499, False) == "65 %"
+        assert share_words(0.0047, True) == "at least 0.4 %"
+
+    def test_exposures(self) -> None:
+        assert [ev_words(stops) for stops in (2.0, 0.02, -1.67)] == ["+2 EV", "0 EV", "−1.7 EV"]
+        assert [shutter_words(time) for time in (0.004, 0.5, 2.0)] == ["1/250 s", "0.5 s", "2 s"]
+
+    def test_a_row_is_read_out_whole(self) -> None:
+        lamp = Lamp("A", "window", 47.4, 30.2, 20.0, 0.64, True)
+        (row,) = lamp_rows(Findings((lamp,)), 0.0)
+        assert row.spoken == (
+            "A, Window, in front, sitter's right (camera left), high, azimuth 47°, "
+            "elevation 30° up, share at least 64 %, clipped"
+        )
+
+    def test_plans_before_any_camera(self) -> None:
+        paper, full = plan_parts(None, None)
+        assert paper.second.startswith("3 frames, ")
+        assert int(full.second.split()[0]) > 3
+
+
+class TestTroubles:
+    def test_one_frame_is_here_of_seven(self) -> None:
+        notice = trouble_notice(
+            DownloadFailed("Gone.", "", "interrupted"), HowFar(1, 7, False, True)
+        )
+        assert notice.title == "The camera went away after frame 1 of 7."
+        assert notice.body == "That frame is kept. Reconnect and take the rest."
+        assert notice.buttons == (("resume", "Go on"),)
+
+    def test_it_went_away_before_any_frame(self) -> None:
+        notice = trouble_notice(Unreachable("No answer.", "Go nearer."), HowFar(0, 3, True, True))
+        assert "while it was taking the frames" in notice.title
+        notice = trouble_notice(Unreachable("No answer.", "Go nearer."), HowFar())
+        assert (notice.title, notice.body) == ("No answer.", "Go nearer.")
+        assert [key for key, _ in notice.buttons] == ["again", "search"]
