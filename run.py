@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Set Turnlight up in this folder and start it. Needs Python 3.11 or newer and nothing else.
 
-python3 run.py                  a first look: the bundled courtyard, all styles
+python3 run.py                  the app; without a display a first look at a bundled courtyard
+python3 run.py --demo           the app with an imitation camera and webcam at a demo place
 python3 run.py test [ARGS]      all checks and tests but the long ones; ARGS go to pytest
 python3 run.py test --slow      the long tests
 python3 run.py ARGS             everything else goes to turnlight, e.g. solve my-place.exr
@@ -259,8 +260,15 @@ def turnlight(python: Path, arguments: list[str]) -> int:
     return call([str(python), "-P", "-m", "app", *arguments])
 
 
+def has_display() -> bool:
+    """Whether a window can be shown: always on Windows and macOS, else where the system says so."""
+    names = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
+    return sys.platform in ("win32", "darwin") or any(os.environ.get(name) for name in names)
+
+
 def first_look(python: Path) -> int:
     """Solve the bundled courtyard and write the sheet where the user will find it."""
+    say("There is no display here, so the window stays closed; this is what Turnlight answers:")
     folder = Path.cwd()
     if not os.access(folder, os.W_OK):
         folder = Path(tempfile.gettempdir())
@@ -308,7 +316,7 @@ def main(arguments: list[str]) -> int:
         return INTERRUPTED
     if testing:
         return test(python, arguments[1:])
-    return turnlight(python, arguments) if arguments else first_look(python)
+    return turnlight(python, arguments) if arguments or has_display() else first_look(python)
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ import importlib
 import io
 import os
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn
 
 from app import __version__
@@ -39,6 +40,7 @@ _DONE = 0
 _BAD_INPUT = 2
 _DEVICE = 3
 _INTERRUPTED = 130
+_WITH_VALUE: Final = ("--screenshots", "--theme", "--scale")
 
 
 class _Parser(argparse.ArgumentParser):
@@ -69,9 +71,11 @@ def build_parser(command: str | None = None) -> argparse.ArgumentParser:
     parser = _Parser(
         prog="turnlight",
         description="How far to turn so that a place lights a face like a studio style.",
-        epilog="turnlight COMMAND --help says more about a command.",
+        epilog="Without a command the window opens. turnlight COMMAND --help says more about a "
+        "command.",
     )
     parser.add_argument("--version", action="version", version=f"turnlight {__version__}")
+    _add_window_options(parser)
     subparsers = parser.add_subparsers(metavar="COMMAND", dest="command")
     for name, line in COMMANDS.items():
         if name == command:
@@ -125,8 +129,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _dispatch(arguments: list[str]) -> int:
-    # Options before the command take no value, so the first plain word is the command.
-    command = next((word for word in arguments if not word.startswith("-")), None)
+    command = _command_in(arguments)
     if command != "bake":
         # The products here are small: waking a second BLAS thread costs more than it brings, and
         # on a busy machine very much more. It must be said before numpy is imported.
@@ -134,10 +137,42 @@ def _dispatch(arguments: list[str]) -> int:
     parser = build_parser(command)
     args = parser.parse_args(arguments)
     if args.command is None:
-        parser.print_help()
-        return _DONE
+        return _open_window(parser, args)
     code: int = args.run(args)
     return code
+
+
+def _add_window_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("the window")
+    group.add_argument(
+        "--demo", action="store_true", help="with an imitation camera and webcam at a demo place"
+    )
+    group.add_argument(
+        "--screenshots",
+        metavar="DIR",
+        type=Path,
+        help="with --demo: walk through every screen, save pictures there, and end",
+    )
+    group.add_argument("--theme", choices=("dark", "light", "contrast"), help="colours")
+    group.add_argument("--scale", type=int, choices=(1, 2), help="pixels per point")
+
+
+def _command_in(arguments: list[str]) -> str | None:
+    """Find the first plain word that is not the value of one of the window's options."""
+    before = ""
+    for word in arguments:
+        if not word.startswith("-") and before not in _WITH_VALUE:
+            return word
+        before = word
+    return None
+
+
+def _open_window(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
+    if args.screenshots is not None and not args.demo:
+        parser.error("--screenshots goes with --demo")
+    from app.desktop import Wishes, start
+
+    return start(Wishes(args.demo, args.screenshots, args.theme, args.scale))
 
 
 def _prepare_streams() -> None:

@@ -22,8 +22,8 @@ def test_a_focus_that_falls_on_a_message_does_not_hold_it(qtbot: QtBot) -> None:
     qtbot.addWidget(window)
     leaving = Button("Capture")
     leaving.setParent(window)
-    window.show()
-    qtbot.waitExposed(window)
+    with qtbot.waitActive(window):
+        window.show()
     leaving.show()
     leaving.setFocus()
     toasts = Toasts(window, stay_ms=50)

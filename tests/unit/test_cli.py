@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from app import __version__, cli
+from app import __version__, cli, desktop
 from app.core.errors import Cancelled, CoreError, StyleError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     Install = Callable[[Callable[[argparse.Namespace], int]], None]
 
@@ -105,12 +106,21 @@ def test_bad_usage_is_one_line_and_2(
     assert printed.out == ""
 
 
-def test_no_command_prints_the_help(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_command_opens_the_window(
+    install: Install, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     install(lambda args: 1)
+    opened: list[desktop.Wishes] = []
+
+    def start(wishes: desktop.Wishes) -> int:
+        opened.append(wishes)
+        return 0
+
+    monkeypatch.setattr(desktop, "start", start)
     assert cli.main([]) == 0
-    out = capsys.readouterr().out
-    assert "fake" in out
-    assert "something" in out
+    pictures = ["--demo", "--screenshots", str(tmp_path), "--theme", "light", "--scale", "2"]
+    assert cli.main(pictures) == 0
+    assert opened == [desktop.Wishes(), desktop.Wishes(True, tmp_path, "light", 2)]
 
 
 def test_help_and_version_end_well(install: Install, capsys: pytest.CaptureFixture[str]) -> None:

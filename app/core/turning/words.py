@@ -269,9 +269,13 @@ def side_words(side: str, place: str = "") -> str:
     --------
     >>> side_words("left"), side_words("none", "from overhead")
     ('Light from the sitter’s left (camera right)', 'Light from overhead')
+    >>> side_words("none", "both sides, at head height")
+    'Light from both sides, at head height'
     """
     if side in _SIDES:
         return _SIDES[side]
+    if place.startswith("both sides"):
+        return f"Light from {place}"
     return f"Light {place}" if place else ""
 
 

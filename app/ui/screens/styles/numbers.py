@@ -17,10 +17,10 @@ __all__ = ["Facts", "TurnWords"]
 
 _ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
 _MISSING: Final = "No light measured yet."
-_LABEL: Final = 86
+_LABEL: Final = 60
 _BESIDE: Final = 44  # height where the words stand beside the number
 _FACTS: Final = (
-    ("good_from", "Good from"),
+    ("good_from", "Good"),
     ("match", "Match"),
     ("strength", "Strength"),
     ("ratio", "Ratio"),
@@ -41,14 +41,15 @@ class TurnWords(QWidget):
         t = theme()
         self._compact = compact
         self._turn = Text("", 36 if compact else 48, 700, "amber")
-        self._icon = Icon("clockwise", 20)
+        self._icon = Icon("clockwise", 20 if compact else 28, "text" if compact else "amber")
         self._direction = Text("", 14 if compact else 16, 600, elide=True)
         self._clock = Text("", 12 if compact else 14, role="dim", elide=True)
         self._verdict = Text("", 12 if compact else 14, wrap=not compact, elide=compact)
         self._reason = Text("", 12, role="dim", wrap=True)
         way = QHBoxLayout()
         way.setSpacing(t.px(6))
-        way.addWidget(self._icon)
+        if compact:
+            way.addWidget(self._icon)
         way.addWidget(self._direction, 1)
         self._missing = Text(_MISSING, 16, 600, wrap=True)
         self._missing.hide()
@@ -62,7 +63,14 @@ class TurnWords(QWidget):
         whole = QHBoxLayout(self) if compact else QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
         whole.setSpacing(t.px(12) if compact else 0)
-        whole.addWidget(self._turn)
+        number = QHBoxLayout()
+        number.setSpacing(t.px(8))
+        number.addWidget(self._turn)
+        if not compact:
+            # Beside the number: the longest direction fills the line below.
+            number.addWidget(self._icon)
+            number.addStretch(1)
+        whole.addLayout(number)
         whole.addLayout(words, 1)
         if compact:
             words.insertStretch(0, 1)
@@ -120,7 +128,7 @@ class Facts(QWidget):
 
     def _add(self, grid: QGridLayout, place: int, key: str, label: str) -> int:
         long = key in ("good_from", "ratio")
-        name = Text(label, 12 if self._compact else 14, role="dim")
+        name = Text(label, 12, role="dim")
         value = Text("", 14, 400 if long else 600, elide=True)
         self._rows[key] = (name, value)
         if self._compact and long:

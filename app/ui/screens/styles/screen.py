@@ -118,6 +118,10 @@ class StylesScreen(QWidget):
 
     # -- what the presenter calls --------------------------------------------------------------
 
+    def take_focus(self) -> None:
+        """Give the keyboard to the chosen card."""
+        self.gallery.focus_card()
+
     def show_state(self, state: StylesState) -> None:
         """Show it; see `StylesState`."""
         self.gallery.show_state(state)

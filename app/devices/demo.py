@@ -1,0 +1,152 @@
+"""Devices for trying the program without any: imitations at the demo location.
+
+The camera runs in a process of its own and is spoken to over the network of this computer, as a
+real one would be; the webcam stands at the sitter of the demo location.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import subprocess
+import sys
+import threading
+from typing import TYPE_CHECKING, Final
+
+from app.devices.at_hand import DevicesAtHand
+from app.devices.discovery import Discovery
+from app.devices.errors import Unreachable
+from app.devices.webcam import SimulatedWebcam
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from app.core.progress import Token
+    from app.devices.clock import Clock
+    from app.devices.found import FoundCamera
+    from app.devices.webcam import Webcam
+
+__all__ = ["CameraProcess", "DemoDevices"]
+
+_TICK_S: Final = 0.05
+_START_S: Final = 20.0
+
+
+class CameraProcess:
+    """An imitation camera in a process of its own.
+
+    Parameters
+    ----------
+    scene : Path
+        Panorama that it sees.
+    model : str, optional
+        Which camera it imitates, as ``turnlight simulate-camera --model``.
+    """
+
+    def __init__(self, scene: Path, model: str = "V") -> None:
+        command = [sys.executable, "-m", "app", "simulate-camera", "--scene", str(scene)]
+        # Its errors would fill the user's terminal; whether it runs is seen by its address.
+        self._process = subprocess.Popen(  # noqa: S603 - our own program
+            [*command, "--model", model],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            encoding="utf-8",
+            env={**os.environ, "PYTHONUTF8": "1"},
+        )
+        self._url = ""
+        self._read = threading.Event()
+        threading.Thread(target=self._listen, name="demo camera", daemon=True).start()
+
+    def _listen(self) -> None:
+        stream = self._process.stdout
+        if stream is not None:
+            with contextlib.suppress(OSError, ValueError):
+                self._url = stream.readline().strip()
+        self._read.set()
+
+    def url(self, clock: Clock, token: Token) -> str:
+        """Wait for the camera's address.
+
+        Parameters
+        ----------
+        clock : Clock
+            For waiting.
+        token : Token
+            Stops it.
+
+        Returns
+        -------
+        str
+
+        Raises
+        ------
+        Unreachable
+            When it does not start.
+        """
+        end = clock.now() + _START_S
+        while not self._read.is_set() and clock.now() < end:
+            token.check()
+            clock.sleep(_TICK_S)
+        if not self._url:
+            raise Unreachable(
+                "The demo camera did not start.", "Start the demo again, or open a panorama."
+            )
+        return self._url
+
+    @property
+    def running(self) -> bool:
+        """Whether the process lives."""
+        return self._process.poll() is None
+
+    def close(self) -> None:
+        """End the process; a second time does nothing."""
+        if self.running:
+            self._process.terminate()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(timeout=5.0)
+        if self.running:
+            self._process.kill()
+            self._process.wait()
+        if self._process.stdout is not None:
+            self._process.stdout.close()
+
+
+class DemoDevices(DevicesAtHand):
+    """Imitations at the demo location; a typed address is still a real one.
+
+    Parameters
+    ----------
+    clock : Clock
+        For every wait.
+    location : Path
+        Folder of the demo location.
+    """
+
+    def __init__(self, clock: Clock, location: Path) -> None:
+        super().__init__(clock)
+        self.camera = CameraProcess(location / "probe-1.exr")
+        self.simulated = SimulatedWebcam(location / "views", clock)
+
+    def discover(self, token: Token) -> Discovery:
+        """Find the demo camera, as soon as it has started."""
+        return Discovery((self._demo_camera(token),))
+
+    def _demo_camera(self, token: Token) -> FoundCamera:
+        return self.look_at(self.camera.url(self._clock, token))
+
+    def webcams(self) -> Sequence[tuple[int, str]]:
+        """Name the one that stands at the demo location."""
+        return ((0, self.simulated.name),)
+
+    def webcam(self, index: int) -> Webcam:
+        """Give the one that stands at the demo location, whatever is asked for."""
+        del index
+        return self.simulated
+
+    def close(self) -> None:
+        """End the camera's process and the webcam."""
+        self.simulated.close()
+        self.camera.close()

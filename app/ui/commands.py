@@ -1,0 +1,249 @@
+"""What can be done on every screen, and what lies over the screens: palette, places, settings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QPoint
+from PySide6.QtWidgets import QFileDialog
+
+from app.core.settings import FILE, write_settings
+from app.ui.presenters.actions import Action
+from app.ui.presenters.model import Step
+from app.ui.widgets.menus import Menu
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from app.core.settings import Settings
+    from app.ui.notify import Message, Notify
+    from app.ui.presenters.desk import Desk
+    from app.ui.presenters.services import Services
+    from app.ui.widgets.dialogs import Sheet
+    from app.ui.window import Window
+
+__all__ = ["Commands"]
+
+_STEPS: Final = {
+    Step.PROBE: "Probe: measure the light",
+    Step.STYLES: "Styles: choose one",
+    Step.TURN: "Turn to it",
+    Step.LIGHT: "Light: place a second one",
+}
+_THEMES: Final = {
+    "dark": "Dark colours",
+    "light": "Light colours",
+    "contrast": "High contrast, for sunlight",
+}
+_FILES: Final = "Panoramas and photographs (*.exr *.hdr *.jpg *.jpeg *.png *.tif *.tiff *.dng)"
+
+
+class Commands:
+    """The actions of the window as a whole.
+
+    Parameters
+    ----------
+    services : Services
+        The window's.
+    desk : Desk
+        The open place.
+    notify : Notify
+        Knows what was told.
+    """
+
+    def __init__(self, services: Services, desk: Desk, notify: Notify) -> None:
+        self.services = services
+        self.desk = desk
+        self._window: Window | None = None
+        self._overlay: Sheet | None = None
+        self._notify = notify
+        services.model.changed.connect(self._model_changed)
+
+    def attach(self, window: Window) -> None:
+        """Act on this window from now on."""
+        self._window = window
+        window.asked.connect(self.ask)
+
+    @property
+    def window(self) -> Window:
+        """The window."""
+        assert self._window is not None
+        return self._window
+
+    @property
+    def overlay(self) -> Sheet | None:
+        """What lies over the screen, if anything."""
+        return self._overlay
+
+    def begin(self) -> None:
+        """Offer the demo place and the tour at the very first start."""
+        if not self.services.model.settings.tour_seen:
+            self.services.notify.tell(
+                "New here? Five pictures show the way, and a demo place is ready to try.",
+                actions=[
+                    ("Take the tour", lambda: self.ask("tour")),
+                    ("Demo place", self.desk.open_demo),
+                ],
+            )
+            self.change("tour_seen", value=True)
+
+    def go(self, step: Step) -> None:
+        """Bring a step to the front."""
+        self.services.model.update(step=step, painting=None)
+
+    def everywhere(self) -> Sequence[Action]:
+        """Give all actions that can be done on every screen."""
+        undo = self.services.undo
+        steps = [
+            Action(
+                f"step-{step.value}",
+                words,
+                lambda step=step: self.go(step),  # type: ignore[misc]
+                step.value,
+                f"Ctrl+{number}",
+            )
+            for number, (step, words) in enumerate(_STEPS.items(), start=1)
+        ]
+        themes = [
+            Action(
+                f"theme-{name}",
+                words,
+                lambda name=name: self.change("theme", name),  # type: ignore[misc]
+                "eye",
+            )
+            for name, words in _THEMES.items()
+        ]
+        return (
+            *steps,
+            Action("open-files", "Open files…", self.open_files, "file", "Ctrl+O"),
+            Action("open-folder", "Open a folder…", self.open_folder, "folder", "Ctrl+Shift+O"),
+            Action("demo", "Try the demo place", self.desk.open_demo, "pin"),
+            Action("undo", "Undo", undo.undo, "undo", "Ctrl+Z", lambda: bool(undo.undo_words)),
+            Action(
+                "redo",
+                "Redo",
+                undo.redo,
+                "redo",
+                "Ctrl+Shift+Z; Ctrl+Y",
+                lambda: bool(undo.redo_words),
+            ),
+            Action("places", "Places", lambda: self.ask("places"), "places", "Ctrl+P"),
+            Action("settings", "Settings", lambda: self.ask("settings"), "settings", "Ctrl+,"),
+            Action("messages", "Messages", lambda: self.ask("messages"), "list"),
+            Action("tour", "Tour", lambda: self.ask("tour"), "help"),
+            Action("help", "Help and shortcuts", lambda: self.ask("help"), "help", "F1"),
+            *themes,
+            Action(
+                "find",
+                "Find anything",
+                lambda: self.ask("find"),
+                "search",
+                "Ctrl+K",
+                hint="find anything",
+            ),
+            Action("quit", "Quit", self.quit, "close", "Ctrl+Q"),
+        )
+
+    def all_actions(self) -> Sequence[Action]:
+        """Give what can be done now: here first, then everywhere."""
+        return (*self.window.screen_actions(), *self.everywhere())
+
+    def ask(self, what: str, at: QPoint | None = None) -> None:
+        """Open something that lies over the screen.
+
+        Parameters
+        ----------
+        what : str
+            ``places``, ``settings``, ``find``, ``messages``, ``tour``, ``help``, ``sitter`` or
+            ``camera``.
+        at : QPoint, optional
+            Global point at which a menu opens.
+        """
+        self.close_overlay()
+        if what == "camera":
+            self.go(Step.PROBE)
+        elif what == "sitter":
+            self._choose_sitter(at or self.window.mapToGlobal(QPoint(0, 0)))
+        else:
+            from app.ui.overlays import open_overlay
+
+            self._overlay = open_overlay(what, self)
+            self._overlay.closed.connect(self._overlay_closed)
+
+    def close_overlay(self) -> None:
+        """Close what lies over the screen."""
+        if self._overlay is not None:
+            self._overlay.shut()
+
+    def messages(self) -> tuple[Message, ...]:
+        """Give what was told since the start."""
+        return self._notify.messages
+
+    def _overlay_closed(self) -> None:
+        overlay, self._overlay = self._overlay, None
+        if overlay is not None:
+            overlay.deleteLater()
+
+    def _choose_sitter(self, at: QPoint) -> None:
+        head = self.services.model.head
+        menu = Menu(self.window, "Who is lit")
+        for name, title in self.desk.heads():
+            here = head is not None and head.name == name
+            menu.add(
+                title,
+                lambda name=name: self.desk.load_head(name),  # type: ignore[misc]
+                "check" if here else "person",
+            )
+        menu.popup(at)
+
+    def open_files(self) -> None:
+        """Ask for files and open them."""
+        names, _ = QFileDialog.getOpenFileNames(self._window, "Open files", "", _FILES)
+        if names:
+            self.desk.open_paths([Path(name) for name in names])
+
+    def open_folder(self) -> None:
+        """Ask for a folder with a bracket or a panorama and open it."""
+        name = QFileDialog.getExistingDirectory(self._window, "Open a folder")
+        if name:
+            self.desk.open_paths([Path(name)])
+
+    def change(self, key: str, value: object) -> None:
+        """Change one setting and keep it.
+
+        Parameters
+        ----------
+        key : str
+            Of the table of settings.
+        value : object
+            Its new value.
+        """
+        model = self.services.model
+        model.update(settings=model.settings.with_(key, value))
+
+    def quit(self) -> None:
+        """Close the window."""
+        self.window.close()
+
+    def _model_changed(self, names: frozenset[str]) -> None:
+        if names & {"step", "painting", "place_folder"}:
+            self.close_overlay()
+        if "settings" in names:
+            self._keep(self.services.model.settings)
+
+    def _keep(self, settings: Settings) -> None:
+        path = self.services.folders.home / FILE
+        self.services.runner.submit(
+            "keep-settings", lambda token, report: write_settings(path, settings)
+        )
+
+    def run(self, key: str) -> Callable[[], None]:
+        """Find an action by its key.
+
+        Raises
+        ------
+        KeyError
+            When there is none.
+        """
+        return {action.key: action.run for action in self.all_actions()}[key]

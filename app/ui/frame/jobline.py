@@ -1,0 +1,125 @@
+"""The line at the foot: what runs and how far it is, or what was last; and shortcuts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QPainter, QPaintEvent
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
+
+from app.ui.theme import theme
+from app.ui.theme.icons import icon_pixmap
+from app.ui.widgets.buttons import Button
+from app.ui.widgets.keys import KeyHint
+from app.ui.widgets.labels import Text
+from app.ui.widgets.progress import Bar
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.ui.jobs import JobLine
+
+__all__ = ["JobLineBar"]
+
+_MOST_HINTS = 4
+
+
+class JobLineBar(QWidget):
+    """The job line.
+
+    Parameters
+    ----------
+    compact : bool
+        For narrow windows: lower, and half the shortcuts.
+    parent : QWidget, optional
+    """
+
+    cancel_asked = Signal(str)
+    """Key of the job."""
+
+    def __init__(self, compact: bool, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        t = theme()
+        self._compact = compact
+        self._key = ""
+        self.setFixedHeight(t.px(32 if compact else 40))
+        self._mark = QLabel()
+        self._mark.setFixedSize(t.px(16), t.px(16))
+        self._words = Text("", 12, elide=True)
+        self._words.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        self._bar = Bar()
+        self._left = Text("", 12, role="dim")
+        self._cancel = Button("Cancel", size="small")
+        self._hints = QWidget()
+        self._hint_row = QHBoxLayout(self._hints)
+        self._hint_row.setContentsMargins(0, 0, 0, 0)
+        self._hint_row.setSpacing(t.px(16))
+        row = QHBoxLayout(self)
+        row.setContentsMargins(t.px(24), 0, t.px(24), 0)
+        row.setSpacing(t.px(8))
+        for widget in (self._mark, self._words, self._bar, self._left, self._cancel):
+            row.addWidget(widget)
+        row.addStretch(1)
+        row.addWidget(self._hints)
+        self._cancel.clicked.connect(lambda: self.cancel_asked.emit(self._key))
+        self.show_job(None)
+
+    def show_job(self, job: JobLine | None) -> None:
+        """Show what runs; None goes back to the last words.
+
+        Parameters
+        ----------
+        job : JobLine or None
+            The visible job.
+        """
+        running = job is not None
+        for widget in (self._bar, self._left, self._cancel):
+            widget.setVisible(running)
+        self._mark.setVisible(not running and bool(self._words.text()))
+        if job is not None:
+            self._key = job.key
+            self._words.set_text(job.message or job.title)
+            self._left.set_text(f"{round(100 * job.fraction)} %")
+            self._bar.set(job.fraction)
+            self._bar.setAccessibleName(f"{job.title}: {round(100 * job.fraction)} %")
+            self._cancel.setAccessibleName(f"Cancel: {job.title}")
+
+    def show_idle(self, words: str, icon: str = "check") -> None:
+        """Show the last result.
+
+        Parameters
+        ----------
+        words : str
+            One sentence, or none.
+        icon : str, optional
+            ``check``, or another that fits the words.
+        """
+        t = theme()
+        colour = t.c.ok if icon == "check" else t.c.dim
+        self._mark.setPixmap(icon_pixmap(icon, t.px(16), colour, self.devicePixelRatioF()))
+        self._words.set_text(words)
+        self._words.setToolTip(words)
+        self.show_job(None)
+
+    def show_hints(self, hints: Sequence[tuple[str, str]]) -> None:
+        """Show the screen's shortcuts.
+
+        Parameters
+        ----------
+        hints : sequence of (str, str)
+            Keys and what they do; at most four are shown.
+        """
+        while (item := self._hint_row.takeAt(0)) is not None:
+            if (widget := item.widget()) is not None:
+                widget.setParent(None)
+        for keys, words in hints[: _MOST_HINTS // (2 if self._compact else 1)]:
+            self._hint_row.addWidget(KeyHint(keys, words))
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw it."""
+        t = theme()
+        painter = QPainter(self)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.fillRect(self.rect(), t.c.panel)
+        painter.fillRect(0, 0, self.width(), t.line_width, t.c.line)

@@ -1,0 +1,158 @@
+"""The rail at the left: the four steps, and at its foot places and settings."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from PySide6.QtCore import QRect, Signal
+from PySide6.QtGui import QPainter, QPaintEvent
+from PySide6.QtWidgets import QVBoxLayout, QWidget
+
+from app.ui.presenters.model import Step
+from app.ui.theme import theme
+from app.ui.theme.icons import draw_icon
+from app.ui.widgets.buttons import Pressable
+from app.ui.widgets.paint import MIDDLE, box, hover_fill, put_text
+from app.ui.widgets.roving import Roving
+
+__all__ = ["PLACES", "SETTINGS", "Rail"]
+
+PLACES: Final = "places"
+SETTINGS: Final = "settings"
+
+_WIDTH: Final = 88
+_COMPACT_WIDTH: Final = 72
+_STEP_WIDTH: Final = 72
+_STEP_HEIGHT: Final = 64
+_BAR: Final = 4
+_TITLES: Final = {
+    "probe": "Probe",
+    "styles": "Styles",
+    "turn": "Turn",
+    "light": "Light",
+    PLACES: "Places",
+    SETTINGS: "Settings",
+}
+_HELP: Final = {
+    "probe": "Measure the light",
+    "styles": "Choose a style",
+    "turn": "Turn to it",
+    "light": "Place a second light",
+    PLACES: "Places you have measured",
+    SETTINGS: "Settings",
+}
+
+
+class _RailButton(Pressable):
+    """One entry: icon over label, a bar at the left edge when it is the screen in front."""
+
+    def __init__(self, key: str, shortcut: str, compact: bool) -> None:
+        super().__init__(_TITLES[key])
+        self.key = key
+        self._done = False
+        t = theme()
+        self._margin = t.px(4 if compact else 8)
+        self.setText(_TITLES[key])
+        self.setCheckable(True)
+        self.setFixedSize(t.px(_COMPACT_WIDTH if compact else _WIDTH), t.px(_STEP_HEIGHT))
+        self.set_tip(_HELP[key], shortcut)
+
+    def set_done(self, done: bool) -> None:
+        """Mark the step as done; said in its name as well."""
+        self._done = done
+        self.setAccessibleName(f"{self.text()}, done" if done else self.text())
+        self.update()
+
+    def nextCheckState(self) -> None:
+        """Stay as the window says: a click asks, it does not switch."""
+
+    def focus_shape(self) -> tuple[QRect, int]:
+        """Give the rectangle behind icon and label."""
+        return self._box(), theme().px(8)
+
+    def _box(self) -> QRect:
+        return self.rect().adjusted(self._margin, 0, -self._margin, 0)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Draw it."""
+        t = theme()
+        painter = QPainter(self)
+        inverted = t.contrast and self.isChecked()
+        if self.isChecked():
+            fill = t.c.text if inverted else t.c.raised
+            box(painter, self._box(), t.px(8), fill)
+            bar = QRect(0, t.px(8), t.px(_BAR), self.height() - t.px(16))
+            painter.fillRect(bar, t.c.sel)
+        elif self.hovered():
+            box(painter, self._box(), t.px(8), hover_fill(t))
+        ink = t.c.panel if inverted else (t.c.text if self.isChecked() else t.c.dim)
+        side = t.px(24)
+        middle = self.rect().center().x()
+        face = QRect(middle - side // 2, t.px(9), side, side)
+        draw_icon(painter, self.key, face, side, ink)
+        label = QRect(0, t.px(38), self.width(), t.px(16))
+        put_text(painter, label, self.text(), t.font(12, 500), ink, MIDDLE)
+        if self._done:
+            small = t.px(14)
+            mark = QRect(face.right() + t.px(3), t.px(5), small, small)
+            draw_icon(painter, "check", mark, small, t.c.panel if inverted else t.c.ok)
+
+
+class Rail(QWidget):
+    """Steps and, at the foot, places and settings; one stop for Tab, arrows move inside.
+
+    Parameters
+    ----------
+    compact : bool
+        For narrow windows.
+    parent : QWidget, optional
+    """
+
+    chosen = Signal(str)
+    """Key of what was chosen: a step's value, `PLACES` or `SETTINGS`."""
+
+    def __init__(self, compact: bool, parent: QWidget | None = None) -> None:
+        super().__init__(parent)
+        t = theme()
+        self.setAccessibleName("Steps")
+        self.setFixedWidth(t.px(_COMPACT_WIDTH if compact else _WIDTH))
+        self._buttons: dict[str, _RailButton] = {}
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, t.px(64 if compact else 72), 0, t.px(8))
+        column.setSpacing(t.px(8))
+        keys = [step.value for step in Step]
+        for number, key in enumerate([*keys, PLACES, SETTINGS], start=1):
+            if key == PLACES:
+                column.addStretch(1)
+            shortcut = f"Ctrl {number}" if number <= len(keys) else ""
+            button = _RailButton(key, shortcut, compact)
+            button.clicked.connect(lambda _=False, key=key: self.chosen.emit(key))
+            column.addWidget(button)
+            self._buttons[key] = button
+        self._roving = Roving(self)
+        self._roving.set_members(list(self._buttons.values()))
+
+    def show_steps(self, current: Step, done: frozenset[Step]) -> None:
+        """Mark the screen in front and the steps that are done.
+
+        Parameters
+        ----------
+        current : Step
+            In front.
+        done : frozenset of Step
+            Done.
+        """
+        for key, button in self._buttons.items():
+            button.setChecked(key == current.value)
+            button.set_done(any(step.value == key for step in done))
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Draw it."""
+        t = theme()
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), t.c.panel)
+        edge = t.line_width
+        painter.fillRect(self.width() - edge, 0, edge, self.height(), t.c.line)
+        size = t.px(40)
+        spot = QRect((self.width() - edge - size) // 2, t.px(12), size, size)
+        draw_icon(painter, "logo", spot, size, t.c.text)

@@ -1,0 +1,209 @@
+"""The job runner: long work on a pool of threads, its answer on the thread of the screens."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+from PySide6.QtCore import QObject, QRunnable, Qt, QThreadPool, Signal, Slot
+
+from app.core.errors import Cancelled
+from app.core.progress import Token
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from app.core.progress import Report
+
+__all__ = ["JobLine", "QtRunner"]
+
+T = TypeVar("T")
+
+_THREADS: Final = 4
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class JobLine:
+    """How far a visible job is.
+
+    Attributes
+    ----------
+    key, title : str
+        What it is for, and in words.
+    fraction : float
+        0 to 1.
+    message : str
+        What it does now.
+    """
+
+    key: str
+    title: str
+    fraction: float = 0.0
+    message: str = ""
+
+
+@dataclass(slots=True, eq=False)
+class _Job:
+    """One piece of work; its number tells its answers from those of an older one."""
+
+    key: str
+    number: int
+    title: str
+    work: Callable[[Token, Report], Any]
+    done: Callable[[Any], None] | None
+    failed: Callable[[Exception], None] | None
+    cancelled: Callable[[], None] | None
+    token: Token = field(default_factory=Token)
+
+
+class _Bridge(QObject):
+    """Carries answers from any thread to the one it lives in; one for all jobs, never deleted."""
+
+    progressed = Signal(object, float, str)
+    finished = Signal(object, object, object)
+
+
+class _Task(QRunnable):
+    """Runs a job on the pool and hands its end to the bridge."""
+
+    def __init__(self, job: _Job, bridge: _Bridge) -> None:
+        super().__init__()
+        self._job = job
+        self._bridge = bridge
+
+    def run(self) -> None:
+        """Do the work; every way it can end becomes one signal."""
+        job, bridge = self._job, self._bridge
+        answer: Any = None
+        error: BaseException | None = None
+        try:
+            job.token.check()
+            answer = job.work(
+                job.token, lambda part, words: bridge.progressed.emit(job, part, words)
+            )
+        except Exception as problem:  # noqa: BLE001 - carried over to the screens
+            error = problem
+        bridge.finished.emit(job, answer, error)
+
+    def _report(self, fraction: float, message: str) -> None:
+        self._bridge.progressed.emit(self._job, fraction, message)
+
+
+class QtRunner(QObject):
+    """Runs jobs by purpose: a newer one of the same key takes the older one's place.
+
+    Parameters
+    ----------
+    on_failure : callable
+        Takes the error of a job that has nobody else to tell.
+    """
+
+    line_changed = Signal(object)
+    """The visible job as `JobLine`, or None when none runs."""
+    ended = Signal(str, str)
+    """Title of a visible job and how it ended: ``done``, ``failed`` or ``cancelled``."""
+
+    def __init__(self, on_failure: Callable[[Exception], None]) -> None:
+        super().__init__()
+        self._on_failure = on_failure
+        self._pool = QThreadPool()
+        self._pool.setMaxThreadCount(_THREADS)
+        self._bridge = _Bridge()
+        # Queued even on one thread: an answer never arrives inside the call that asked for it.
+        queued = Qt.ConnectionType.QueuedConnection
+        self._bridge.progressed.connect(self._progressed, queued)
+        self._bridge.finished.connect(self._finished, queued)
+        self._jobs: dict[str, _Job] = {}
+        self._lines: dict[str, JobLine] = {}
+        self._number = 0
+        self._closed = False
+
+    def submit(
+        self,
+        key: str,
+        work: Callable[[Token, Report], T],
+        *,
+        title: str = "",
+        done: Callable[[T], None] | None = None,
+        failed: Callable[[Exception], None] | None = None,
+        cancelled: Callable[[], None] | None = None,
+    ) -> None:
+        """Start work; see `app.ui.presenters.work.Runner.submit`."""
+        if self._closed:
+            return
+        self.cancel(key)
+        self._number += 1
+        job = _Job(key, self._number, title, work, done, failed, cancelled)
+        self._jobs[key] = job
+        if title:
+            self._lines[key] = JobLine(key, title)
+            self._show_line()
+        self._pool.start(_Task(job, self._bridge))
+
+    def cancel(self, key: str) -> None:
+        """Ask the work of this key to stop; its ``cancelled`` is called once it has."""
+        job = self._jobs.get(key)
+        if job is not None:
+            job.token.cancel()
+
+    def running(self, key: str) -> bool:
+        """Whether work of this key has not yet answered."""
+        return key in self._jobs
+
+    def shutdown(self, milliseconds: int = 5000) -> bool:
+        """Cancel everything and wait for the threads; nothing is told to anybody any more.
+
+        Parameters
+        ----------
+        milliseconds : int, optional
+            How long to wait.
+
+        Returns
+        -------
+        bool
+            Whether all work has ended.
+        """
+        self._closed = True
+        for job in self._jobs.values():
+            job.token.cancel()
+        self._pool.clear()
+        return self._pool.waitForDone(milliseconds)
+
+    @Slot(object, float, str)
+    def _progressed(self, job: _Job, fraction: float, message: str) -> None:
+        if self._jobs.get(job.key) is job and job.title and not job.token.cancelled:
+            self._lines[job.key] = JobLine(job.key, job.title, fraction, message)
+            self._show_line()
+
+    @Slot(object, object, object)
+    def _finished(self, job: _Job, answer: Any, error: Exception | None) -> None:
+        current = self._jobs.get(job.key) is job
+        if current:
+            del self._jobs[job.key]
+            if self._lines.pop(job.key, None) is not None:
+                self._show_line()
+        if self._closed:
+            return
+        # Cancelled in the very moment of its end: the caller no longer wants the answer.
+        if job.token.cancelled or isinstance(error, Cancelled):
+            self._say_end(job, "cancelled")
+            if job.cancelled is not None:
+                job.cancelled()
+        elif error is not None:
+            _log.info("job %s failed", job.key, exc_info=error)
+            self._say_end(job, "failed")
+            (job.failed or self._on_failure)(error)
+        else:
+            self._say_end(job, "done")
+            if job.done is not None:
+                job.done(answer)
+
+    def _say_end(self, job: _Job, how: str) -> None:
+        if job.title:
+            self.ended.emit(job.title, how)
+
+    def _show_line(self) -> None:
+        lines = list(self._lines.values())
+        self.line_changed.emit(lines[-1] if lines else None)

@@ -1,0 +1,80 @@
+"""Help: all shortcuts, and the words that Turnlight uses."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtWidgets import QGridLayout, QVBoxLayout, QWidget
+
+from app.ui.shortcuts import written
+from app.ui.theme import theme
+from app.ui.widgets.keys import KeyHint
+from app.ui.widgets.labels import Text
+from app.ui.widgets.surfaces import Scroll
+
+if TYPE_CHECKING:
+    from app.ui.commands import Commands
+
+__all__ = ["HelpBody"]
+
+_WORDS: Final = (
+    (
+        "Turn",
+        "How far the sitter, and you with them, rotate. Clockwise is as seen from above: "
+        "you walk to your left around the sitter.",
+    ),
+    (
+        "Sitter’s left",
+        "The side of the sitter’s own left hand: on the right in the picture. A style is named "
+        "after the side of its main light.",
+    ),
+    (
+        "Match",
+        "How much the face at that turn looks like the style’s studio picture. 100 is the studio "
+        "picture itself; below the limit the style is out of reach.",
+    ),
+    (
+        "Strength",
+        "How deep the play of light and shadow is; 100 is as deep as in the studio.",
+    ),
+    ("Good from … to", "Within these turns hardly anything is lost: choose the nicer background."),
+)
+
+
+class HelpBody(QWidget):
+    """Shortcuts of this screen and of all, and words.
+
+    Parameters
+    ----------
+    commands : Commands
+        What can be done.
+    """
+
+    def __init__(self, commands: Commands) -> None:
+        super().__init__()
+        t = theme()
+        inside = QWidget()
+        column = QVBoxLayout(inside)
+        column.setContentsMargins(0, 0, t.px(16), 0)
+        column.setSpacing(t.px(16))
+        column.addWidget(Text("Keys", 16, 600))
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(t.px(32))
+        grid.setVerticalSpacing(t.px(8))
+        bound = [one for one in commands.all_actions() if one.shortcut]
+        rows = -(-len(bound) // 2)
+        for number, action in enumerate(bound):
+            hint = KeyHint(action.keys or written(action.shortcut), action.words)
+            grid.addWidget(hint, number % rows, number // rows)
+        column.addLayout(grid)
+        column.addWidget(Text("Words", 16, 600))
+        for word, meaning in _WORDS:
+            column.addWidget(Text(word, 14, 600))
+            column.addWidget(Text(meaning, 14, role="dim", wrap=True))
+        column.addStretch(1)
+        area = Scroll()
+        area.setWidget(inside)
+        area.setMinimumHeight(t.px(440))
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.addWidget(area)

@@ -1,0 +1,150 @@
+"""The list of places that were kept, with small pictures."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import cv2
+from PySide6.QtCore import QUrl
+from PySide6.QtGui import QDesktopServices
+from PySide6.QtWidgets import QHBoxLayout, QInputDialog, QVBoxLayout, QWidget
+
+from app.ui.presenters.shelf import ShelfPresenter
+from app.ui.theme import theme
+from app.ui.widgets.banner import Empty
+from app.ui.widgets.buttons import Button, IconButton
+from app.ui.widgets.cards import Frame
+from app.ui.widgets.icons import Icon
+from app.ui.widgets.labels import Text
+from app.ui.widgets.menus import Menu
+from app.ui.widgets.pictures import Picture
+from app.ui.widgets.surfaces import Scroll
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from app.ui.commands import Commands
+    from app.ui.presenters.shelf import ShelfRow, ShelfState
+
+__all__ = ["PlacesBody"]
+
+_PICTURE: Final = (128, 64)
+_MOST_BYTES: Final = 4 << 20
+
+
+class PlacesBody(QWidget):
+    """The list.
+
+    Parameters
+    ----------
+    commands : Commands
+        Opens files and places.
+    """
+
+    def __init__(self, commands: Commands) -> None:
+        super().__init__()
+        self._commands = commands
+        self._presenter = ShelfPresenter(commands.services, commands.desk)
+        self._state: ShelfState | None = None
+        t = theme()
+        self._column = QVBoxLayout()
+        self._column.setSpacing(t.px(8))
+        self._column.addStretch(1)
+        inside = QWidget()
+        inside.setLayout(self._column)
+        self._column.setContentsMargins(0, 0, t.px(16), 0)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.setSpacing(t.px(16))
+        whole.addWidget(Scroll(inside), 1)
+        whole.addLayout(self._foot())
+        self.destroyed.connect(self._presenter.detach)
+        self._presenter.attach(self)
+
+    def show_state(self, state: ShelfState) -> None:
+        """Show the list."""
+        if state == self._state:
+            return
+        self._state = state
+        while (item := self._column.takeAt(0)) is not None:
+            if (widget := item.widget()) is not None:
+                widget.hide()
+                widget.deleteLater()
+        if not state.rows and not state.busy:
+            self._column.addWidget(Empty("No place measured yet. The demo place needs no camera."))
+        for row in state.rows:
+            self._column.addWidget(self._line(row))
+        self._column.addStretch(1)
+
+    def _foot(self) -> QHBoxLayout:
+        row = QHBoxLayout()
+        row.setSpacing(theme().px(8))
+        demo = Button("Try the demo place", "pin")
+        files = Button("Open files…", "file")
+        demo.clicked.connect(lambda: self._leave(self._commands.desk.open_demo))
+        files.clicked.connect(lambda: self._leave(self._commands.open_files))
+        row.addWidget(demo)
+        row.addWidget(files)
+        row.addStretch(1)
+        return row
+
+    def _leave(self, call: object) -> None:
+        self._commands.close_overlay()
+        assert callable(call)
+        call()
+
+    def _line(self, row: ShelfRow) -> QWidget:
+        t = theme()
+        frame = Frame("raised" if row.current else "panel")
+        line = QHBoxLayout(frame)
+        line.setContentsMargins(t.px(8), t.px(8), t.px(8), t.px(8))
+        line.setSpacing(t.px(16))
+        picture = Picture(f"Picture of {row.name}")
+        picture.setFixedSize(t.px(_PICTURE[0]), t.px(_PICTURE[1]))
+        picture.set_picture(_thumbnail(row.thumbnail))
+        line.addWidget(picture)
+        words = QVBoxLayout()
+        words.setSpacing(t.px(4))
+        words.addWidget(Text(row.name, 14, 600, elide=True))
+        words.addWidget(Text(row.time, 12, role="dim"))
+        if row.detail:
+            detail = QHBoxLayout()
+            if row.trouble:
+                detail.addWidget(Icon("warning", 16, says="warning"))
+            detail.addWidget(Text(row.detail, 12, role="dim", wrap=True), 1)
+            words.addLayout(detail)
+        line.addLayout(words, 1)
+        opener = Button("Open again" if row.current else "Open", size="small")
+        opener.setAccessibleName(f"Open {row.name}")
+        opener.clicked.connect(lambda: self._leave(lambda: self._presenter.open(row.folder)))
+        line.addWidget(opener)
+        more = IconButton("more", f"More about {row.name}", kind="quiet", size="small")
+        more.clicked.connect(lambda: self._more(row, more))
+        line.addWidget(more)
+        return frame
+
+    def _more(self, row: ShelfRow, under: QWidget) -> None:
+        menu = Menu(self, f"More about {row.name}")
+        menu.add("Rename…", lambda: self._rename(row), "edit")
+        menu.add("Show the folder", lambda: _show_folder(row.folder), "folder")
+        menu.add("Delete", lambda: self._presenter.delete(row.folder), "trash")
+        menu.drop(under)
+
+    def _rename(self, row: ShelfRow) -> None:
+        name, agreed = QInputDialog.getText(self, "Rename", "Name of the place", text=row.name)
+        if agreed and name.strip():
+            self._presenter.rename(row.folder, name)
+
+
+def _show_folder(folder: Path) -> None:
+    QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder)))
+
+
+def _thumbnail(path: Path | None) -> NDArray[np.uint8] | None:
+    if path is None or path.stat().st_size > _MOST_BYTES:
+        return None
+    read = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    return None if read is None else cv2.cvtColor(read, cv2.COLOR_BGR2RGB)  # type: ignore[return-value]

@@ -1,0 +1,157 @@
+"""The settings, made of their table: one line each, kept as soon as it is changed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
+
+from app.core.errors import CoreError
+from app.core.settings import SECTIONS, TABLE, Setting
+from app.ui.theme import theme
+from app.ui.widgets.buttons import Button
+from app.ui.widgets.fields import ListField, TextField
+from app.ui.widgets.labels import Text
+from app.ui.widgets.sliders import LabelledSlider
+from app.ui.widgets.surfaces import Scroll
+from app.ui.widgets.toggles import Toggle
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from app.core.settings import Value
+    from app.ui.commands import Commands
+
+__all__ = ["SettingsBody"]
+
+
+class SettingsBody(QWidget):
+    """Every setting that is shown, under its heading.
+
+    Parameters
+    ----------
+    commands : Commands
+        Changes and keeps them.
+    """
+
+    def __init__(self, commands: Commands) -> None:
+        super().__init__()
+        self._commands = commands
+        t = theme()
+        inside = QWidget()
+        column = QVBoxLayout(inside)
+        column.setContentsMargins(0, 0, t.px(16), 0)
+        column.setSpacing(t.px(16))
+        for section in SECTIONS:
+            lines = [entry for entry in TABLE if entry.section == section and entry.shown]
+            if lines:
+                column.addWidget(Text(section, 16, 600))
+            for entry in lines:
+                column.addWidget(self._line(entry))
+        reset = Button("Back to the defaults", size="small")
+        reset.clicked.connect(self._reset)
+        foot = QHBoxLayout()
+        foot.addWidget(reset)
+        foot.addStretch(1)
+        column.addLayout(foot)
+        column.addStretch(1)
+        area = Scroll()
+        area.setWidget(inside)
+        area.setMinimumHeight(t.px(480))
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.addWidget(area)
+
+    def _line(self, entry: Setting) -> QWidget:
+        makers: dict[str, Callable[[Setting, Value], QWidget]] = {
+            "toggle": self._toggle,
+            "choice": self._choice,
+            "number": self._number,
+            "text": self._text,
+            "folder": self._folder,
+        }
+        value = self._commands.services.model.settings.value(entry.key)
+        line = QWidget()
+        column = QVBoxLayout(line)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(theme().px(4))
+        column.addWidget(makers[entry.kind](entry, value))
+        column.addWidget(Text(entry.help, 12, role="dim", wrap=True))
+        return line
+
+    def _toggle(self, entry: Setting, value: Value) -> QWidget:
+        toggle = Toggle(entry.title)
+        toggle.setChecked(bool(value))
+        toggle.toggled.connect(lambda on: self._change(entry, on))
+        return toggle
+
+    def _choice(self, entry: Setting, value: Value) -> QWidget:
+        choices = entry.choices
+        if entry.offers == "heads":
+            choices = self._commands.desk.heads()
+        field = ListField(entry.title, list(choices))
+        field.choose(str(value))
+        field.chosen.connect(lambda key: self._change(entry, key))
+        return field
+
+    def _number(self, entry: Setting, value: Value) -> QWidget:
+        slider = LabelledSlider(
+            entry.title,
+            entry.minimum,
+            entry.maximum,
+            float(value),
+            entry.step,
+            entry.words,
+            default=float(entry.default),
+        )
+        # A size that changes under the hand would run away from it.
+        changed = slider.settled if entry.key == "text_scale" else slider.changed
+        changed.connect(lambda number: self._change(entry, number))
+        return slider
+
+    def _text(self, entry: Setting, value: Value) -> QWidget:
+        field = TextField(entry.title, entry.empty_means)
+        field.set_text(str(value))
+        field.changed.connect(lambda text: self._change(entry, text, field))
+        return field
+
+    def _folder(self, entry: Setting, value: Value) -> QWidget:
+        field = TextField(entry.title, entry.empty_means)
+        field.set_text(str(value))
+        field.entered.connect(lambda text: self._change(entry, text, field))
+        choose = Button("Choose…")
+        choose.setAccessibleName(f"Choose: {entry.title}")
+
+        def ask() -> None:
+            name = QFileDialog.getExistingDirectory(self, entry.title, field.text())
+            if name:
+                field.set_text(name)
+                self._change(entry, name, field)
+
+        choose.clicked.connect(ask)
+        line = QWidget()
+        row = QHBoxLayout(line)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(theme().px(8))
+        row.addWidget(field, 1)
+        column = QVBoxLayout()
+        column.addStretch(1)
+        column.addWidget(choose)
+        row.addLayout(column)
+        return line
+
+    def _change(self, entry: Setting, value: object, field: TextField | None = None) -> None:
+        try:
+            self._commands.change(entry.key, round(value) if entry.whole else value)  # type: ignore[call-overload]
+        except CoreError as error:
+            if field is None:
+                raise
+            field.set_error(str(error))
+            return
+        if field is not None:
+            field.set_error("")
+
+    def _reset(self) -> None:
+        model = self._commands.services.model
+        model.update(settings=model.settings.reset())
+        self._commands.ask("settings")

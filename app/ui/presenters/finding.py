@@ -1,0 +1,113 @@
+"""Finding anything by a few letters: actions, styles, places, heads, settings."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+__all__ = ["Findable", "best", "score"]
+
+_WORDS: Final = re.compile(r"[^\W_]+")
+_MOST: Final = 50
+
+
+@dataclass(frozen=True, slots=True)
+class Findable:
+    """Something that can be found.
+
+    Attributes
+    ----------
+    words : str
+        What it is called.
+    detail : str
+        What it is, in a word or two: "style", "place of 21 Nov".
+    icon : str
+        Name of its icon.
+    keys : str
+        Its shortcut, may be empty.
+    run : callable
+        Goes there or does it.
+    """
+
+    words: str
+    detail: str
+    icon: str
+    keys: str
+    run: Callable[[], None]
+
+
+def score(wanted: str, words: str) -> float:
+    """Say how well a few letters fit some words; 0 when they do not.
+
+    Every word that is typed must begin a word, or else be found inside one. What begins with
+    the first letters typed goes first, shorter words before longer ones.
+
+    Parameters
+    ----------
+    wanted : str
+        As typed; capitals and accents do not count.
+    words : str
+        Of what may be meant.
+
+    Returns
+    -------
+    float
+        0 to 1.
+
+    Examples
+    --------
+    >>> score("rem", "Rembrandt") > score("rem", "Save as a rembrandt") > 0
+    True
+    >>> score("cafe", "Café")
+    1.0
+    """
+    typed = _WORDS.findall(_plain(wanted))
+    known = _WORDS.findall(_plain(words))
+    if not typed or not known:
+        return 0.0
+    total = 0.0
+    for number, part in enumerate(typed):
+        begins = [at for at, word in enumerate(known) if word.startswith(part)]
+        if begins:
+            total += 1.0 - 0.1 * min(abs(begins[0] - number), 5)
+        elif any(part in word for word in known):
+            total += 0.3
+        else:
+            return 0.0
+    length = sum(map(len, typed)) / max(sum(map(len, known)), 1)
+    return total / len(typed) * (0.9 + 0.1 * min(length, 1.0))
+
+
+def best(wanted: str, things: Iterable[Findable]) -> Sequence[Findable]:
+    """Choose what fits, the best first.
+
+    Parameters
+    ----------
+    wanted : str
+        As typed; nothing shows everything in its own order.
+    things : iterable of Findable
+        What there is.
+
+    Returns
+    -------
+    sequence of Findable
+        At most fifty.
+    """
+    if not wanted.strip():
+        return list(things)[:_MOST]
+    rated = [
+        (max(score(wanted, one.words), 0.8 * score(wanted, f"{one.words} {one.detail}")), one)
+        for one in things
+    ]
+    fitting = [pair for pair in rated if pair[0] > 0.0]
+    return [one for _, one in sorted(fitting, key=lambda pair: -pair[0])][:_MOST]
+
+
+def _plain(text: str) -> str:
+    split = unicodedata.normalize("NFKD", text.casefold())
+    return "".join(letter for letter in split if not unicodedata.combining(letter))

@@ -1,0 +1,164 @@
+"""The frame around the screens: place, sitter, camera, what is done and what can be undone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Protocol
+
+from app.ui.presenters.model import Step
+
+if TYPE_CHECKING:
+    from datetime import datetime
+
+    from app.ui.presenters.model import CameraSeen, Model
+    from app.ui.presenters.services import Services
+
+__all__ = ["FramePresenter", "FrameState", "FrameView", "camera_words", "time_words"]
+
+_LOW_BATTERY: Final = 0.15
+_LOW_SPACE: Final = 200_000_000
+_SHOWN: Final = frozenset(
+    {"step", "place", "light", "head", "camera", "results", "chosen", "goal_deg"}
+)
+_MONTHS: Final = tuple(  # of English, whatever the system speaks
+    "Jan Feb Mar Apr May Jun Jul Aug Sep Oct Nov Dec".split()  # noqa: SIM905
+)
+
+
+@dataclass(frozen=True, slots=True)
+class FrameState:
+    """What the frame shows.
+
+    Attributes
+    ----------
+    step : Step
+        Screen in front.
+    done : frozenset of Step
+        Steps that have what they are for.
+    place, time : str
+        Name of the place, and when it was measured.
+    sitter : str
+        Head and skin.
+    camera : str
+        Model, battery and space.
+    camera_short : str
+        Battery alone, for narrow windows.
+    camera_warning : str
+        Why the camera needs looking after; empty when it does not.
+    undo, redo : str
+        What they would do; empty when nothing.
+    """
+
+    step: Step = Step.PROBE
+    done: frozenset[Step] = frozenset()
+    place: str = "No place yet"
+    time: str = ""
+    sitter: str = ""
+    camera: str = "No camera"
+    camera_short: str = ""
+    camera_warning: str = ""
+    undo: str = ""
+    redo: str = ""
+
+
+class FrameView(Protocol):
+    """Shows a `FrameState`."""
+
+    def show_state(self, state: FrameState) -> None:
+        """Show it."""
+
+
+class FramePresenter:
+    """Resolves what the frame shows whenever something of it changed.
+
+    Parameters
+    ----------
+    services : Services
+        The window's.
+    """
+
+    def __init__(self, services: Services) -> None:
+        self._services = services
+        self._view: FrameView | None = None
+        services.model.changed.connect(self._model_changed)
+        services.undo.changed.connect(self._refresh)
+
+    def attach(self, view: FrameView) -> None:
+        """Show everything in `view` from now on."""
+        self._view = view
+        self._refresh()
+
+    def resolve(self) -> FrameState:
+        """Work out what the frame shows now."""
+        model, undo = self._services.model, self._services.undo
+        camera = model.camera
+        place = model.place
+        return FrameState(
+            step=model.step,
+            done=_done(model),
+            place=place.name if place is not None else "No place yet",
+            time=time_words(place.made_at, self._services.today()) if place is not None else "",
+            sitter=model.head.title if model.head is not None else "",
+            camera=camera_words(camera) if camera is not None else "No camera",
+            camera_short=_percent(camera.battery) if camera is not None else "",
+            camera_warning=_camera_warning(camera),
+            undo=undo.undo_words,
+            redo=undo.redo_words,
+        )
+
+    def _model_changed(self, names: frozenset[str]) -> None:
+        if names & _SHOWN:
+            self._refresh()
+
+    def _refresh(self) -> None:
+        if self._view is not None:
+            self._view.show_state(self.resolve())
+
+
+def time_words(moment: datetime, today: datetime) -> str:
+    """Say when something was: "21 Nov, 14:05", with the year when it is another one.
+
+    Parameters
+    ----------
+    moment, today : datetime
+        With their zones; said in that of `today`.
+
+    Returns
+    -------
+    str
+    """
+    local = moment.astimezone(today.tzinfo)
+    year = f" {local.year}" if local.year != today.year else ""
+    return f"{local.day} {_MONTHS[local.month - 1]}{year}, {local:%H:%M}"
+
+
+def camera_words(camera: CameraSeen) -> str:
+    """Say which camera it is: "THETA V, 82 %, 1.9 GB free"."""
+    name = camera.found.model.removeprefix("RICOH ") or camera.found.name
+    parts = [name, _percent(camera.battery)]
+    if camera.free_bytes is not None:
+        parts.append(f"{camera.free_bytes / 1e9:.1f} GB free")
+    return ", ".join(part for part in parts if part)
+
+
+def _done(model: Model) -> frozenset[Step]:
+    done = set()
+    if model.light is not None:
+        done.add(Step.PROBE)
+    if model.goal_deg is not None:
+        done.add(Step.STYLES)
+    return frozenset(done)
+
+
+def _percent(share: float | None) -> str:
+    return "" if share is None else f"{round(100 * share)} %"
+
+
+def _camera_warning(camera: CameraSeen | None) -> str:
+    if camera is None:
+        return ""
+    if camera.battery is not None and camera.battery < _LOW_BATTERY:
+        return "Battery low"
+    if camera.free_bytes is not None and camera.free_bytes < _LOW_SPACE:
+        return "Card almost full"
+    return ""

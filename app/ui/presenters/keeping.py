@@ -1,0 +1,80 @@
+"""Keeping a place on the disk: always the newest, never an older one over it."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Final
+
+from app.core.places import write_place
+from app.devices.clock import wait
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from app.core.places import Place
+    from app.core.progress import Report, Token
+    from app.ui.presenters.services import Services
+
+__all__ = ["Keeper"]
+
+_MOMENT_S: Final = 0.4
+
+
+class Keeper:
+    """Writes places in the order in which they were handed over, a moment later.
+
+    While something moves, as a needle under the hand, only the last of it is written.
+
+    Parameters
+    ----------
+    services : Services
+        The window's.
+    """
+
+    def __init__(self, services: Services) -> None:
+        self._services = services
+        self._lock = threading.Lock()
+        self._waiting: dict[Path, Place] = {}
+
+    def keep(self, folder: Path, place: Place) -> None:
+        """Write a place soon; what is handed over until then takes its place.
+
+        Parameters
+        ----------
+        folder : Path
+            Of the place.
+        place : Place
+            As it is now.
+        """
+        with self._lock:
+            begun = bool(self._waiting)
+            self._waiting[folder] = place
+        if not begun:
+            self._services.runner.submit("keep", self._soon)
+
+    def keep_now(self, folder: Path, place: Place) -> None:
+        """Write a place before going on, as at the end.
+
+        Raises
+        ------
+        PlaceError
+            When the disk refuses.
+        """
+        with self._lock:
+            # One that still waits would put an older state back.
+            self._waiting.pop(folder, None)
+            write_place(folder, place)
+
+    def _soon(self, token: Token, report: Report) -> None:
+        del report
+        try:
+            wait(self._services.clock, _MOMENT_S, token)
+        finally:
+            # Also when it is stopped: what was handed over is not lost.
+            self._write_waiting()
+
+    def _write_waiting(self) -> None:
+        with self._lock:
+            waiting, self._waiting = self._waiting, {}
+            for folder, place in waiting.items():
+                write_place(folder, place)

@@ -1,0 +1,202 @@
+"""What the whole window is about: one place, one head, one chosen style."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any
+
+from app.core.angles import wrap
+from app.core.settings import Settings
+from app.ui.presenters.observe import Event
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from app.core.light_here import LightHere
+    from app.core.pack import StylePack
+    from app.core.painting import DamagedStyle, UserStyle
+    from app.core.places import Place
+    from app.core.solve import StyleResult
+    from app.core.transport import Transport
+    from app.devices.found import FoundCamera
+
+__all__ = ["CameraSeen", "Head", "Model", "Step"]
+
+
+class Step(StrEnum):
+    """The steps of the rail."""
+
+    PROBE = "probe"
+    STYLES = "styles"
+    TURN = "turn"
+    LIGHT = "light"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Head:
+    """Who is being lit.
+
+    Attributes
+    ----------
+    name : str
+        As on the command line: ``generic``, ``generic-dark``, ...
+    title : str
+        "Generic head, medium skin".
+    pack : StylePack
+        Pre-integrated styles.
+    transport : Transport
+        For pictures and painting.
+    """
+
+    name: str
+    title: str
+    pack: StylePack = field(repr=False)
+    transport: Transport = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class CameraSeen:
+    """The 360 camera as the window's head line shows it.
+
+    Attributes
+    ----------
+    found : FoundCamera
+        Where it is.
+    battery : float or None
+        0 to 1, None when it does not say.
+    free_bytes : int or None
+        Space left on it.
+    busy : bool
+        Whether a capture runs.
+    """
+
+    found: FoundCamera
+    battery: float | None = None
+    free_bytes: int | None = None
+    busy: bool = False
+
+
+class Model:
+    """Everything that more than one screen shows. Frozen pieces, changed by `update` only.
+
+    Attributes
+    ----------
+    changed : Event
+        Emits a frozenset of the names of the attributes that were given new values.
+    step : Step
+        The screen in front.
+    place_folder : Path or None
+        Folder of the open place.
+    place : Place or None
+        What is kept of it.
+    light : LightHere or None
+        Its light.
+    front_deg : float
+        Azimuth in the panorama's file at which the photographer stands.
+    head : Head or None
+        Who is lit; None until it is loaded.
+    results : tuple of StyleResult
+        Of all styles, built in first, then the user's; seen from `front_deg`.
+    user_styles : tuple of UserStyle
+        The user's own.
+    damaged_styles : tuple of DamagedStyle
+        Files of the user's that cannot be read.
+    chosen : str or None
+        Name of the style in front.
+    needle_deg : float or None
+        Turn that is looked at; None is the best one.
+    goal_deg : float or None
+        Turn to go to, set by "Turn to this"; None is the best one.
+    painting : str or None
+        Name of the style that is being painted on, "" for one from nothing; None in the gallery.
+    camera : CameraSeen or None
+        The 360 camera.
+    settings : Settings
+        As kept.
+    """
+
+    step: Step
+    place_folder: Path | None
+    place: Place | None
+    light: LightHere | None
+    front_deg: float
+    head: Head | None
+    results: tuple[StyleResult, ...]
+    user_styles: tuple[UserStyle, ...]
+    damaged_styles: tuple[DamagedStyle, ...]
+    chosen: str | None
+    needle_deg: float | None
+    goal_deg: float | None
+    painting: str | None
+    camera: CameraSeen | None
+    settings: Settings
+
+    def __init__(self, settings: Settings | None = None) -> None:
+        self.changed = Event()
+        self.step = Step.PROBE
+        self.place_folder = None
+        self.place = None
+        self.light = None
+        self.front_deg = 0.0
+        self.head = None
+        self.results = ()
+        self.user_styles = ()
+        self.damaged_styles = ()
+        self.chosen = None
+        self.needle_deg = None
+        self.goal_deg = None
+        self.painting = None
+        self.camera = None
+        self.settings = Settings() if settings is None else settings
+
+    def update(self, **changes: Any) -> None:
+        """Set attributes, then tell once which got another object.
+
+        Parameters
+        ----------
+        **changes : Any
+            By the names of the attributes.
+
+        Raises
+        ------
+        AttributeError
+            For a name that there is not.
+        """
+        changed = set()
+        for name, value in changes.items():
+            before = getattr(self, name)
+            # Arrays inside are never compared: another object is another value.
+            same = before is value or (_is_plain(value) and before == value)
+            if not same:
+                setattr(self, name, value)
+                changed.add(name)
+        if changed:
+            self.changed.emit(frozenset(changed))
+
+    @property
+    def result(self) -> StyleResult | None:
+        """Answer for the chosen style."""
+        return next((one for one in self.results if one.name == self.chosen), None)
+
+    @property
+    def shown_turn_deg(self) -> float | None:
+        """Turn that is looked at: the needle's, else the best of the chosen style."""
+        if self.needle_deg is not None:
+            return self.needle_deg
+        return None if self.result is None else self.result.turn_refined_deg
+
+    @property
+    def target_turn_deg(self) -> float | None:
+        """Turn to go to: the goal that was set, else the best of the chosen style."""
+        if self.goal_deg is not None:
+            return self.goal_deg
+        return None if self.result is None else self.result.turn_refined_deg
+
+    def azimuth_of(self, turn_deg: float) -> float:
+        """Azimuth in the panorama's file that the sitter faces at a turn, in (-180, 180] deg."""
+        return wrap(turn_deg + self.front_deg)
+
+
+def _is_plain(value: object) -> bool:
+    return value is None or isinstance(value, (str, int, float, bool, Step))

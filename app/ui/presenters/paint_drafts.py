@@ -1,0 +1,133 @@
+"""Drafts of paintings: kept a moment after every stroke, found again at the next entering."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Final
+
+from app.core.errors import CoreError, StyleError
+from app.core.painting import Draft, load_draft, save_draft
+from app.devices.clock import wait
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from app.core.progress import Report, Token
+    from app.ui.presenters.services import Services
+
+__all__ = ["DraftKeeper", "find_draft"]
+
+_JOB: Final = "paint-draft"
+_DELAY_S: Final = 0.8
+_MOST: Final = 20
+
+
+def find_draft(folder: Path, key: str) -> tuple[Path, Draft | None, tuple[str, ...]]:
+    """Look for the draft that was begun from a style.
+
+    A file that cannot be read is left as it is; the next free name is taken beside it.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the drafts; need not exist.
+    key : str
+        Name of the style; empty for nothing.
+
+    Returns
+    -------
+    path : Path
+        Where the draft is to be kept from now on.
+    draft : Draft or None
+        What was found there.
+    notes : tuple of str
+        What was wrong with files that are left as they are.
+    """
+    notes: list[str] = []
+    stem = f"paint-{key}" if key else "paint"
+    for number in range(1, _MOST + 1):
+        path = folder / (f"{stem}.npz" if number == 1 else f"{stem}.{number}.npz")
+        if not path.exists():
+            return path, None, tuple(notes)
+        try:
+            return path, load_draft(path), tuple(notes)
+        except StyleError as error:
+            notes.append(str(error))
+    return folder / f"{stem}.{_MOST + 1}.npz", None, tuple(notes)
+
+
+class DraftKeeper:
+    """Writes drafts a moment after they change, off the thread of the screens.
+
+    Parameters
+    ----------
+    services : Services
+        The window's.
+    """
+
+    def __init__(self, services: Services) -> None:
+        self._services = services
+        self._lock = threading.Lock()
+        self._waiting: dict[Path, Draft | None] = {}
+        self._told = False
+
+    def keep(self, path: Path, draft: Draft | None) -> None:
+        """Write a draft soon; None takes the file away, as there is nothing unsaved any more.
+
+        Parameters
+        ----------
+        path : Path
+            From `find_draft`.
+        draft : Draft or None
+            Its canvas must not change any more.
+        """
+        with self._lock:
+            self._waiting[path] = draft
+        self._start()
+
+    def flush(self) -> None:
+        """Write now what waits: the screen, or the window, is about to go."""
+        try:
+            self._write()
+        except (CoreError, OSError) as error:
+            self._failed(error)
+
+    def _start(self) -> None:
+        runner = self._services.runner
+        # One that waits already will take the newest.
+        if not runner.running(_JOB):
+            runner.submit(_JOB, self._work, done=self._written, failed=self._failed)
+
+    def _work(self, token: Token, report: Report) -> None:
+        del report
+        wait(self._services.clock, _DELAY_S, token)
+        self._write()
+
+    def _write(self) -> None:
+        # The lock is held while writing: whoever comes second writes the newer one.
+        with self._lock:
+            for path, draft in list(self._waiting.items()):
+                if draft is None:
+                    path.unlink(missing_ok=True)
+                else:
+                    path.parent.mkdir(parents=True, exist_ok=True)
+                    save_draft(path, draft)
+                del self._waiting[path]
+
+    def _written(self, _answer: None) -> None:
+        self._told = False
+        with self._lock:
+            more = bool(self._waiting)
+        if more:
+            self._start()
+
+    def _failed(self, error: Exception) -> None:
+        # Once, not after every stroke; what could not be written is tried again with the next.
+        if not self._told:
+            self._told = True
+            said = error.message if isinstance(error, CoreError) else f"{error}"
+            self._services.notify.tell(
+                f"The draft cannot be kept on the disk: {said.rstrip('.')}. "
+                "Your strokes are kept while Turnlight is open; save them as a style.",
+                kind="warning",
+            )

@@ -1,0 +1,386 @@
+"""The painted style as a file: save, name, copy, put away, hand on and take in."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from app.core.errors import CoreError
+from app.core.painting import (
+    EXPORT_ENDING,
+    UserStyle,
+    delete,
+    duplicate,
+    export_style,
+    import_style,
+    rename,
+    restore,
+    save_user_style,
+    suggested_side,
+    update_user_style,
+)
+from app.ui.presenters.actions import Action
+from app.ui.presenters.model import Step
+from app.ui.presenters.paint_drafts import find_draft
+from app.ui.presenters.paint_easel import named_style
+from app.ui.presenters.styles_sheet import plain_name
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from app.core.painting import Canvas, Trashed
+    from app.ui.presenters.desk import Desk
+    from app.ui.presenters.paint_drafts import DraftKeeper
+    from app.ui.presenters.paint_easel import Easel
+    from app.ui.presenters.paint_state import NameWish, PaintView
+    from app.ui.presenters.services import Services
+
+__all__ = ["PaintFiles"]
+
+_JOB: Final = "paint-style"
+
+
+class PaintFiles:
+    """Does with the painted style what is done with files.
+
+    Parameters
+    ----------
+    services : Services
+        The window's.
+    desk : Desk
+        Reads the user's styles again.
+    keeper : DraftKeeper
+        Of the drafts.
+    changed : callable
+        Told when something to be shown changed.
+
+    Attributes
+    ----------
+    saving : bool
+        Whether the style is being written.
+    """
+
+    def __init__(
+        self, services: Services, desk: Desk, keeper: DraftKeeper, changed: Callable[[], None]
+    ) -> None:
+        self._services = services
+        self._desk = desk
+        self._keeper = keeper
+        self._changed = changed
+        self._view: PaintView | None = None
+        self._easel: Easel | None = None
+        self.saving = False
+
+    def attach(self, view: PaintView | None) -> None:
+        """Ask this view for names and files from now on; None: nobody."""
+        self._view = view
+
+    def take(self, easel: Easel) -> None:
+        """Work for this easel from now on."""
+        self._easel = easel
+
+    def actions(self) -> Sequence[Action]:
+        """List them, as in the menu beside the main button."""
+        own, open_, painted = self._is_own, self._is_open, self._is_painted
+        return (
+            Action("save-style-as", "Save as a new style…", self.ask_save_as, "save",
+                   "Ctrl+Shift+S", painted),
+            Action("rename-painting", "Rename…", self.ask_rename, "edit", "F2", open_),
+            Action("duplicate-painting", "Duplicate", self.duplicate, "duplicate", "", own),
+            Action("delete-painting", "Delete", self.delete, "trash", "", own),
+            Action("export-painting", "Export…", self.ask_export, "export", "", painted),
+            Action("import-painting", "Import…", self.ask_import, "import"),
+        )  # fmt: skip
+
+    # -- saving --------------------------------------------------------------------------------
+
+    def ask_save(self) -> None:
+        """Save: changes of the user's own style at once, a new one after its name is given."""
+        easel = self._easel
+        if easel is None or self.saving:
+            return
+        if easel.style is not None:
+            self._save_changes(easel, easel.style)
+        elif self._view is not None:
+            self._view.ask_name("save", easel.title)
+
+    def ask_save_as(self) -> None:
+        """Ask for the name of a new style."""
+        if self._easel is not None and self._view is not None:
+            self._view.ask_name("save-as", self._easel.title)
+
+    def ask_rename(self) -> None:
+        """Ask for another name."""
+        if self._easel is not None and self._view is not None:
+            self._view.ask_name("rename", self._easel.title)
+
+    def named(self, wish: NameWish, title: str) -> None:
+        """Take the name that was asked for.
+
+        Parameters
+        ----------
+        wish : {"save", "save-as", "rename"}
+            What for.
+        title : str
+            Any text; why it cannot be taken is said beside it.
+        """
+        easel = self._easel
+        if easel is None or self.saving:
+            return
+        if not title.strip():
+            self._say_trouble("The style needs a name. Type one.")
+        elif wish == "rename":
+            self._rename(easel, title)
+        else:
+            self._save_new(easel, title)
+
+    def _save_new(self, easel: Easel, title: str) -> None:
+        folder, canvas = self._services.folders.styles, easel.session.canvas
+        facts = self._facts(easel, canvas)
+        self._write(
+            easel,
+            lambda: save_user_style(folder, canvas, title, **facts),  # type: ignore[arg-type]
+            lambda style: self._saved(easel, style),
+        )
+
+    def _save_changes(self, easel: Easel, style: UserStyle) -> None:
+        folder, canvas = self._services.folders.styles, easel.session.canvas
+        self._write(
+            easel,
+            lambda: update_user_style(folder, style, canvas),
+            lambda changed: self._saved(easel, changed),
+        )
+
+    def _write(
+        self, easel: Easel, work: Callable[[], UserStyle], done: Callable[[UserStyle], None]
+    ) -> None:
+        """Write a style in a job; what was painted stays whatever happens."""
+        easel.session.abort()
+        self.saving = True
+        self._changed()
+
+        def ended(then: Callable[[], None]) -> None:
+            self.saving = False
+            then()
+            self._changed()
+
+        self._services.runner.submit(
+            _JOB,
+            lambda token, report: work(),
+            done=lambda style: ended(lambda: done(style)),
+            failed=lambda error: ended(lambda: self._failed(error)),
+            cancelled=lambda: ended(lambda: None),
+        )
+
+    def _saved(self, easel: Easel, style: UserStyle) -> None:
+        before = easel.path
+        path, _, _ = find_draft(self._services.folders.drafts, style.name)
+        easel.saved_as(style, before if easel.key == style.name else path)
+        if easel.path != before:
+            self._keeper.keep(before, None)
+        # Painted on while it was being written: that is a draft again.
+        self._keeper.keep(easel.path, easel.draft())
+        self._say_trouble("")
+        in_front = self._services.model.painting is not None
+        self._add(style, painting=in_front)
+        self._desk.refresh_user_styles()
+        self._services.notify.tell(f"{style.title} saved. It is among your styles.", kind="done")
+
+    def _failed(self, error: Exception) -> None:
+        if isinstance(error, CoreError) and self._view is not None:
+            self._say_trouble(str(error))
+        self._services.notify.tell_error(error)
+
+    def _facts(self, easel: Easel, canvas: Canvas) -> dict[str, str]:
+        """Work out side, place, head and origin of what is painted."""
+        head = easel.head
+        built_in, mine = named_style(head, self._services.model.user_styles, easel.start)
+        origin = mine.style if mine is not None else built_in
+        side, place = suggested_side(canvas, head.transport, easel.session.weights, origin)
+        return {"side": side, "place": place, "head": head.name, "origin": easel.start}
+
+    # -- names and copies ----------------------------------------------------------------------
+
+    def _rename(self, easel: Easel, title: str) -> None:
+        wanted = " ".join(title.split())
+        style = easel.style
+        if style is None or wanted == style.title:
+            easel.title = wanted[:80]
+            self._keeper.keep(easel.path, easel.draft())
+            self._say_trouble("")
+            self._changed()
+            return
+        folder = self._services.folders.styles
+
+        def done(renamed: UserStyle) -> None:
+            easel.saved_as(renamed, easel.path)
+            self._say_trouble("")
+            self._replace(renamed)
+            self._changed()
+
+        self._services.runner.submit(
+            _JOB,
+            lambda token, report: rename(folder, style, title),
+            done=done,
+            failed=self._failed_name,
+        )
+
+    def _failed_name(self, error: Exception) -> None:
+        if isinstance(error, CoreError) and self._view is not None:
+            self._say_trouble(str(error))
+        else:
+            self._services.notify.tell_error(error)
+
+    def duplicate(self) -> None:
+        """Keep a copy of the user's style as it is saved."""
+        style = self._own()
+        if style is None:
+            return
+        folder, model = self._services.folders.styles, self._services.model
+
+        def done(copy: UserStyle) -> None:
+            self._add(copy, chosen=False)
+            go = lambda: model.update(step=Step.STYLES, painting=copy.name)  # noqa: E731
+            self._services.notify.tell(
+                f"{copy.title} made.", kind="done", actions=(("Paint on it", go),)
+            )
+
+        self._services.runner.submit(
+            _JOB, lambda token, report: duplicate(folder, style), done=done
+        )
+
+    # -- away and back -------------------------------------------------------------------------
+
+    def delete(self) -> None:
+        """Put the user's style away; the toast brings it back."""
+        style, easel = self._own(), self._easel
+        if style is None or easel is None:
+            return
+        folder = self._services.folders.styles
+        self._services.runner.submit(
+            _JOB,
+            lambda token, report: delete(folder, style),
+            done=lambda trashed: self._deleted(easel, style, trashed),
+        )
+
+    def _deleted(self, easel: Easel, style: UserStyle, trashed: Trashed) -> None:
+        model = self._services.model
+        easel.forget_style()
+        left = tuple(one for one in model.user_styles if one.name != style.name)
+        changes = {"chosen": None, "needle_deg": None} if model.chosen == style.name else {}
+        model.update(user_styles=left, painting=None, **changes)
+        self._services.notify.tell(
+            f"{style.title} deleted",
+            kind="done",
+            actions=(("Undo", lambda: self._restore(easel, trashed)),),
+        )
+
+    def _restore(self, easel: Easel, trashed: Trashed) -> None:
+        folder = self._services.folders.styles
+
+        def done(style: UserStyle) -> None:
+            if easel.style is None and easel.key == style.name:
+                easel.saved_as(style, easel.path)
+            self._add(style)
+            self._changed()
+
+        self._services.runner.submit(
+            _JOB, lambda token, report: restore(folder, trashed), done=done
+        )
+
+    # -- out and in ----------------------------------------------------------------------------
+
+    def ask_export(self) -> None:
+        """Ask for the file that the style is to be written to."""
+        if self._easel is not None and self._view is not None:
+            self._view.ask_file("export", f"{plain_name(self._easel.title)}{EXPORT_ENDING}")
+
+    def export(self, path: Path) -> None:
+        """Write what is on the canvas to one file, saved or not.
+
+        Parameters
+        ----------
+        path : Path
+            The user has agreed that it is replaced.
+        """
+        easel = self._easel
+        if easel is None:
+            return
+        canvas = easel.session.canvas
+        target = path if path.suffix == EXPORT_ENDING else path.with_name(path.name + EXPORT_ENDING)
+        facts = self._facts(easel, canvas)
+        weights, ignore = canvas.weights, canvas.ignore
+        style = UserStyle("painted", easel.title, note="", weights=weights, ignore=ignore, **facts)  # type: ignore[arg-type]
+
+        def work() -> str:
+            # A name that the ending was added to is another file, which nobody agreed to replace.
+            export_style(style, target, replace=target == path)
+            return target.name
+
+        self._services.runner.submit(
+            _JOB,
+            lambda token, report: work(),
+            done=lambda name: self._services.notify.tell(f"{name} saved.", kind="done"),
+        )
+
+    def ask_import(self) -> None:
+        """Ask for the file of a style."""
+        if self._view is not None:
+            self._view.ask_file("import_style", "")
+
+    def import_style(self, path: Path) -> None:
+        """Take in a style that somebody exported.
+
+        Parameters
+        ----------
+        path : Path
+            Left as it is.
+        """
+        folder, model = self._services.folders.styles, self._services.model
+
+        def done(style: UserStyle) -> None:
+            self._add(style, chosen=False)
+            go = lambda: model.update(step=Step.STYLES, painting=style.name)  # noqa: E731
+            self._services.notify.tell(
+                f"{style.title} imported.", kind="done", actions=(("Paint on it", go),)
+            )
+
+        self._services.runner.submit(
+            _JOB, lambda token, report: import_style(folder, path), done=done
+        )
+
+    # -- helpers -------------------------------------------------------------------------------
+
+    def _add(self, style: UserStyle, *, chosen: bool = True, painting: bool = False) -> None:
+        """Put a style among the user's; choose it, and go on painting on it."""
+        model = self._services.model
+        others = [one for one in model.user_styles if one.name != style.name]
+        known = tuple(sorted([*others, style], key=lambda one: one.name))
+        changes: dict[str, object] = {"user_styles": known}
+        if chosen:
+            changes |= {"chosen": style.name, "needle_deg": None, "goal_deg": None}
+        if painting:
+            changes["painting"] = style.name
+        model.update(**changes)
+
+    def _replace(self, style: UserStyle) -> None:
+        model = self._services.model
+        known = (style if one.name == style.name else one for one in model.user_styles)
+        model.update(user_styles=tuple(known))
+
+    def _own(self) -> UserStyle | None:
+        return None if self._easel is None else self._easel.style
+
+    def _is_own(self) -> bool:
+        return self._own() is not None
+
+    def _is_open(self) -> bool:
+        return self._easel is not None
+
+    def _is_painted(self) -> bool:
+        easel = self._easel
+        return easel is not None and (easel.style is not None or easel.session.canvas.touched)
+
+    def _say_trouble(self, sentence: str) -> None:
+        if self._view is not None:
+            self._view.show_trouble(sentence)

@@ -1,0 +1,231 @@
+"""What the Paint screen shows, and what it is asked to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.painting import Brush
+
+if TYPE_CHECKING:
+    from app.core.painting import Canvas, Region
+
+__all__ = [
+    "FileWish",
+    "HeadLook",
+    "LiveState",
+    "NameWish",
+    "PaintState",
+    "PaintView",
+    "Point",
+    "Shown",
+    "Way",
+]
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float32: TypeAlias = NDArray[np.float32]
+Way: TypeAlias = Literal["clockwise", "counter-clockwise", "none", ""]
+Point: TypeAlias = "tuple[float, float, float]"
+"""Where the pen is, canvas pixels from the upper left corner, and its pressure, 0 to 1."""
+
+NameWish: TypeAlias = Literal["save", "save-as", "rename"]
+"""What a name is asked for."""
+
+FileWish: TypeAlias = Literal["export", "import_style"]
+"""What a file is asked for."""
+
+
+class Shown(StrEnum):
+    """What the canvas shows."""
+
+    WEIGHTS = "weights"
+    TARGET = "target"
+    HERE = "here"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeadLook:
+    """The head that is painted on, as it lies under the weights.
+
+    Attributes
+    ----------
+    grey : (N, N) float32
+        In soft grey light, sRGB values 0 to 1, continued beyond the head's edge.
+    coverage : (N, N) float32
+        Share of each pixel that the head covers.
+    """
+
+    grey: Float32 = field(repr=False)
+    coverage: Float32 = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LiveState:
+    """What the strokes come to in this place.
+
+    Attributes
+    ----------
+    sentence : str
+        In place of the numbers: what is missing or under way; empty when there are numbers.
+    offers_probe : bool
+        Whether measuring the light is what helps.
+    turn, direction : str
+        Best turn in whole degrees, and its direction in words.
+    way : str
+        Direction for the icon.
+    match : str
+        Of 100, rounded down; empty where there is none.
+    match_value, limit : float
+        For the meter and its tick.
+    origin : str
+        What the style it came from reaches here.
+    picture : (h, w, 3) uint8 or None
+        Portrait, sRGB.
+    picture_tag : str
+        What the portrait shows.
+    panorama : (h, w, 3) uint8 or None
+        Of the place, sRGB.
+    front : float
+        Panorama azimuth at which the photographer stands, deg.
+    weights : (H, W) float32 or None
+        Pre-integrated target at turn 0.
+    turn_deg : float
+        Best turn, refined.
+    curve : tuple of float
+        Match at 64 turns; empty for a bare dial.
+    arc : tuple of float or None
+        Tolerance arc, deg.
+    peaks : tuple of float
+        Turns of second peaks, deg.
+    good : str
+        Arc and limit in words, or why it is out of reach.
+    in_reach : bool
+        Whether match and strength suffice.
+    """
+
+    sentence: str = ""
+    offers_probe: bool = False
+    turn: str = ""
+    direction: str = ""
+    way: Way = ""
+    match: str = ""
+    match_value: float = 0.0
+    limit: float = 45.0
+    origin: str = ""
+    picture: Bytes | None = field(default=None, repr=False)
+    picture_tag: str = ""
+    panorama: Bytes | None = field(default=None, repr=False)
+    front: float = 0.0
+    weights: Float32 | None = field(default=None, repr=False)
+    turn_deg: float = 0.0
+    curve: tuple[float, ...] = field(default=(), repr=False)
+    arc: tuple[float, float] | None = None
+    peaks: tuple[float, ...] = ()
+    good: str = ""
+    in_reach: bool = True
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PaintState:
+    """What the Paint screen shows, apart from the canvas itself.
+
+    Attributes
+    ----------
+    title : str
+        Of the style so far.
+    status : str
+        "not saved yet", "saved", or empty.
+    notice : str
+        In place of the canvas: what is missing; empty when it can be painted on.
+    brush : Brush
+        What is painted with.
+    shown : Shown
+        What the canvas shows.
+    head : HeadLook or None
+        What lies under the weights.
+    picture : (N, N, 3) uint8 or None
+        Picture of the head, sRGB, continued beyond its edge, when no weights are shown.
+    starts : tuple of (str, str, str)
+        Key, title and side of what can be started from.
+    start : str
+        Which of them was.
+    undo, redo : str
+        What they would do; empty when nothing.
+    can_clear : bool
+        Whether there is anything to clear.
+    own : bool
+        Whether it is a style of the user's that is changed.
+    save_words : str
+        On the main button.
+    save_why : str
+        Why it cannot be saved now; empty when it can.
+    saving : bool
+        Whether it is being saved.
+    live : LiveState
+        What comes of it.
+    """
+
+    title: str = ""
+    status: str = ""
+    notice: str = ""
+    brush: Brush = field(default_factory=Brush)
+    shown: Shown = Shown.WEIGHTS
+    head: HeadLook | None = field(default=None, repr=False)
+    picture: Bytes | None = field(default=None, repr=False)
+    starts: tuple[tuple[str, str, str], ...] = field(default=(), repr=False)
+    start: str = ""
+    undo: str = ""
+    redo: str = ""
+    can_clear: bool = False
+    own: bool = False
+    save_words: str = "Save as my style"
+    save_why: str = ""
+    saving: bool = False
+    live: LiveState = field(default_factory=LiveState)
+
+
+class PaintView(Protocol):
+    """Shows a `PaintState` and a canvas."""
+
+    def show_state(self, state: PaintState) -> None:
+        """Show it."""
+
+    def canvas_changed(self, canvas: Canvas, regions: tuple[Region, ...] | None) -> None:
+        """Show what is painted.
+
+        Parameters
+        ----------
+        canvas : Canvas
+            During a stroke its arrays go on changing.
+        regions : tuple of Region or None
+            What has changed since the last call; None: everything.
+        """
+
+    def ask_name(self, wish: NameWish, title: str) -> None:
+        """Ask for a name; the answer goes to the presenter's `files.named`.
+
+        Parameters
+        ----------
+        wish : {"save", "save-as", "rename"}
+            What for.
+        title : str
+            Name to offer.
+        """
+
+    def show_trouble(self, sentence: str) -> None:
+        """Say beside the name why it cannot be taken; empty: it was, or is no longer wanted."""
+
+    def ask_file(self, what: FileWish, suggested: str) -> None:
+        """Ask for a file; the answer goes to the presenter's `files` method of the same name.
+
+        Parameters
+        ----------
+        what : {"export", "import_style"}
+            What for.
+        suggested : str
+            Name to offer; empty where one is to be opened.
+        """

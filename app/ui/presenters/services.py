@@ -1,0 +1,144 @@
+"""What presenters are given to work with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
+
+from app.ui.presenters.sounds import Silence
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from datetime import datetime
+    from pathlib import Path
+
+    from app.core.progress import Token
+    from app.devices.clock import Clock
+    from app.devices.discovery import Discovery
+    from app.devices.found import FoundCamera
+    from app.devices.osc.link import Credentials, Link
+    from app.devices.passwords import Passwords
+    from app.devices.webcam import Webcam
+    from app.ui.presenters.model import Model
+    from app.ui.presenters.sounds import Sounds
+    from app.ui.presenters.undo import UndoStack
+    from app.ui.presenters.work import Runner
+
+__all__ = ["Action", "Devices", "Folders", "Kind", "Notifier", "Services"]
+
+Kind: TypeAlias = Literal["info", "done", "warning", "error"]
+Action: TypeAlias = "tuple[str, Callable[[], None]]"
+
+
+class Notifier(Protocol):
+    """Tells the user something that needs no answer."""
+
+    def tell(self, message: str, *, kind: Kind = "info", actions: Sequence[Action] = ()) -> None:
+        """Show one sentence for a while and keep it in the list of messages.
+
+        Parameters
+        ----------
+        message : str
+            What happened, what is safe and what to do.
+        kind : Kind, optional
+            Chooses the icon.
+        actions : sequence of (str, callable), optional
+            At most two buttons.
+        """
+
+    def tell_error(self, error: Exception, *, actions: Sequence[Action] = ()) -> None:
+        """Show an error in its own words; one that has none of ours is logged as well.
+
+        Parameters
+        ----------
+        error : Exception
+            Any.
+        actions : sequence of (str, callable), optional
+            At most two buttons.
+        """
+
+
+class Devices(Protocol):
+    """Cameras and webcams, real or imitated."""
+
+    def discover(self, token: Token) -> Discovery:
+        """Look for 360 cameras for some seconds."""
+
+    def look_at(self, address: str) -> FoundCamera:
+        """Ask one address that was typed.
+
+        Raises
+        ------
+        CoreError, DeviceError
+            When it is no address, or there is no camera.
+        """
+
+    def link(self, camera: FoundCamera, credentials: Credentials | None) -> Link:
+        """Connect to a camera."""
+
+    def passwords(self) -> Passwords:
+        """Where passwords are kept."""
+
+    def webcams(self) -> Sequence[tuple[int, str]]:
+        """Index and name of every webcam. Takes a while: not for the thread of the screens."""
+
+    def webcam(self, index: int) -> Webcam:
+        """Make a webcam that is not yet opened."""
+
+
+@dataclass(frozen=True, slots=True)
+class Folders:
+    """Where the user's things are.
+
+    Attributes
+    ----------
+    home : Path
+        All of it: settings, cameras, logs.
+    places, styles, drafts : Path
+        Parts of it.
+    demo : Path
+        The demo location that came with the program.
+    """
+
+    home: Path
+    places: Path
+    styles: Path
+    drafts: Path
+    demo: Path
+
+
+@dataclass(frozen=True, slots=True)
+class Services:
+    """All that a presenter may use.
+
+    Attributes
+    ----------
+    model : Model
+        The window's.
+    runner : Runner
+        For long work.
+    notify : Notifier
+        For what needs no answer.
+    undo : UndoStack
+        The window's.
+    clock : Clock
+        For waiting and polling.
+    today : callable
+        The time of day with its zone.
+    devices : Devices
+        Real or imitated.
+    folders : Folders
+        The user's.
+    sounds : Sounds
+        The loudspeaker.
+    """
+
+    model: Model
+    runner: Runner
+    notify: Notifier
+    undo: UndoStack
+    clock: Clock
+    today: Callable[[], datetime]
+    devices: Devices
+    folders: Folders
+    sounds: Sounds = field(default_factory=Silence)

@@ -1,0 +1,178 @@
+"""The list of places that were kept: open, rename, delete, bring back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+from app.core.places import delete_place, list_places, rename_place, restore_place
+from app.ui.presenters.frame import time_words
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from app.core.places import PlaceSummary
+    from app.ui.presenters.desk import Desk
+    from app.ui.presenters.services import Services
+
+__all__ = ["ShelfPresenter", "ShelfRow", "ShelfState", "ShelfView"]
+
+
+@dataclass(frozen=True, slots=True)
+class ShelfRow:
+    """One place in the list.
+
+    Attributes
+    ----------
+    folder : Path
+        Of the place.
+    name, time : str
+        As it is shown.
+    detail : str
+        How many styles are in reach, or what is wrong with the place.
+    trouble : bool
+        Whether something is wrong with it.
+    thumbnail : Path or None
+        Small picture.
+    current : bool
+        Whether it is the open one.
+    """
+
+    folder: Path
+    name: str
+    time: str
+    detail: str
+    trouble: bool
+    thumbnail: Path | None
+    current: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ShelfState:
+    """What the list shows.
+
+    Attributes
+    ----------
+    rows : tuple of ShelfRow
+        The newest first.
+    busy : bool
+        Whether the folder is still being read.
+    """
+
+    rows: tuple[ShelfRow, ...] = field(default=())
+    busy: bool = False
+
+
+class ShelfView(Protocol):
+    """Shows a `ShelfState`."""
+
+    def show_state(self, state: ShelfState) -> None:
+        """Show it."""
+
+
+class ShelfPresenter:
+    """Reads the folder of places and acts on them.
+
+    Parameters
+    ----------
+    services : Services
+        The window's.
+    desk : Desk
+        Opens places.
+    """
+
+    def __init__(self, services: Services, desk: Desk) -> None:
+        self._services = services
+        self._desk = desk
+        self._view: ShelfView | None = None
+        self._found: tuple[PlaceSummary, ...] | None = None
+
+    def attach(self, view: ShelfView) -> None:
+        """Show the list in `view` from now on, and read the folder anew."""
+        self._view = view
+        self._show()
+        self.refresh()
+
+    def detach(self) -> None:
+        """Show nothing any more."""
+        self._view = None
+
+    def refresh(self) -> None:
+        """Read the folder anew."""
+        folder = self._services.folders.places
+        self._services.runner.submit(
+            "places", lambda token, report: list_places(folder), done=self._read
+        )
+
+    def resolve(self) -> ShelfState:
+        """Work out what the list shows now."""
+        if self._found is None:
+            return ShelfState(busy=True)
+        today = self._services.today()
+        current = self._services.model.place_folder
+        return ShelfState(
+            tuple(
+                ShelfRow(
+                    folder=one.folder,
+                    name=one.name,
+                    time=time_words(one.made_at, today),
+                    detail=one.trouble or _reach_words(one),
+                    trouble=one.trouble is not None,
+                    thumbnail=one.thumbnail,
+                    current=one.folder == current,
+                )
+                for one in self._found
+            )
+        )
+
+    def open(self, folder: Path) -> None:
+        """Open a place."""
+        self._desk.open_place(folder)
+
+    def rename(self, folder: Path, name: str) -> None:
+        """Give a place another name."""
+        if folder == self._services.model.place_folder:
+            self._desk.rename(name)
+            self.refresh()
+            return
+        self._services.runner.submit(
+            "rename-place",
+            lambda token, report: rename_place(folder, name),
+            done=lambda _: self.refresh(),
+        )
+
+    def delete(self, folder: Path) -> None:
+        """Put a place into the trash; the message that tells so can bring it back."""
+        name = next((row.name for row in self.resolve().rows if row.folder == folder), "Place")
+        if folder == self._services.model.place_folder:
+            self._desk.close()
+
+        def deleted(trashed: Path) -> None:
+            self._services.notify.tell(
+                f"{name} deleted", kind="done", actions=[("Undo", lambda: self._restore(trashed))]
+            )
+            self.refresh()
+
+        self._services.runner.submit(
+            "delete-place", lambda token, report: delete_place(folder), done=deleted
+        )
+
+    def _restore(self, trashed: Path) -> None:
+        self._services.runner.submit(
+            "restore-place",
+            lambda token, report: restore_place(trashed),
+            done=lambda _: self.refresh(),
+        )
+
+    def _read(self, found: tuple[PlaceSummary, ...]) -> None:
+        self._found = found
+        self._show()
+
+    def _show(self) -> None:
+        if self._view is not None:
+            self._view.show_state(self.resolve())
+
+
+def _reach_words(place: PlaceSummary) -> str:
+    del place
+    return ""

@@ -1,0 +1,45 @@
+"""Sounds, seen from a presenter."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+__all__ = ["Silence", "Sounds"]
+
+
+class Sounds(Protocol):
+    """Plays short sounds; never waits for their end and never fails."""
+
+    def play(self, samples: NDArray[np.int16], volume: float = 1.0) -> None:
+        """Play a sound from its beginning; one that still plays is cut off.
+
+        Parameters
+        ----------
+        samples : (n,) int16
+            Mono at `app.core.turning.tones.RATE`.
+        volume : float, optional
+            0 to 1.
+        """
+
+    def stop(self) -> None:
+        """Be quiet."""
+
+    @property
+    def available(self) -> bool:
+        """Whether this computer can play sounds."""
+
+
+class Silence:
+    """Plays nothing: for tests, and where there is no loudspeaker."""
+
+    available = False
+
+    def play(self, samples: NDArray[np.int16], volume: float = 1.0) -> None:
+        """Play nothing."""
+
+    def stop(self) -> None:
+        """Do nothing: there is nothing to stop."""

@@ -1,0 +1,312 @@
+"""From a guide to the words of the Turn screen; every number in them is one of the guide's."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+from app.core.angles import difference, lies_on_arc
+from app.core.gallery import value_at
+from app.core.turning.guidance import Goal, Guide, Phase, Source
+from app.core.turning.words import arc_words, goal_words, signed, whole
+from app.ui.presenters.turn_state import Guidance, LiveWords, Scale, Sign
+
+if TYPE_CHECKING:
+    from app.core.errors import CoreError
+    from app.core.solve import StyleResult
+    from app.core.turning.heading import Heading
+
+__all__ = [
+    "ASKED",
+    "LEARNING",
+    "Hindrance",
+    "arc_of",
+    "goal_of",
+    "guidance_of",
+    "live_words",
+    "match_words",
+    "quality_words",
+    "scale_of",
+]
+
+LEARNING: Final = "Learning the background of this place"
+"""While no heading can be found yet."""
+
+ASKED: Final = "Say which way the camera looks"
+"""While the answer is awaited: without it left and right could be mistaken."""
+
+Hindrance: TypeAlias = Literal["none", "learning", "asking", "blank"]
+"""Why there is no heading: the panorama is being learnt, it is not known which way the camera
+looks, or there is nothing in the panorama to find it by."""
+
+_PILLS: Final[dict[Hindrance, tuple[str, str]]] = {
+    "none": ("No webcam", "webcam"),
+    "learning": ("No webcam", "webcam"),
+    "asking": (ASKED, "help"),
+    "blank": ("No heading here", "warning"),
+}
+_ICONS: Final = {Phase.LOST: "target", Phase.AWAY: "warning", Phase.STARTING: "webcam"}
+
+
+def arc_of(result: StyleResult | None, goal_deg: float) -> tuple[float, float] | None:
+    """Choose the tolerance arc of a goal: that of the peak nearest to it.
+
+    Parameters
+    ----------
+    result : StyleResult or None
+        Of the style; one out of reach has none.
+    goal_deg : float
+        Deg.
+
+    Returns
+    -------
+    tuple of float or None
+        (from, to), clockwise, deg; None where the goal is on none.
+    """
+    if result is None or not result.attainable:
+        return None
+    peaks = [(result.turn_refined_deg, result.arc_deg)]
+    peaks += [(peak.turn_refined_deg, peak.arc_deg) for peak in result.peaks]
+    _, arc = min(peaks, key=lambda peak: abs(difference(peak[0], goal_deg)))
+    ends = (float(whole(arc[0])), float(whole(arc[1])))
+    if arc[1] - arc[0] >= 360.0 or lies_on_arc(float(whole(goal_deg)), ends):
+        return arc
+    return None
+
+
+def goal_of(result: StyleResult | None, goal_deg: float | None) -> Goal | None:
+    """Give the goal with its arc; None where there is nothing to turn to."""
+    return None if goal_deg is None else Goal(goal_deg, arc_of(result, goal_deg))
+
+
+def guidance_of(shown: Guide, hindrance: Hindrance, error: CoreError | None = None) -> Guidance:
+    """Write the right column.
+
+    Parameters
+    ----------
+    shown : Guide
+        What is to be done.
+    hindrance : str
+        Why there is no heading although there may be a live picture.
+    error : CoreError or None, optional
+        What is wrong with the live picture: then that is why nothing is found in it.
+
+    Returns
+    -------
+    Guidance
+        `announced` is left empty.
+    """
+    if shown.phase is Phase.NO_WEBCAM:
+        return _whole_turn(shown, hindrance)
+    if shown.number == "":
+        sentence = shown.headline
+        if hindrance == "learning" and shown.phase is Phase.STARTING:
+            sentence = f"{LEARNING}."
+        if error is not None and shown.phase is Phase.LOST:
+            return Guidance(
+                shown.phase, sentence=str(error), sentence_icon="warning", spoken=str(error)
+            )
+        icon = "target" if hindrance == "learning" else _ICONS.get(shown.phase, "webcam")
+        return Guidance(shown.phase, sentence=sentence, sentence_icon=icon, spoken=sentence)
+    base = Guidance(
+        phase=shown.phase,
+        sign=_sign(shown),
+        number=int(shown.number),
+        number_words=shown.number_words,
+        direction=shown.direction,
+        clock=shown.clock,
+        walk=shown.walk,
+        company=shown.company,
+        pill=shown.light,
+        spoken=shown.spoken,
+    )
+    if shown.hold:
+        return replace(
+            base,
+            number_words="to the best",
+            direction=shown.headline,
+            clock="",
+            pill_icon="check",
+            inside=True,
+        )
+    if shown.inside:
+        # "4° to the best": the number itself is drawn large.
+        return replace(base, number_words="to the best", pill_icon="check", inside=True)
+    return replace(base, pill_icon="warning") if shown.beyond else base
+
+
+def _whole_turn(shown: Guide, hindrance: Hindrance) -> Guidance:
+    """Without a heading the whole turn is shown, to be made by eye."""
+    words, icon = _PILLS[hindrance]
+    spoken = shown.spoken.replace("No webcam", words, 1)
+    return Guidance(
+        phase=shown.phase,
+        sign=_sign(shown),
+        number=int(shown.number or 0),
+        direction=shown.direction if shown.direction != "none" else "No turn needed",
+        clock=shown.clock if shown.direction != "none" else "",
+        walk=shown.walk,
+        company=shown.company,
+        pill=words,
+        pill_icon=icon,
+        spoken=spoken,
+    )
+
+
+def _sign(shown: Guide) -> Sign:
+    return "check" if shown.inside else shown.direction
+
+
+def scale_of(shown: Guide, goal: Goal, fov_deg: float) -> Scale:
+    """Say where goal, camera and arc are on the strip.
+
+    Parameters
+    ----------
+    shown : Guide
+        What is to be done.
+    goal : Goal
+        Where to.
+    fov_deg : float
+        How much of the panorama fills the camera's picture, deg.
+
+    Returns
+    -------
+    Scale
+    """
+    arc = goal.arc_deg
+    if arc is not None and arc[1] - arc[0] < 360.0:
+        arc = (float(whole(arc[0])), float(whole(arc[1])))
+    now = shown.now
+    goal_text = f"goal {signed(shown.goal)}"
+    now_text = "" if now is None else f"now {signed(now)}"
+    parts = [goal_text, now_text or "where the camera points is not known"]
+    if goal.arc_deg is not None:
+        parts.append(f"in the light: {arc_words(goal.arc_deg)}")
+    if now == shown.goal:
+        # Two labels at one place would push each other away from it.
+        goal_text, now_text = f"now at the goal, {signed(shown.goal)}", ""
+    return Scale(
+        goal_deg=float(shown.goal),
+        now_deg=None if now is None else float(now),
+        fov_deg=fov_deg,
+        arc_deg=arc,
+        goal_words=goal_text,
+        now_words=now_text,
+        arc_words=shown.arc,
+        description=", ".join(parts),
+    )
+
+
+def live_words(
+    source: Source, error: CoreError | None, goal: int, fov_deg: float, selfie: bool
+) -> LiveWords:
+    """Say what the two wells show.
+
+    Parameters
+    ----------
+    source : Source
+        The webcam.
+    error : CoreError or None
+        What is wrong with it.
+    goal : int
+        Whole degrees of turn.
+    fov_deg : float
+        Of the camera, deg.
+    selfie : bool
+        Whether pictures are mirrored.
+
+    Returns
+    -------
+    LiveWords
+        Without what the webcam itself says.
+    """
+    mirror = ", mirrored" if selfie else ""
+    seen = f"what the camera should see{mirror}"
+    if source is Source.LIVE:
+        message = "" if error is None else str(error)
+        return LiveWords(f"webcam, {round(fov_deg)}° wide{mirror}", seen, message=message)
+    if source is Source.AWAY:
+        message = "The webcam went away. Plug it in and it goes on by itself."
+        return LiveWords("last picture", seen, message=message, dim=True)
+    if source is Source.STARTING:
+        return LiveWords("starting the webcam", seen)
+    message = f"No webcam. {goal_words(float(goal))}"
+    if error is not None and getattr(error, "code", "") != "no-webcam":
+        message = f"{error} {goal_words(float(goal))}."
+    return LiveWords("no webcam: the goal", seen, message=message)
+
+
+def quality_words(
+    source: Source, error: CoreError | None, learning: bool, lost: str, heading: Heading | None
+) -> tuple[str, str, bool]:
+    """Say how well the heading is known.
+
+    Parameters
+    ----------
+    source : Source
+        The webcam.
+    error : CoreError or None
+        Why none can be found in this panorama.
+    learning : bool
+        The panorama is not yet known.
+    lost : str
+        What to do, when none was found for a while; else empty.
+    heading : Heading or None
+        The last one.
+
+    Returns
+    -------
+    tuple
+        Words, icon, and whether something is to be done about it.
+    """
+    if source is Source.AWAY:
+        return "Webcam unplugged", "warning", True
+    if source is Source.NONE:
+        return "No webcam", "webcam", False
+    if source is Source.STARTING:
+        return "Starting the webcam", "webcam", False
+    if error is not None:
+        return str(error), "warning", True
+    if learning:
+        return f"{LEARNING}…", "refresh", False
+    if lost:
+        return lost, "target", True
+    if heading is None:
+        return "Looking for the background", "target", False
+    return heading.words, "target", False
+
+
+def match_words(result: StyleResult, goal_deg: float | None, now: int | None) -> tuple[str, str]:
+    """Write how much the picture is like the target, now and at the goal.
+
+    Parameters
+    ----------
+    result : StyleResult
+        Of the style.
+    goal_deg : float or None
+        A goal of one's own, deg; None for the best turn.
+    now : int or None
+        Whole degrees of turn; None while it is not known.
+
+    Returns
+    -------
+    tuple of str
+        "Match now 90" and "96 at the goal", rounded down as everywhere; without a heading
+        "Match 96" and "at the goal".
+    """
+    best = goal_deg is None or abs(difference(goal_deg, result.turn_refined_deg)) < 1e-6
+    # At the best turn it is the number on the style's card.
+    goal = result.match if best else value_at(result.match_curve, goal_deg or 0.0)
+    if now is None:
+        return f"Match {_floored(goal)}", "at the goal"
+    turn = result.turn_refined_deg if goal_deg is None else goal_deg
+    here = goal if now == whole(turn) else value_at(result.match_curve, float(now))
+    if best and float(result.match_curve.max()) <= result.match + 1e-6:
+        # Between the turns of the grid the curve may rise a little above its best.
+        here = min(here, goal)
+    return f"Match now {_floored(here)}", f"{_floored(goal)} at the goal"
+
+
+def _floored(match: float) -> int:
+    return max(math.floor(match), 0)

@@ -1,0 +1,151 @@
+"""Hands for walking through the window: clicks, keys and waiting, as a user would."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Final, TypeVar
+
+from PySide6.QtCore import QCoreApplication, QEventLoop, QPoint, Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
+
+from app.core.files import atomic_write
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+__all__ = ["Lost", "Robot"]
+
+W = TypeVar("W", bound=QWidget)
+_PATIENCE_S: Final = 30.0
+_TICK_MS: Final = 10
+
+
+class Lost(Exception):
+    """Something that should be in the window is not there, or did not happen."""
+
+
+class Robot:
+    """Walks through a window.
+
+    Parameters
+    ----------
+    window : QWidget
+        Shown already.
+    """
+
+    def __init__(self, window: QWidget) -> None:
+        self.window = window
+
+    def find(self, name: str, kind: type[W] = QWidget) -> W:  # type: ignore[assignment]
+        """Find the widget in sight whose accessible name begins so.
+
+        Parameters
+        ----------
+        name : str
+            Beginning of its accessible name, or all of it.
+        kind : type, optional
+            Of the widget.
+
+        Raises
+        ------
+        Lost
+            When there is none; the message lists what is in sight.
+        """
+        seen = [one for one in self.window.findChildren(kind) if one.isVisibleTo(self.window)]
+        names = {one.accessibleName(): one for one in reversed(seen) if one.accessibleName()}
+        if name in names:
+            return names[name]
+        begins = [one for text, one in names.items() if text.startswith(name)]
+        if not begins:
+            raise Lost(f"There is no {name!r} among: {', '.join(sorted(names))}")
+        return begins[0]
+
+    def click(self, name: str, kind: type[QWidget] = QAbstractButton) -> None:
+        """Click the middle of a button with the left button of the mouse."""
+        self.click_at(self.find(name, kind))
+
+    def click_at(self, widget: QWidget, at: QPoint | None = None) -> None:
+        """Click a point of a widget; its middle by default."""
+        point = widget.rect().center() if at is None else at
+        QTest.mouseClick(widget, Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier, point)
+        self.settle()
+
+    def drag(self, widget: QWidget, points: list[QPoint]) -> None:
+        """Press at the first point, move over the others, let go at the last."""
+        left, none = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+        QTest.mousePress(widget, left, none, points[0])
+        for point in points[1:]:
+            QTest.mouseMove(widget, point)
+            self.settle()
+        QTest.mouseRelease(widget, left, none, points[-1])
+        self.settle()
+
+    def press(self, key: Qt.Key, modifier: Qt.KeyboardModifier | None = None) -> None:
+        """Press a key where the focus is."""
+        target = QApplication.focusWidget() or self.window
+        QTest.keyClick(target, key, modifier or Qt.KeyboardModifier.NoModifier)
+        self.settle()
+
+    def write(self, text: str) -> None:
+        """Type text where the focus is."""
+        QTest.keyClicks(QApplication.focusWidget() or self.window, text)
+        self.settle()
+
+    def settle(self) -> None:
+        """Let everything that is waiting happen."""
+        for _ in range(3):
+            QCoreApplication.processEvents(QEventLoop.ProcessEventsFlag.AllEvents)
+
+    def wait(self, happened: Callable[[], bool], what: str, seconds: float = _PATIENCE_S) -> float:
+        """Wait until something has happened.
+
+        Parameters
+        ----------
+        happened : callable
+            Asked again and again.
+        what : str
+            In words, for the error.
+        seconds : float, optional
+            Patience.
+
+        Returns
+        -------
+        float
+            How long it took, s.
+
+        Raises
+        ------
+        Lost
+            When it did not happen in time.
+        """
+        begun = time.perf_counter()
+        while not happened():
+            if time.perf_counter() - begun > seconds:
+                raise Lost(f"Not within {seconds:g} s: {what}")
+            QTest.qWait(_TICK_MS)
+        self.settle()
+        return time.perf_counter() - begun
+
+    def picture(self, path: Path) -> None:
+        """Save what the window looks like as PNG.
+
+        Parameters
+        ----------
+        path : Path
+            File to write.
+
+        Raises
+        ------
+        OSError
+            When it cannot be written.
+        """
+        self.settle()
+        picture = self.window.grab()
+
+        def write(temporary: Path) -> None:
+            if not picture.save(str(temporary), "PNG"):
+                raise OSError(f"{path} cannot be written.")
+
+        atomic_write(path, write)

@@ -1,0 +1,138 @@
+"""Which screen is shown when, and how it is made. Each is imported when it is first shown."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
+
+from app.ui.presenters.model import Step
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from PySide6.QtWidgets import QWidget
+
+    from app.ui.presenters.actions import Action
+    from app.ui.presenters.desk import Desk
+    from app.ui.presenters.model import Model
+    from app.ui.presenters.services import Services
+
+__all__ = ["ScreenKey", "ScreenPresenter", "make_presenter", "make_view", "screen_of"]
+
+ScreenKey: TypeAlias = Literal["probe", "styles", "paint", "turn", "light"]
+
+
+class ScreenPresenter(Protocol):
+    """What the frame needs of every screen's presenter."""
+
+    def attach(self, view: Any) -> None:
+        """Show everything in `view` from now on."""
+
+    def detach(self) -> None:
+        """Show nothing any more; the view is going away."""
+
+    def entered(self) -> None:
+        """Begin: the screen has come to the front."""
+
+    def left(self) -> None:
+        """Pause: the screen is no longer in front."""
+
+    def actions(self) -> Sequence[Action]:
+        """Give what can be done here; the shortcuts hold while the screen is in front."""
+
+
+def screen_of(model: Model) -> ScreenKey:
+    """Say which screen belongs in front.
+
+    Parameters
+    ----------
+    model : Model
+        The window's.
+
+    Returns
+    -------
+    ScreenKey
+    """
+    if model.step is Step.STYLES and model.painting is not None:
+        return "paint"
+    keys: dict[Step, ScreenKey] = {
+        Step.PROBE: "probe",
+        Step.STYLES: "styles",
+        Step.TURN: "turn",
+        Step.LIGHT: "light",
+    }
+    return keys[model.step]
+
+
+def make_presenter(key: ScreenKey, services: Services, desk: Desk) -> ScreenPresenter:
+    """Make the presenter of a screen; it lives as long as the window.
+
+    Parameters
+    ----------
+    key : ScreenKey
+        Which screen.
+    services : Services
+        The window's.
+    desk : Desk
+        The window's.
+
+    Returns
+    -------
+    ScreenPresenter
+    """
+    if key == "probe":
+        from app.ui.presenters.probe import ProbePresenter
+
+        return ProbePresenter(services, desk)
+    if key == "styles":
+        from app.ui.presenters.styles import StylesPresenter
+
+        return StylesPresenter(services, desk)
+    if key == "paint":
+        from app.ui.presenters.paint import PaintPresenter
+
+        return PaintPresenter(services, desk)
+    if key == "turn":
+        from app.ui.presenters.turn import TurnPresenter
+
+        return TurnPresenter(services, desk)
+    from app.ui.presenters.light import LightPresenter
+
+    return LightPresenter(services, desk)
+
+
+def make_view(key: ScreenKey, presenter: Any, compact: bool) -> QWidget:
+    """Make the view of a screen; it is made anew when theme, scale or layout change.
+
+    Parameters
+    ----------
+    key : ScreenKey
+        Which screen.
+    presenter : ScreenPresenter
+        The one of the same key.
+    compact : bool
+        Whether the window is too narrow or too low for the full layout.
+
+    Returns
+    -------
+    QWidget
+        Not yet attached.
+    """
+    if key == "probe":
+        from app.ui.screens.probe import ProbeScreen
+
+        return ProbeScreen(presenter, compact)
+    if key == "styles":
+        from app.ui.screens.styles import StylesScreen
+
+        return StylesScreen(presenter, compact)
+    if key == "paint":
+        from app.ui.screens.paint import PaintScreen
+
+        return PaintScreen(presenter, compact)
+    if key == "turn":
+        from app.ui.screens.turn import TurnScreen
+
+        return TurnScreen(presenter, compact)
+    from app.ui.screens.light import LightScreen
+
+    return LightScreen(presenter, compact)

@@ -1,0 +1,5 @@
+"""The Turn screen."""
+
+from app.ui.screens.turn.screen import TurnScreen
+
+__all__ = ["TurnScreen"]

@@ -1,0 +1,204 @@
+"""The right column: arrow, degrees, direction, what to do with one's feet, target and now."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QAccessible, QAccessibleAnnouncementEvent
+from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+
+from app.ui.screens.turn.pieces import LargeWords, Pill
+from app.ui.theme import theme
+from app.ui.widgets.icons import Icon
+from app.ui.widgets.labels import Text
+from app.ui.widgets.pictures import Picture
+from app.ui.widgets.plots.arrow import TurnArrow
+from app.ui.widgets.plots.bigdegrees import BigDegrees
+from app.ui.widgets.segmented import Segmented
+
+if TYPE_CHECKING:
+    from app.ui.presenters.turn_state import Guidance, Pictures, StyleWords
+
+__all__ = ["DESIGNED", "GuideColumn"]
+
+DESIGNED: Final = QSize(480, 804)
+"""Size that the sizes of type are designed for."""
+
+_WALK: Final = ("I walk around the sitter", "I walk around")
+_SELFIE: Final = ("Selfie: I turn myself", "I turn myself")
+_LONG_DIRECTION: Final = 11  # letters; longer words are set smaller
+
+
+class GuideColumn(QWidget):
+    """Everything that has to be read from three metres.
+
+    Parameters
+    ----------
+    factor : float
+        Of the designed sizes of type, besides the theme's scale.
+    """
+
+    mode_chosen = Signal(str)
+
+    def __init__(self, factor: float) -> None:
+        super().__init__()
+        self._factor = factor
+        self._shown: Guidance | None = None
+        self._mode = Segmented([("walk", _WALK[0]), ("selfie", _SELFIE[0])], "Who turns")
+        self._mode.chosen.connect(self.mode_chosen)
+        self._pages = QStackedWidget()
+        self._pages.addWidget(self._turn_page())
+        self._pages.addWidget(self._sentence_page())
+        self._pages.setAccessibleName("What to do")
+        column = QVBoxLayout(self)
+        side, foot = self._px(24, 12), self._px(24, 12)
+        column.setContentsMargins(side, foot, side, foot)
+        column.setSpacing(0)
+        column.addWidget(self._mode, 0, Qt.AlignmentFlag.AlignHCenter)
+        column.addSpacing(self._px(16, 8))
+        column.addWidget(self._pages)
+        column.addStretch(1)
+        column.addSpacing(self._px(12, 8))
+        column.addLayout(self._pictures_row())
+
+    def _px(self, length: float, least: float = 0.0) -> int:
+        return theme().px(max(length * self._factor, least))
+
+    def _size(self, size: int, least: int = 12) -> int:
+        return max(round(size * self._factor), least)
+
+    # -- building ------------------------------------------------------------------------------
+
+    def _turn_page(self) -> QWidget:
+        page = QWidget()
+        self._arrow = TurnArrow()
+        self._arrow.setFixedSize(self._px(320), self._px(104))
+        self._degrees = BigDegrees(self._size(224, 48))
+        self._direction = LargeWords(self._size(56), self._line(60), 700, "amber")
+        self._clock = LargeWords(self._size(28), self._line(36), 500)
+        self._walk = LargeWords(self._size(36), self._line(44), 600)
+        self._company = LargeWords(self._size(20, 13), self._line(28, 20), 400, "dim")
+        self._pill = Pill(self._factor)
+        column = QVBoxLayout(page)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self._arrow, 0, Qt.AlignmentFlag.AlignHCenter)
+        column.addSpacing(self._px(8))
+        column.addWidget(self._degrees)
+        column.addSpacing(self._px(12))
+        for words in (self._direction, self._clock, self._walk, self._company):
+            column.addWidget(words)
+        column.addSpacing(self._px(14, 8))
+        column.addWidget(self._pill)
+        return page
+
+    def _line(self, line: int, least: int = 16) -> int:
+        return max(round(line * self._factor), least)
+
+    def _sentence_page(self) -> QWidget:
+        page = QWidget()
+        middle = Qt.AlignmentFlag.AlignHCenter
+        self._sentence_icon = Icon("target", self._size(64, 32))
+        self._sentence = Text("", self._size(28, 18), 600, wrap=True, align=middle)
+        self._sentence.setMaximumWidth(self._px(400))
+        column = QVBoxLayout(page)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(self._px(24, 12))
+        column.addStretch(1)
+        column.addWidget(self._sentence_icon, 0, middle)
+        line = QHBoxLayout()
+        line.addStretch(1)
+        line.addWidget(self._sentence, 100)
+        line.addStretch(1)
+        column.addLayout(line)
+        column.addStretch(2)
+        return page
+
+    def _pictures_row(self) -> QHBoxLayout:
+        self._target, self._now = Picture("Target"), Picture("Now")
+        for picture in (self._target, self._now):
+            picture.setFixedSize(self._px(132, 64), self._px(136, 66))
+        self._target.set_tag("Target")
+        row = QHBoxLayout()
+        row.setSpacing(self._px(8))
+        row.addWidget(self._target)
+        row.addWidget(self._now)
+        row.addSpacing(self._px(8))
+        words = QVBoxLayout()
+        words.setSpacing(0)
+        words.addStretch(1)
+        self._title = Text("", self._size(20, 14), 600, elide=True)
+        self._side = Text("", self._size(14), role="dim", elide=True)
+        self._match = Text("", self._size(14), 600, elide=True)
+        self._match_goal = Text("", self._size(14), role="dim", elide=True)
+        words.addWidget(self._title)
+        words.addWidget(self._side)
+        words.addSpacing(self._px(8, 4))
+        words.addWidget(self._match)
+        words.addWidget(self._match_goal)
+        words.addStretch(1)
+        row.addLayout(words, 1)
+        return row
+
+    # -- showing -------------------------------------------------------------------------------
+
+    @property
+    def picture_size(self) -> QSize:
+        """Of target and now, logical pixels."""
+        return self._target.size()
+
+    def fit(self, width: int) -> None:
+        """Take shorter words where the segmented control would be wider than there is room."""
+        room = width - 2 * self._px(24, 12)
+        for key, words in (("walk", _WALK), ("selfie", _SELFIE)):
+            self._mode.set_text(key, words[0])
+        if self._mode.sizeHint().width() > room:
+            for key, words in (("walk", _WALK), ("selfie", _SELFIE)):
+                self._mode.set_text(key, words[1])
+
+    def set_mode(self, mode: str) -> None:
+        """Say who moves."""
+        self._mode.choose(mode)
+
+    def show_guidance(self, shown: Guidance) -> None:
+        """Say what to do."""
+        before, self._shown = self._shown, shown
+        self._pages.setCurrentIndex(1 if shown.sentence else 0)
+        self._sentence.set_text(shown.sentence)
+        self._sentence_icon.set(shown.sentence_icon)
+        if shown.sign != self._arrow.sign:
+            self._arrow.set_sign(shown.sign)
+        number = (shown.number, shown.number_words)
+        if before is None or number != (before.number, before.number_words):
+            self._degrees.set_value(*number)
+        long = len(shown.direction) > _LONG_DIRECTION
+        green = shown.direction == "Hold it"
+        self._direction.set_words(
+            shown.direction, "ok" if green else "amber", self._size(44 if long else 56)
+        )
+        self._clock.set_words(shown.clock)
+        self._walk.set_words(shown.walk)
+        self._company.set_words(shown.company)
+        self._pill.set(shown.pill, shown.pill_icon, shown.inside)
+        self._speak(shown, before)
+
+    def _speak(self, shown: Guidance, before: Guidance | None) -> None:
+        """Give the whole in one sentence; a reader is told of a new one when it has time."""
+        self._pages.setAccessibleDescription(shown.spoken)
+        told = "" if before is None else before.announced
+        if shown.announced and shown.announced != told and QAccessible.isActive():
+            event = QAccessibleAnnouncementEvent(self._pages, shown.announced)
+            event.setPoliteness(QAccessible.AnnouncementPoliteness.Polite)
+            QAccessible.updateAccessibility(event)
+
+    def show_style(self, words: StyleWords, pictures: Pictures) -> None:
+        """Show the style beside what there is of it."""
+        self._target.set_picture(pictures.target)
+        self._now.set_picture(pictures.now)
+        self._now.set_tag(words.now_tag)
+        self._now.setAccessibleName(words.now_tag)
+        self._title.set_text(words.title)
+        self._side.set_text(words.side)
+        self._match.set_text(words.match)
+        self._match_goal.set_text(words.match_at_goal)

@@ -1,0 +1,181 @@
+"""Pictures of every screen, made by walking through the program with real clicks and keys."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QSize, Qt, QTimer
+
+from app.core.errors import CoreError
+from app.ui.presenters.model import Step
+from app.ui.robot import Lost, Robot
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from app.ui.start import App
+
+__all__ = ["Walk"]
+
+_FULL: Final = QSize(1440, 900)
+_SMALL: Final = QSize(1024, 700)
+_WIDE: Final = QSize(1920, 1080)
+_CAPTURE_S: Final = 90.0
+_SETTLED_S: Final = 0.3
+_FAILED: Final = 1
+
+
+class Walk:
+    """Walks through every screen of the demo and saves numbered pictures.
+
+    Parameters
+    ----------
+    app : App
+        Not yet shown.
+    folder : Path
+        Where the pictures go; made if need be.
+    """
+
+    def __init__(self, app: App, folder: Path) -> None:
+        self._app = app
+        self._folder = folder
+        self._robot = Robot(app.window)
+        self._count = 0
+        self._code = 0
+
+    def run(self) -> int:
+        """Walk.
+
+        Returns
+        -------
+        int
+            Exit code: 0, or 1 when something was not where it should be.
+
+        Raises
+        ------
+        CoreError
+            When the folder cannot be written to.
+        """
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise CoreError(
+                f"Pictures cannot be kept in {self._folder}: {error.strerror}.",
+                "Name another folder.",
+            ) from error
+        self._app.show()
+        self._app.window.resize(_FULL)
+        QTimer.singleShot(0, self._walk)
+        self._app.application.exec()
+        return self._code
+
+    def _walk(self) -> None:
+        try:
+            for part in (self._probe, self._styles, self._paint, self._turn, self._others):
+                part()
+            self._narrow()
+        except Lost as lost:
+            print(f"turnlight: {lost}", file=sys.stderr)  # noqa: T201 - a command's own words
+            self._code = _FAILED
+            self._shoot("lost")
+        finally:
+            self._app.window.close()
+
+    # -- the parts -----------------------------------------------------------------------------
+
+    def _probe(self) -> None:
+        robot, model = self._robot, self._app.model
+        robot.wait(lambda: model.head is not None, "the head")
+        robot.wait(lambda: model.camera is not None, "the demo camera")
+        self._app.window.dismiss_messages()
+        self._shoot("probe-empty")
+        robot.click("Paper")
+        robot.click("Capture")
+        robot.wait(lambda: self._app.runner.running("capture"), "the capture")
+        self._linger(4.0)
+        self._shoot("probe-capturing")
+        robot.wait(lambda: model.light is not None, "the light", _CAPTURE_S)
+        robot.wait(lambda: bool(model.results), "the answers")
+        self._linger(1.0)
+        self._app.window.dismiss_messages()
+        self._shoot("probe")
+
+    def _styles(self) -> None:
+        robot, model = self._robot, self._app.model
+        robot.click("See the styles")
+        robot.wait(lambda: model.step is Step.STYLES, "the gallery")
+        self._linger()
+        self._shoot("styles")
+        self._choose(next((one.name for one in model.results if not one.attainable), ""))
+        self._shoot("styles-out-of-reach")
+        self._choose("left-rembrandt")
+        self._shoot("styles-rembrandt")
+
+    def _paint(self) -> None:
+        robot, model = self._robot, self._app.model
+        robot.click("Paint")
+        robot.wait(lambda: model.painting is not None, "the canvas")
+        self._linger()
+        self._shoot("paint")
+        robot.press(Qt.Key.Key_Escape)
+        robot.wait(lambda: model.painting is None, "the gallery again")
+        self._app.window.dismiss_messages()
+
+    def _turn(self) -> None:
+        robot, app = self._robot, self._app
+        robot.click("Turn to this")
+        robot.wait(lambda: app.model.step is Step.TURN, "the turn")
+        self._linger(6.0)
+        self._shoot("turn")
+        simulated = getattr(app.services.devices, "simulated", None)
+        goal = app.model.target_turn_deg
+        if simulated is not None and goal is not None:
+            simulated.set_turn(goal - 4.0)
+            self._linger(3.0)
+            self._shoot("turn-in-the-light")
+            robot.click("Selfie")
+            self._linger(1.0)
+            self._shoot("turn-selfie")
+            robot.click("I walk")
+
+    def _others(self) -> None:
+        app = self._app
+        app.model.update(step=Step.LIGHT)
+        self._linger()
+        self._shoot("light")
+        for what in ("places", "settings", "find", "tour", "help"):
+            app.commands.ask(what)
+            self._linger()
+            self._shoot(what)
+            app.commands.close_overlay()
+
+    def _narrow(self) -> None:
+        app = self._app
+        for size, name in ((_SMALL, "narrow"), (_WIDE, "wide")):
+            app.window.resize(size)
+            self._linger()
+            for step in (Step.PROBE, Step.STYLES, Step.TURN):
+                app.model.update(step=step, painting=None)
+                self._linger(1.0)
+                self._shoot(f"{step.value}-{name}")
+            app.model.update(step=Step.STYLES, painting=app.model.chosen)
+            self._linger(1.0)
+            self._shoot(f"paint-{name}")
+            app.model.update(painting=None)
+
+    # -- hands ---------------------------------------------------------------------------------
+
+    def _choose(self, name: str) -> None:
+        if name:
+            self._app.model.update(chosen=name, needle_deg=None)
+            self._linger()
+
+    def _linger(self, seconds: float = _SETTLED_S) -> None:
+        clock = self._app.services.clock
+        end = clock.now() + seconds
+        self._robot.wait(lambda: clock.now() >= end, "some time", seconds + 5.0)
+
+    def _shoot(self, name: str) -> None:
+        self._count += 1
+        self._robot.picture(self._folder / f"{self._count:02d}-{name}.png")

@@ -1,0 +1,212 @@
+"""Starting the app: settings, theme, window, first work; and ending it without losing anything."""
+
+from __future__ import annotations
+
+import sys
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, cast
+
+from PySide6.QtCore import QByteArray, QEvent, QObject, QSettings, Qt, QTimer
+from PySide6.QtGui import QGuiApplication
+from PySide6.QtWidgets import QApplication
+
+from app.core.paths import resources, user_data
+from app.core.settings import FILE, read_settings
+from app.ui.commands import Commands
+from app.ui.hooks import caught_errors, log_to
+from app.ui.jobs import QtRunner
+from app.ui.notify import Notify
+from app.ui.presenters.desk import Desk
+from app.ui.presenters.frame import FramePresenter
+from app.ui.presenters.model import Model
+from app.ui.presenters.services import Folders, Services
+from app.ui.presenters.undo import UndoStack
+from app.ui.speaker import Speaker
+from app.ui.theme import apply, set_theme
+from app.ui.window import Window
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from app.core.settings import Settings
+    from app.devices.clock import Clock
+    from app.ui.presenters.services import Devices
+    from app.ui.theme import ThemeName
+    from app.ui.wishes import Wishes
+
+__all__ = ["App", "run"]
+
+_GEOMETRY = "geometry"
+
+
+def run(wishes: Wishes, devices: Devices, clock: Clock) -> int:
+    """Show the window until it is closed.
+
+    Parameters
+    ----------
+    wishes : Wishes
+        From the command line.
+    devices : Devices
+        Real or imitated.
+    clock : Clock
+        For waiting.
+
+    Returns
+    -------
+    int
+        Exit code.
+    """
+    application = QApplication.instance() or QApplication(sys.argv[:1])
+    assert isinstance(application, QApplication)
+    home = user_data()
+    log_to(home / "logs")
+    app = App(application, wishes, devices, clock, home)
+    with caught_errors(app.notify.tell_error):
+        if wishes.screenshots is not None:
+            from app.ui.screenshots import Walk
+
+            return Walk(app, wishes.screenshots).run()
+        app.show()
+        code: int = application.exec()
+        return code
+
+
+class App:
+    """Everything put together: one model, one window, and those who work for them.
+
+    Parameters
+    ----------
+    application : QApplication
+        The one of this process.
+    wishes : Wishes
+        From the command line.
+    devices : Devices
+        Real or imitated.
+    clock : Clock
+        For waiting.
+    home : Path
+        Folder of the user's things.
+    """
+
+    def __init__(
+        self,
+        application: QApplication,
+        wishes: Wishes,
+        devices: Devices,
+        clock: Clock,
+        home: Path,
+    ) -> None:
+        application.setApplicationName("Turnlight")
+        application.setStyle("Fusion")
+        self.application = application
+        self.wishes = wishes
+        self._window_file = home / "window.ini"
+        settings, notes = read_settings(home / FILE)
+        self.notify = Notify(_now)
+        self.runner = QtRunner(self.notify.tell_error)
+        self.model = Model(settings)
+        self.services = Services(
+            model=self.model,
+            runner=self.runner,
+            notify=self.notify,
+            undo=UndoStack(),
+            clock=clock,
+            today=_now,
+            devices=devices,
+            folders=_folders(home, settings),
+            sounds=Speaker(),
+        )
+        self.desk = Desk(self.services)
+        self._worn = self._wanted(settings)
+        set_theme(*self._worn)
+        apply(application)
+        self.commands = Commands(self.services, self.desk, self.notify)
+        self.window = Window(
+            application,
+            self.services,
+            self.desk,
+            self.runner,
+            self.notify,
+            self.commands.everywhere(),
+        )
+        self.commands.attach(self.window)
+        self.frame = FramePresenter(self.services)
+        self.frame.attach(self.window)
+        self.model.changed.connect(self._model_changed)
+        self.window.closed.connect(self.shut)
+        self.window.paths_dropped.connect(self.desk.open_paths)
+        for note in notes:
+            self.notify.tell(note, kind="warning")
+
+    def show(self) -> None:
+        """Show the window as it was last time; work begins once it has been painted."""
+        _AfterFirstPaint(self.window, self._begin)
+        self.window.restore(self._kept_geometry())
+        self.window.show()
+        self.window.setFocus()
+
+    def shut(self) -> None:
+        """End all work; what is not yet on the disk is written first."""
+        self._keep_geometry()
+        self.desk.shut()
+        self.runner.shutdown()
+
+    def _begin(self) -> None:
+        self.desk.begin()
+        self.commands.begin()
+
+    def _wanted(self, settings: Settings) -> tuple[ThemeName, float]:
+        name = self.wishes.theme or settings.theme
+        if name == "system":
+            scheme = QGuiApplication.styleHints().colorScheme()
+            name = "light" if scheme is Qt.ColorScheme.Light else "dark"
+        return cast("ThemeName", name), settings.text_scale
+
+    def _model_changed(self, names: frozenset[str]) -> None:
+        if "settings" in names:
+            wanted = self._wanted(self.model.settings)
+            if wanted != self._worn:
+                self._worn = wanted
+                self.window.wear(*wanted)
+
+    def _kept_geometry(self) -> QByteArray | None:
+        kept = self._window_settings().value(_GEOMETRY)
+        return kept if isinstance(kept, QByteArray) else None
+
+    def _keep_geometry(self) -> None:
+        if self.wishes.screenshots is None:
+            self._window_settings().setValue(_GEOMETRY, self.window.saveGeometry())
+
+    def _window_settings(self) -> QSettings:
+        return QSettings(str(self._window_file), QSettings.Format.IniFormat)
+
+
+class _AfterFirstPaint(QObject):
+    """Calls once, right after the window has been painted for the first time."""
+
+    def __init__(self, window: Window, call: Callable[[], None]) -> None:
+        super().__init__(window)
+        self._call = call
+        window.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        if event.type() is QEvent.Type.Paint:
+            watched.removeEventFilter(self)
+            QTimer.singleShot(0, self._call)
+        return False
+
+
+def _folders(home: Path, settings: Settings) -> Folders:
+    chosen = settings.places_folder
+    return Folders(
+        home=home,
+        places=Path(chosen).expanduser() if chosen else home / "places",
+        styles=home / "styles",
+        drafts=home / "drafts",
+        demo=resources() / "demo" / "location",
+    )
+
+
+def _now() -> datetime:
+    return datetime.now().astimezone()

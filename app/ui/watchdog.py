@@ -1,0 +1,126 @@
+"""Watches the thread of the screens: no single event may keep it busy for long.
+
+For tests and for hunting: an application that notes every event that took more than a given CPU
+time, with the stack that a second thread saw while it ran.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import tempfile
+import threading
+import time
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtWidgets import QApplication
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from PySide6.QtCore import QEvent, QObject
+
+__all__ = ["SlowEvent", "WatchedApplication"]
+
+_PERIOD_S: Final = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class SlowEvent:
+    """An event that took too long.
+
+    Attributes
+    ----------
+    kind : str
+        Type of the event and of its receiver.
+    cpu_s : float
+        CPU time of the thread of the screens, s.
+    stack : str
+        Where it was while it took long; empty when it ended before it was looked at.
+    mark : str
+        What the walk was doing, see `WatchedApplication.mark`.
+    """
+
+    kind: str
+    cpu_s: float
+    stack: str
+    mark: str
+
+
+@dataclass(slots=True)
+class _Running:
+    """The outermost event that is being handled."""
+
+    started_s: float = 0.0
+    depth: int = 0
+    stacks: list[str] = field(default_factory=list)
+
+
+class WatchedApplication(QApplication):
+    """An application that notes slow events.
+
+    Parameters
+    ----------
+    arguments : sequence of str
+        As for QApplication.
+    limit_s : float, optional
+        CPU time that an event may take.
+
+    Attributes
+    ----------
+    slow : list of SlowEvent
+        What took longer, in order.
+    mark : str
+        Set by whoever walks through the program, to be found again in `slow`.
+    """
+
+    def __init__(self, arguments: Sequence[str], limit_s: float = 0.05) -> None:
+        super().__init__(list(arguments))
+        self.slow: list[SlowEvent] = []
+        self.mark = ""
+        self._limit_s = limit_s
+        self._running = _Running()
+        self._thread = threading.get_ident()
+        self._end = threading.Event()
+        threading.Thread(target=self._look, name="watchdog", daemon=True).start()
+
+    def notify(self, receiver: QObject, event: QEvent) -> bool:
+        """Handle an event and note how long that took."""
+        running = self._running
+        if running.depth:
+            return bool(super().notify(receiver, event))
+        kind = f"{event.type().name} to {type(receiver).__name__} {receiver.objectName()}".strip()
+        running.depth, running.stacks = 1, []
+        running.started_s = time.perf_counter()
+        before = time.thread_time()
+        try:
+            return bool(super().notify(receiver, event))
+        finally:
+            used = time.thread_time() - before
+            running.depth = 0
+            if used > self._limit_s:
+                stack = running.stacks[-1] if running.stacks else ""
+                self.slow.append(SlowEvent(kind, used, stack, self.mark))
+
+    def stop_watching(self) -> None:
+        """End the thread that looks at stacks."""
+        self._end.set()
+
+    def _look(self) -> None:
+        running = self._running
+        while not self._end.wait(_PERIOD_S):
+            if running.depth and time.perf_counter() - running.started_s > self._limit_s / 2:
+                running.stacks.append(_stack_of(self._thread))
+
+
+def _stack_of(thread: int) -> str:
+    """Write down where a thread is.
+
+    Not by its frame objects: holding one keeps what is local to it alive, and a painter that
+    outlives its paint event ends the program.
+    """
+    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as file:
+        faulthandler.dump_traceback(file)
+        file.seek(0)
+        parts = file.read().split("\n\n")
+    return next((part for part in parts if f"0x{thread:016x}" in part), "")

@@ -1,0 +1,344 @@
+"""The window: frame around the screen in front, nothing of what the screens are about."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QByteArray, QPoint, QSize, Qt, QTimer, Signal
+from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+
+from app.ui.frame.drop import DropVeil, dropped_paths
+from app.ui.frame.jobline import JobLineBar
+from app.ui.frame.rail import PLACES, SETTINGS, Rail
+from app.ui.frame.topbar import TopBar
+from app.ui.presenters.model import Step
+from app.ui.screens.registry import ScreenKey, make_presenter, make_view, screen_of
+from app.ui.shortcuts import Shortcuts, hints_of
+from app.ui.theme import apply, set_theme, theme
+from app.ui.widgets.dialogs import Sheet
+from app.ui.widgets.toasts import Toasts
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from PySide6.QtGui import (
+        QCloseEvent,
+        QDragEnterEvent,
+        QDragLeaveEvent,
+        QDropEvent,
+        QResizeEvent,
+    )
+    from PySide6.QtWidgets import QApplication
+
+    from app.ui.jobs import JobLine, QtRunner
+    from app.ui.notify import Notify
+    from app.ui.presenters.actions import Action
+    from app.ui.presenters.desk import Desk
+    from app.ui.presenters.frame import FrameState
+    from app.ui.presenters.services import Services
+    from app.ui.screens.registry import ScreenPresenter
+    from app.ui.theme import ThemeName
+
+__all__ = ["FULL_SIZE", "SMALLEST", "Window"]
+
+SMALLEST: Final = QSize(1024, 700)
+"""The window works from this size up, logical pixels."""
+FULL_SIZE: Final = QSize(1440, 900)
+"""Below this the narrow layout is taken."""
+
+
+class Window(QWidget):
+    """The one window.
+
+    Parameters
+    ----------
+    application : QApplication
+        Gets the theme's palette and font.
+    services : Services
+        For the screens' presenters.
+    desk : Desk
+        The open place.
+    runner : QtRunner
+        Whose work the line at the foot shows.
+    notify : Notify
+        Who tells things in toasts.
+    actions : sequence of Action
+        What can be done on every screen.
+    """
+
+    paths_dropped = Signal(list)
+    asked = Signal(str, QPoint)
+    """Something that lies over the screen was asked for: ``places``, ``settings``, ``find``,
+    ``sitter``, ``camera``; with the global point where a menu opens."""
+    closed = Signal()
+
+    def __init__(
+        self,
+        application: QApplication,
+        services: Services,
+        desk: Desk,
+        runner: QtRunner,
+        notify: Notify,
+        actions: Sequence[Action] = (),
+    ) -> None:
+        super().__init__()
+        self._application = application
+        self._services = services
+        self._desk = desk
+        self._notify = notify
+        self._runner = runner
+        self._presenters: dict[ScreenKey, ScreenPresenter] = {}
+        self._views: dict[ScreenKey, QWidget] = {}
+        self._front: ScreenKey | None = None
+        self._state: FrameState | None = None
+        self._idle = ("", "check")
+        self._compact = True
+        self.actions_everywhere = tuple(actions)
+        self._global_shortcuts = Shortcuts(self)
+        self._screen_shortcuts = Shortcuts(self)
+        self.setWindowTitle("Turnlight")
+        self.setObjectName("window")
+        self.setAcceptDrops(True)
+        # Nothing is marked before somebody uses the keyboard.
+        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self.setProperty("noFocusRing", True)
+        self._outer = QHBoxLayout(self)
+        self._outer.setContentsMargins(0, 0, 0, 0)
+        self._outer.setSpacing(0)
+        self._relayout = QTimer(self, singleShot=True, interval=0)
+        self._relayout.timeout.connect(self._fit_layout)
+        self._veil: DropVeil | None = None
+        self._compact = self._wants_compact()
+        self._build()
+        runner.line_changed.connect(self._show_job)
+        services.model.changed.connect(self._model_changed)
+        self._global_shortcuts.bind(self.actions_everywhere)
+        application.focusChanged.connect(self._focus_moved)
+
+    def show_state(self, state: FrameState) -> None:
+        """Show the frame's state and bring the screen that belongs there to the front."""
+        self._state = state
+        self._rail.show_steps(state.step, state.done)
+        self._top.show_state(state)
+        self._show_screen()
+
+    def say(self, words: str, icon: str = "check") -> None:
+        """Show the last result in the line at the foot.
+
+        Parameters
+        ----------
+        words : str
+            One sentence.
+        icon : str, optional
+            See `JobLineBar.show_idle`.
+        """
+        self._idle = (words, icon)
+        self._job_line.show_idle(words, icon)
+
+    def dismiss_messages(self) -> None:
+        """Take all messages off the screen; they stay in the list of messages."""
+        self._toasts.clear()
+
+    def wear(self, name: ThemeName, scale: float) -> None:
+        """Put on another theme or size; every view is made anew.
+
+        Parameters
+        ----------
+        name : str
+            ``dark``, ``light`` or ``contrast``.
+        scale : float
+            1 to 2, of text and controls.
+        """
+        set_theme(name, scale)
+        apply(self._application)
+        self._compact = self._wants_compact()
+        self._rebuild()
+
+    @property
+    def front(self) -> QWidget | None:
+        """The screen in front."""
+        return None if self._front is None else self._views.get(self._front)
+
+    @property
+    def front_presenter(self) -> ScreenPresenter | None:
+        """Presenter of the screen in front."""
+        return None if self._front is None else self._presenters.get(self._front)
+
+    @property
+    def screen_area(self) -> QWidget:
+        """Where the screens are; what lies over them is put over this."""
+        return self._stack
+
+    def _focus_moved(self) -> None:
+        covered = any(sheet.isVisible() for sheet in self.findChildren(Sheet))
+        self._global_shortcuts.rest(covered)
+        self._screen_shortcuts.rest(covered)
+
+    def screen_actions(self) -> Sequence[Action]:
+        """Give what can be done on the screen in front."""
+        presenter = self.front_presenter
+        return () if presenter is None else presenter.actions()
+
+    def refresh_actions(self) -> None:
+        """Bind the shortcuts of the screen in front anew: it offers others now."""
+        actions = self.screen_actions()
+        self._screen_shortcuts.bind(actions)
+        find = [one for one in self.actions_everywhere if one.hint]
+        self._job_line.show_hints(hints_of([*actions, *find]))
+
+    def _build(self) -> None:
+        body = QWidget()
+        column = QVBoxLayout(body)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        self._rail = Rail(self._compact)
+        self._top = TopBar(self._compact)
+        self._stack = QStackedWidget()
+        self._job_line = JobLineBar(self._compact)
+        for widget in (self._top, self._stack, self._job_line):
+            column.addWidget(widget, 1 if widget is self._stack else 0)
+        self._outer.addWidget(self._rail)
+        self._outer.addWidget(body, 1)
+        self._body = body
+        self._toasts = Toasts(self)
+        self._notify.attach(self._toasts)
+        self._rail.chosen.connect(self._rail_chosen)
+        self._top.places_asked.connect(lambda: self._ask("places"))
+        self._top.sitter_asked.connect(lambda at: self.asked.emit("sitter", at))
+        self._top.camera_asked.connect(lambda: self._ask("camera"))
+        self._top.search_asked.connect(lambda: self._ask("find"))
+        self._top.undo_asked.connect(self._services.undo.undo)
+        self._top.redo_asked.connect(self._services.undo.redo)
+        self._job_line.cancel_asked.connect(self._runner.cancel)
+        self._job_line.show_idle(*self._idle)
+
+    def _rebuild(self) -> None:
+        self.setUpdatesEnabled(False)
+        self._notify.attach(None)
+        for key in self._views:
+            self._presenters[key].detach()
+        self._views.clear()
+        self._toasts.clear()
+        self._toasts.deleteLater()
+        old = (self._rail, self._body)
+        for widget in old:
+            widget.hide()
+            widget.setParent(None)
+        self._front = None
+        self._build()
+        # In the same frame: what a layout takes in is else shown an event later.
+        self._rail.show()
+        self._body.show()
+        self.setMinimumSize(self._smallest())
+        if self._state is not None:
+            self.show_state(self._state)
+        self.setUpdatesEnabled(True)
+        for widget in old:
+            widget.deleteLater()
+
+    def _show_screen(self) -> None:
+        key = screen_of(self._services.model)
+        if key == self._front:
+            return
+        before = self.front_presenter
+        if before is not None and self._front in self._views:
+            before.left()
+        if key not in self._presenters:
+            self._presenters[key] = make_presenter(key, self._services, self._desk)
+        presenter = self._presenters[key]
+        if key not in self._views:
+            view = make_view(key, presenter, self._compact)
+            self._views[key] = view
+            self._stack.addWidget(view)
+            presenter.attach(view)
+        self._front = key
+        self._stack.setCurrentWidget(self._views[key])
+        presenter.entered()
+        self.refresh_actions()
+        # The keys go to the screen, not to the rail that was clicked.
+        getattr(self._views[key], "take_focus", self.setFocus)()
+
+    def _model_changed(self, names: frozenset[str]) -> None:
+        if names & {"step", "painting"}:
+            self._show_screen()
+
+    def _show_job(self, job: JobLine | None) -> None:
+        if job is None:
+            self._job_line.show_idle(*self._idle)
+        else:
+            self._job_line.show_job(job)
+
+    def _rail_chosen(self, key: str) -> None:
+        if key in (PLACES, SETTINGS):
+            self._ask(key)
+        else:
+            self._services.model.update(step=Step(key), painting=None)
+
+    def _ask(self, what: str) -> None:
+        self.asked.emit(what, self.mapToGlobal(QPoint(0, 0)))
+
+    # -- size ----------------------------------------------------------------------------------
+
+    def _smallest(self) -> QSize:
+        return SMALLEST
+
+    def _wants_compact(self) -> bool:
+        t = theme()
+        return self.width() < t.px(FULL_SIZE.width()) or self.height() < t.px(FULL_SIZE.height())
+
+    def _fit_layout(self) -> None:
+        if self._wants_compact() != self._compact:
+            self._compact = not self._compact
+            self._rebuild()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Take the layout that fits, once the resizing has settled."""
+        super().resizeEvent(event)
+        if self._veil is not None:
+            self._veil.setGeometry(self.rect())
+        self._relayout.start()
+
+    def restore(self, geometry: QByteArray | None) -> None:
+        """Take the size and place of last time; none, or one that fits nowhere, is left."""
+        self.setMinimumSize(self._smallest())
+        if geometry is None or not self.restoreGeometry(geometry):
+            self.resize(FULL_SIZE)
+        self._fit_layout()
+
+    # -- files dropped anywhere ----------------------------------------------------------------
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """Show that files may be dropped here."""
+        if dropped_paths(event.mimeData()):
+            event.acceptProposedAction()
+            self._veil = self._veil or DropVeil(self)
+            self._veil.setGeometry(self.rect())
+            self._veil.show()
+            self._veil.raise_()
+
+    def dragLeaveEvent(self, event: QDragLeaveEvent) -> None:
+        """Take the sign away."""
+        self._lift_veil()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Open what was dropped."""
+        self._lift_veil()
+        paths: list[Path] = dropped_paths(event.mimeData())
+        if paths:
+            event.acceptProposedAction()
+            self.paths_dropped.emit(paths)
+
+    def _lift_veil(self) -> None:
+        if self._veil is not None:
+            self._veil.hide()
+
+    # -- the end -------------------------------------------------------------------------------
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Let the screens stop their devices, then go."""
+        presenter = self.front_presenter
+        if presenter is not None:
+            presenter.left()
+        self.closed.emit()
+        super().closeEvent(event)
