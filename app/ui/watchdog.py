@@ -53,6 +53,7 @@ class _Running:
 
     started_s: float = 0.0
     depth: int = 0
+    floor: int = 0
     stacks: list[str] = field(default_factory=list)
 
 
@@ -87,20 +88,30 @@ class WatchedApplication(QApplication):
     def notify(self, receiver: QObject, event: QEvent) -> bool:
         """Handle an event and note how long that took."""
         running = self._running
-        if running.depth:
-            return bool(super().notify(receiver, event))
+        if running.depth != running.floor:
+            running.depth += 1
+            try:
+                return bool(super().notify(receiver, event))
+            finally:
+                running.depth -= 1
         kind = f"{event.type().name} to {type(receiver).__name__} {receiver.objectName()}".strip()
-        running.depth, running.stacks = 1, []
+        running.depth += 1
+        running.stacks = []
         running.started_s = time.perf_counter()
         before = time.thread_time()
         try:
             return bool(super().notify(receiver, event))
         finally:
             used = time.thread_time() - before
-            running.depth = 0
-            if used > self._limit_s:
+            running.depth -= 1
+            # Not of the walk itself, which ends where it began.
+            if used > self._limit_s and running.depth == running.floor:
                 stack = running.stacks[-1] if running.stacks else ""
                 self.slow.append(SlowEvent(kind, used, stack, self.mark))
+
+    def walk_from_here(self) -> None:
+        """Count what happens inside the present event one by one, and not this event itself."""
+        self._running.floor = self._running.depth
 
     def stop_watching(self) -> None:
         """End the thread that looks at stacks."""
@@ -109,7 +120,7 @@ class WatchedApplication(QApplication):
     def _look(self) -> None:
         running = self._running
         while not self._end.wait(_PERIOD_S):
-            if running.depth and time.perf_counter() - running.started_s > self._limit_s / 2:
+            if running.depth > running.floor and time.perf_counter() - running.started_s > self._limit_s / 2:
                 running.stacks.append(_stack_of(self._thread))
 
 

@@ -249,6 +249,9 @@ class Window(QWidget):
         presenter = self._presenters[key]
         if key not in self._views:
             view = make_view(key, presenter, self._compact)
+            # Keys that no control takes go to the screen.
+            view.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+            view.setProperty("noFocusRing", True)
             self._views[key] = view
             self._stack.addWidget(view)
             presenter.attach(view)
@@ -257,7 +260,8 @@ class Window(QWidget):
         presenter.entered()
         self.refresh_actions()
         # The keys go to the screen, not to the rail that was clicked.
-        getattr(self._views[key], "take_focus", self.setFocus)()
+        view = self._views[key]
+        getattr(view, "take_focus", view.setFocus)()
 
     def _model_changed(self, names: frozenset[str]) -> None:
         if names & {"step", "painting"}:

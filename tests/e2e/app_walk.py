@@ -41,10 +41,12 @@ class Walk:
             QTimer.singleShot(5, self.look_for_window)
             return
         self.robot = Robot(found[0])
+        self.application.walk_from_here()
         try:
             self.walk(self.robot)
         except Exception:  # noqa: BLE001 - told to the parent
             self.facts["error"] = traceback.format_exc()
+            self.robot.picture(Path(sys.argv[1]).with_suffix(".png"))
         finally:
             found[0].close()
 
@@ -145,8 +147,11 @@ class Walk:
         self.click("Places", "first: places")
         self.linger(0.5)
         self.facts["places"] = len(
-            [b for b in robot.window.findChildren(QAbstractButton)
-             if b.isVisible() and b.accessibleName().startswith("Open ")]
+            [
+                b
+                for b in robot.window.findChildren(QAbstractButton)
+                if b.isVisible() and b.accessibleName().startswith("Open ")
+            ]
         )
         robot.press(Qt.Key.Key_Escape)
 
@@ -172,7 +177,7 @@ class Walk:
     def guidance(self) -> str:
         assert self.robot is not None
         try:
-            return self.robot.find("Guidance: ").accessibleName()
+            return self.robot.find("What to do").accessibleDescription()
         except Lost:
             return ""
 

@@ -12,7 +12,7 @@ from app.core.errors import CoreError
 from app.ui.jobs import QtRunner
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from pytestqt.qtbot import QtBot
 
@@ -135,9 +135,11 @@ def test_shutdown_ends_everything_and_tells_nobody(qtbot: QtBot) -> None:
 def test_many_jobs_leave_nothing_behind(qtbot: QtBot, runner: QtRunner) -> None:
     """Some hundred jobs in a row: what once crashed when job objects were deleted by Qt."""
     answers = list[int]()
+
+    def work(number: int) -> Callable[[Token, Report], int]:
+        return lambda token, report: number
+
     for number in range(300):
-        runner.submit(
-            f"k{number % 7}-{number}", lambda token, report, n=number: n, done=answers.append
-        )
+        runner.submit(f"k{number % 7}-{number}", work(number), done=answers.append)
     qtbot.waitUntil(lambda: len(answers) == 300, timeout=20_000)
     assert sorted(answers) == list(range(300))

@@ -211,7 +211,24 @@ def ready(run: ModuleType, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return run
 
 
-def test_without_arguments_it_solves_the_bundled_scene(
+DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")
+
+
+@pytest.mark.parametrize("name", DISPLAYS)
+def test_without_arguments_it_starts_the_app_where_there_is_a_display(
+    ready: ModuleType, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    calls = Calls()
+    monkeypatch.setattr(ready, "call", calls)
+    monkeypatch.setattr(ready.sys, "platform", "linux")
+    for other in DISPLAYS:
+        monkeypatch.delenv(other, raising=False)
+    monkeypatch.setenv(name, "something")
+    assert ready.main([]) == 0
+    assert calls.commands == [["-P", "-m", "app"]]
+
+
+def test_without_a_display_it_says_so_and_solves_the_bundled_scene(
     ready: ModuleType,
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
@@ -219,11 +236,16 @@ def test_without_arguments_it_solves_the_bundled_scene(
 ) -> None:
     calls = Calls()
     monkeypatch.setattr(ready, "call", calls)
+    monkeypatch.setattr(ready.sys, "platform", "linux")
+    for name in DISPLAYS:
+        monkeypatch.delenv(name, raising=False)
     monkeypatch.chdir(tmp_path)
     assert ready.main([]) == 0
     sheet = str(tmp_path / "turnlight-sheet.png")
     assert calls.commands == [["-P", "-m", "app", "solve", str(ready.SCENE), "--sheet", sheet]]
-    assert sheet in capsys.readouterr().out
+    printed = capsys.readouterr()
+    assert "no display" in printed.err
+    assert sheet in printed.out
     assert ready.SCENE.is_file()
 
 

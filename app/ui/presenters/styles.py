@@ -249,7 +249,13 @@ class StylesPresenter:
         snapshot = self._snapshot
         measured = self._services.model.light is not None
         if snapshot is None:
-            return StylesState(filter=self._filter, sort=self._sort, busy=True, measured=measured)
+            return StylesState(
+                filter=self._filter,
+                sort=self._sort,
+                busy=True,
+                measured=measured,
+                detail=DetailState(main_works=False),
+            )
         cards = self._shown_cards()
         return StylesState(
             cards=cards,

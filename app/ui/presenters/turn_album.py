@@ -91,7 +91,7 @@ class Album:
 
     def want_live(self, picture: Bytes, size: Size, mode: Mode, overlay: Overlay | None) -> None:
         """Ask for the live picture, alone or over the goal."""
-        over = (None, None, 0.0)
+        over: Wish = (None, None, 0.0)
         if overlay is not None:
             over = (overlay.goal, overlay.homography, overlay.opacity)
         if not self._services.runner.running(_LIVE) and self._new(
@@ -101,6 +101,8 @@ class Album:
                 _LIVE,
                 lambda token, report: live_picture(picture, size, mode, overlay),
                 done=lambda made: self._put_live(picture, made),
+                # The next picture comes in a moment; a message for each would help nobody.
+                failed=lambda error: None,
             )
 
     def drop_live(self) -> None:

@@ -10,8 +10,7 @@ from app.devices.webcam import WebcamState
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from app.core.errors import CoreError
-    from app.devices.webcam import Webcam, WebcamFrame
+    from app.devices.webcam import Webcam, WebcamError, WebcamFrame
     from app.ui.presenters.services import Services
 
 __all__ = ["LiveCamera"]
@@ -157,7 +156,7 @@ class LiveCamera:
         return Source.STARTING
 
     @property
-    def error(self) -> CoreError | None:
+    def error(self) -> WebcamError | None:
         """What is wrong with it, or with its pictures."""
         return None if self._webcam is None else self._webcam.error
 

@@ -243,7 +243,8 @@ def target_portrait(head: Head, own: UserStyle | None, name: str, size: tuple[in
     else:
         linear = head.pack.target(name)
     frame = framing(head.transport.size, size)
-    return portraits(linear[np.newaxis], head.pack.coverage.astype(np.float32), frame)[0]
+    shown: Bytes = portraits(linear[np.newaxis], head.pack.coverage.astype(np.float32), frame)[0]
+    return shown
 
 
 def now_portrait(head: Head, light: LightHere, facing_deg: float, size: tuple[int, int]) -> Bytes:
@@ -267,4 +268,5 @@ def now_portrait(head: Head, light: LightHere, facing_deg: float, size: tuple[in
     """
     linear = picture_at(head.transport, light, facing_deg)
     frame = framing(head.transport.size, size)
-    return portraits(linear[np.newaxis], head.pack.coverage.astype(np.float32), frame)[0]
+    shown: Bytes = portraits(linear[np.newaxis], head.pack.coverage.astype(np.float32), frame)[0]
+    return shown

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from app.core.errors import CoreError
 from app.core.turning.align import Alignment, align
-from app.core.turning.heading import Heading, HeadingIndex, build_index, find_heading
+from app.core.turning.heading import UNSURE, Heading, HeadingIndex, build_index, find_heading
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -144,6 +144,8 @@ class Sight:
             _HEADING,
             lambda token, report: locate(picture, index, fov_deg, near),
             done=lambda heading: self._located(index, heading),
+            # One picture that cannot be worked on is no more than one without a heading.
+            failed=lambda error: self._located(index, UNSURE),
         )
 
     def _located(self, index: HeadingIndex, heading: Heading) -> None:
@@ -218,9 +220,10 @@ class Aligner:
                 target, picture, fov_deg=fovs_deg[0], view_fov_deg=fovs_deg[1]
             ),
             done=self._aligned,
+            failed=lambda error: self._aligned(None),
         )
 
-    def _aligned(self, alignment: Alignment) -> None:
+    def _aligned(self, alignment: Alignment | None) -> None:
         if self.on:
             self.alignment = alignment
             self.changed()

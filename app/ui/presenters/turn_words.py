@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from app.core.errors import CoreError
     from app.core.solve import StyleResult
     from app.core.turning.heading import Heading
+    from app.devices.errors import DeviceError
 
 __all__ = [
     "ASKED",
@@ -80,7 +81,9 @@ def goal_of(result: StyleResult | None, goal_deg: float | None) -> Goal | None:
     return None if goal_deg is None else Goal(goal_deg, arc_of(result, goal_deg))
 
 
-def guidance_of(shown: Guide, hindrance: Hindrance, error: CoreError | None = None) -> Guidance:
+def guidance_of(
+    shown: Guide, hindrance: Hindrance, error: CoreError | DeviceError | None = None
+) -> Guidance:
     """Write the right column.
 
     Parameters
@@ -199,7 +202,7 @@ def scale_of(shown: Guide, goal: Goal, fov_deg: float) -> Scale:
 
 
 def live_words(
-    source: Source, error: CoreError | None, goal: int, fov_deg: float, selfie: bool
+    source: Source, error: CoreError | DeviceError | None, goal: int, fov_deg: float, selfie: bool
 ) -> LiveWords:
     """Say what the two wells show.
 
@@ -238,7 +241,11 @@ def live_words(
 
 
 def quality_words(
-    source: Source, error: CoreError | None, learning: bool, lost: str, heading: Heading | None
+    source: Source,
+    error: CoreError | DeviceError | None,
+    learning: bool,
+    lost: str,
+    heading: Heading | None,
 ) -> tuple[str, str, bool]:
     """Say how well the heading is known.
 

@@ -202,8 +202,9 @@ class PaintCanvas(Plot):
             self._panning = here
             self._space = False  # It was for panning, not for a dab.
             self._look(self._view.moved(step.x(), step.y()))
-        else:
+        elif self._stroking:
             self._on(here, 1.0)
+            return
         self._move_ring(here)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
@@ -220,8 +221,9 @@ class PaintCanvas(Plot):
         if kind == QEvent.Type.TabletPress and event.button() == Qt.MouseButton.LeftButton:
             eraser = event.pointerType() == QPointingDevice.PointerType.Eraser
             self._down(here, event.pressure(), eraser=eraser)
-        elif kind == QEvent.Type.TabletMove:
+        elif kind == QEvent.Type.TabletMove and self._stroking:
             self._on(here, event.pressure())
+        elif kind == QEvent.Type.TabletMove:
             self._move_ring(here)
         elif kind == QEvent.Type.TabletRelease:
             self._up()
@@ -238,8 +240,6 @@ class PaintCanvas(Plot):
         self._move_ring(here)
 
     def _on(self, here: QPointF, pressure: float) -> None:
-        if not self._stroking:
-            return
         self._points.append((*self._view.to_canvas(here.x(), here.y()), pressure))
         if not self._later.isActive():
             passed = 1000 * (time.perf_counter() - self._drawn_at)
@@ -257,6 +257,8 @@ class PaintCanvas(Plot):
         points, self._points = self._points, []
         if points:
             self.drawn.emit(points)
+            # With the stroke, so that the canvas is painted once for both.
+            self._move_ring(self.at(*points[-1][:2]))
             self._drawn_at = time.perf_counter()
 
     def leaveEvent(self, event: QEvent) -> None:

@@ -29,6 +29,7 @@ _OPAQUE: Final = np.uint32(0xFF000000)
 _EDGE: Final = 1.6  # width of the head's outline, device pixels
 _SOFT: Final = 0.4  # pixels of the head
 _SPREAD: Final = 2.7  # pixels of the head over which a smoothed edge rises
+_FINER: Final = 4
 _SMOOTH: Final = 1.0  # pixels of the head: its outline is a line, not steps
 
 
@@ -166,14 +167,18 @@ def veil_bytes(
     (height, width) uint32
         0xAARRGGBB, colours multiplied by opacity.
     """
-    smooth = cv2.GaussianBlur(coverage, (0, 0), _SMOOTH, borderType=cv2.BORDER_REPLICATE)
+    # Finer first, then smoothed: a cubic through the pixels themselves would make waves.
+    side = _FINER * len(coverage)
+    fine = cv2.resize(coverage, (side, side), interpolation=cv2.INTER_LINEAR)
+    smooth = cv2.GaussianBlur(fine, (0, 0), _FINER * _SMOOTH, borderType=cv2.BORDER_REPLICATE)
     share = np.rint(np.clip(smooth, 0.0, 1.0) * 255.0).astype(np.uint8)
+    step = scale / _FINER
     # Device pixel i has its middle at i + 0.5.
-    half = 0.5 / scale - 0.5
+    half = 0.5 / step - 0.5
     matrix = np.array(
-        [[1 / scale, 0.0, half - offset[0] / scale], [0.0, 1 / scale, half - offset[1] / scale]]
+        [[1 / step, 0.0, half - offset[0] / step], [0.0, 1 / step, half - offset[1] / step]]
     )
-    flags = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     inside = cv2.warpAffine(share, matrix, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
     place = np.arange(256) / 255.0
     opacity = 1.0 - np.clip((place - 0.5) * max(_SPREAD * scale / _EDGE, 1.0) + 0.5, 0.0, 1.0)

@@ -140,6 +140,7 @@ class LiveColumn(Surface):
         self._compact = compact
         self._actions = actions
         self._state: LiveState | None = None
+        self._save_shown: tuple[str, bool, str] | None = None
         self._margin = t.px(16 if compact else 24)
         self.setFixedWidth(t.px(296 if compact else 392))
         self.setAccessibleName("Here, live")
@@ -240,6 +241,10 @@ class LiveColumn(Surface):
             self._plot.set_data(live.curve, live.limit, live.arc, best, live.peaks)
 
     def _show_save(self, state: PaintState) -> None:
+        now = (state.save_words, state.saving, state.save_why)
+        if now == self._save_shown:
+            return
+        self._save_shown = now
         self._save.set_text(state.save_words)
         if state.saving != self._save.busy:
             self._save.set_busy("Saving…" if state.saving else None)

@@ -26,7 +26,7 @@ from app.ui.widgets.segmented import Segmented
 if TYPE_CHECKING:
     from PySide6.QtGui import QShowEvent
 
-    from app.core.painting import Canvas, Region
+    from app.core.painting import Brush, Canvas, Region
     from app.ui.presenters.paint import PaintPresenter
     from app.ui.presenters.paint_state import FileWish, NameWish, PaintState
 
@@ -96,7 +96,8 @@ class _Crumbs(QWidget):
     def show_state(self, state: PaintState) -> None:
         self._title.set_text(state.title)
         self._status.set_text(state.status)
-        self._shown.choose(state.shown.value)
+        if self._shown.key != state.shown.value:
+            self._shown.choose(state.shown.value)
 
 
 class PaintScreen(QWidget):
@@ -117,8 +118,10 @@ class PaintScreen(QWidget):
         self._sheet: NameSheet | None = None
         self.setAccessibleName("Paint")
         self.tools: ToolColumn | ToolStrip = ToolStrip() if compact else ToolColumn()
-        self.sliders = self.tools.sliders if isinstance(self.tools, ToolColumn) else None
-        self.sliders = self.sliders or BrushSliders(across=True)
+        self.sliders = (
+            self.tools.sliders if isinstance(self.tools, ToolColumn) else BrushSliders(across=True)
+        )
+        self._brush: Brush | None = None
         self.crumbs = _Crumbs()
         self.canvas = PaintCanvas()
         self.live = LiveColumn(compact, presenter.files.actions)
@@ -141,7 +144,7 @@ class PaintScreen(QWidget):
         column.addWidget(self.canvas, 1)
         column.addSpacing(t.px(8 if self._compact else 26))
         column.addWidget(WeightScale())
-        if self._compact and self.sliders is not None:
+        if self._compact:
             column.addSpacing(t.px(8))
             column.addWidget(self.sliders)
         return column
@@ -156,10 +159,9 @@ class PaintScreen(QWidget):
         tools.undo_asked.connect(presenter.undo)
         tools.redo_asked.connect(presenter.redo)
         tools.clear_asked.connect(presenter.clear)
-        if self.sliders is not None:
-            self.sliders.size_changed.connect(box.set_size)
-            self.sliders.strength_changed.connect(box.set_strength)
-            self.sliders.softness_changed.connect(box.set_softness)
+        self.sliders.size_changed.connect(box.set_size)
+        self.sliders.strength_changed.connect(box.set_strength)
+        self.sliders.softness_changed.connect(box.set_softness)
         self.crumbs.back_asked.connect(presenter.back)
         self.crumbs.chosen.connect(presenter.show)
         canvas.pressed.connect(presenter.press)
@@ -175,7 +177,8 @@ class PaintScreen(QWidget):
     def show_state(self, state: PaintState) -> None:
         """Show it; see `PaintState`."""
         self.tools.show_state(state)
-        if self._compact and self.sliders is not None:
+        if self._compact and state.brush != self._brush:
+            self._brush = state.brush
             self.sliders.show_brush(state.brush)
         self.crumbs.show_state(state)
         self.canvas.show_state(state)

@@ -201,11 +201,33 @@ class _Common(Surface):
         self._redo = IconButton("redo", "Redo stroke", shortcut="Ctrl Shift Z")
         self._undo.clicked.connect(self.undo_asked)
         self._redo.clicked.connect(self.redo_asked)
+        self._last: PaintState | None = None
 
-    def show_history(self, state: PaintState) -> None:
-        """Show what can be undone, redone and cleared."""
-        self._undo.set_available(bool(state.undo), "Nothing to undo")
-        self._redo.set_available(bool(state.redo), "Nothing to redo")
+    def show_state(self, state: PaintState) -> None:
+        """Show brush, start and history, as far as they are others than before."""
+        last, self._last = self._last, state
+        if last is None or state.brush != last.brush:
+            self._tools.show_tool(state.brush.tool)
+            self.show_brush(state.brush)
+        if last is None or (state.starts, state.start) != (last.starts, last.start):
+            self.show_starts(state)
+        now = (state.undo, state.redo, state.can_clear)
+        if last is None or now != (last.undo, last.redo, last.can_clear):
+            self._undo.set_available(bool(state.undo), "Nothing to undo")
+            self._redo.set_available(bool(state.redo), "Nothing to redo")
+            self.show_clear(state.can_clear)
+
+    def show_brush(self, brush: Brush) -> None:
+        """Show size, strength and the like."""
+        raise NotImplementedError
+
+    def show_starts(self, state: PaintState) -> None:
+        """Show what can be started from, and what was."""
+        raise NotImplementedError
+
+    def show_clear(self, works: bool) -> None:
+        """Show whether there are strokes to clear."""
+        raise NotImplementedError
 
 
 class ToolColumn(_Common):
@@ -268,19 +290,22 @@ class ToolColumn(_Common):
         foot.addWidget(self._clear)
         return foot
 
-    def show_state(self, state: PaintState) -> None:
-        """Show brush, start and history."""
-        brush = state.brush
-        self._tools.show_tool(brush.tool)
+    def show_brush(self, brush: Brush) -> None:
+        """Show size, strength and the like."""
         self.sliders.show_brush(brush)
         self._mirror.set_on(brush.mirror)
         self._pressure.set_on(brush.pen_pressure)
+
+    def show_starts(self, state: PaintState) -> None:
+        """Show what can be started from, and what was."""
         self._start.set_items(state.starts)
         self._start.box.set_available(bool(state.starts), state.notice)
-        if state.starts and self._start.key != state.start:
+        if state.starts:
             self._start.choose(state.start)
-        self._clear.set_available(state.can_clear, "Nothing painted yet")
-        self.show_history(state)
+
+    def show_clear(self, works: bool) -> None:
+        """Show whether there are strokes to clear."""
+        self._clear.set_available(works, "Nothing painted yet")
 
 
 class ToolStrip(_Common):
@@ -323,19 +348,22 @@ class ToolStrip(_Common):
         outer.setContentsMargins(0, 0, t.line_width, 0)
         outer.addWidget(Scroll(inner))
 
-    def show_state(self, state: PaintState) -> None:
-        """Show brush, start and history."""
-        brush = state.brush
-        self._tools.show_tool(brush.tool)
+    def show_brush(self, brush: Brush) -> None:
+        """Show mirror and pen pressure."""
         self._mirror.setChecked(brush.mirror)
         self._pressure.setChecked(brush.pen_pressure)
+
+    def show_starts(self, state: PaintState) -> None:
+        """Show what can be started from, and what was."""
         self._entries = [Entry(*entry) for entry in state.starts]
         self._chosen = state.start
         words = next((entry.text for entry in self._entries if entry.key == state.start), "")
         self._start.set_tip(f"Start from: {words}" if words else "Start from")
         self._start.set_available(bool(state.starts), state.notice)
-        self._clear.set_available(state.can_clear, "Nothing painted yet")
-        self.show_history(state)
+
+    def show_clear(self, works: bool) -> None:
+        """Show whether there are strokes to clear."""
+        self._clear.set_available(works, "Nothing painted yet")
 
     def _open_starts(self) -> None:
         self._popup.drop(self._start, self._entries, self._chosen, theme().px(_START_WIDTH))

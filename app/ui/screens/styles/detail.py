@@ -230,6 +230,7 @@ class Detail(Surface):
         self._legend, self._warning = _Legend(), _Warning()
         size: Size = "normal" if compact else "main"
         self.main = Button("Turn to this", kind="primary", size=size)
+        self.main.set_available(False)
         self.main.clicked.connect(self.main_asked)
         self.paint = Button("Paint", "brush", size=size)
         self.paint.set_tip("Paint on this style", "P")

@@ -25,8 +25,14 @@ __all__ = ["DESIGNED", "GuideColumn"]
 DESIGNED: Final = QSize(480, 804)
 """Size that the sizes of type are designed for."""
 
-_WALK: Final = ("I walk around the sitter", "I walk around")
-_SELFIE: Final = ("Selfie: I turn myself", "I turn myself")
+_MODES: Final = (
+    ("I walk around the sitter", "Selfie: I turn myself"),
+    ("I walk around", "I turn myself"),
+    ("I walk", "Selfie"),
+)
+"""Words of the two modes, and shorter ones for where there is less room."""
+
+_KEYS: Final = ("walk", "selfie")
 _LONG_DIRECTION: Final = 11  # letters; longer words are set smaller
 
 
@@ -45,7 +51,7 @@ class GuideColumn(QWidget):
         super().__init__()
         self._factor = factor
         self._shown: Guidance | None = None
-        self._mode = Segmented([("walk", _WALK[0]), ("selfie", _SELFIE[0])], "Who turns")
+        self._mode = Segmented(list(zip(_KEYS, _MODES[0], strict=True)), "Who turns")
         self._mode.chosen.connect(self.mode_chosen)
         self._pages = QStackedWidget()
         self._pages.addWidget(self._turn_page())
@@ -150,12 +156,12 @@ class GuideColumn(QWidget):
 
     def fit(self, width: int) -> None:
         """Take shorter words where the segmented control would be wider than there is room."""
-        room = width - 2 * self._px(24, 12)
-        for key, words in (("walk", _WALK), ("selfie", _SELFIE)):
-            self._mode.set_text(key, words[0])
-        if self._mode.sizeHint().width() > room:
-            for key, words in (("walk", _WALK), ("selfie", _SELFIE)):
-                self._mode.set_text(key, words[1])
+        room = width - 2 * self._px(24, 12) - 2 * theme().px(6)
+        for words in _MODES:
+            for key, text in zip(_KEYS, words, strict=True):
+                self._mode.set_text(key, text)
+            if sum(self._mode.part(key).sizeHint().width() for key in _KEYS) <= room:
+                break
 
     def set_mode(self, mode: str) -> None:
         """Say who moves."""

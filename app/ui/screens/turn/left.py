@@ -9,7 +9,6 @@ from PySide6.QtWidgets import (
     QBoxLayout,
     QHBoxLayout,
     QSizePolicy,
-    QStyle,
     QVBoxLayout,
     QWidget,
 )
@@ -41,6 +40,8 @@ _LOWEST_STRIP: Final = 96
 _LOWEST_WELL: Final = 84
 _WIDE: Final = 720  # from this width on the tools have one row
 _ROOM_FOR_QUESTION: Final = 320
+_ROOM_FOR_WORDS: Final = 160
+_LARGE_TEXT: Final = 1.1
 
 
 class LeftColumn(QWidget):
@@ -62,7 +63,7 @@ class LeftColumn(QWidget):
         self._presenter = presenter
         self._compact = compact
         self._aspect = 0.0
-        self._room = QSize()
+        self._room, self._bar = QSize(), 0
         self._arc_words = ""
         t = theme()
         self._side = t.px(24)
@@ -87,6 +88,7 @@ class LeftColumn(QWidget):
         column.addSpacing(t.px(8 if compact else 20))
         column.addLayout(self._tools_row())
         self._demo: LabelledSlider | None = None
+        self._demo_needs = 0
         self._column = column
         column.addStretch(1)
         self._question: Question | None = None
@@ -124,7 +126,9 @@ class LeftColumn(QWidget):
         t = theme()
         row = QHBoxLayout()
         row.setSpacing(t.px(8))
-        row.addWidget(Text("Background of this place", 16, 600, elide=True))
+        short = self._compact and t.scale > _LARGE_TEXT
+        title = "Background" if short else "Background of this place"
+        row.addWidget(Text(title, 16, 600, elide=True))
         if not self._compact:
             row.addWidget(Text("the scale counts the turn", 14, role="dim", elide=True))
         row.addStretch(1)
@@ -168,22 +172,50 @@ class LeftColumn(QWidget):
     def _with_demo(self) -> LabelledSlider:
         """Make the slider of the demo's camera when there is one."""
         if self._demo is None:
-            self._demo = LabelledSlider(
-                "Demo: where the camera is", -179, 180, 0, 1, signed, default=0.0, inline=True
-            )
-            self._demo.changed.connect(self._presenter.demo_turn)
-            place = self._column.count() - 1
-            self._column.insertSpacing(place, theme().px(8))
-            self._column.insertWidget(place + 1, self._demo)
+            self._demo = self._make_demo(short=False)
+            self._column.insertSpacing(self._column.count() - 1, theme().px(8))
+            self._column.insertWidget(self._column.count() - 1, self._demo)
             QWidget.setTabOrder(self._overlay, self._demo)
             self._fit()
         return self._demo
 
+    def _make_demo(self, short: bool) -> LabelledSlider:
+        name = "Demo camera" if short else "Demo: where the camera is"
+        demo = LabelledSlider(name, -179, 180, 0, 1, signed, default=0.0, inline=not short)
+        demo.changed.connect(self._presenter.demo_turn)
+        return demo
+
+    def _fit_demo(self, inner: int) -> None:
+        """Put the label above the rail, and shorten it, where a line is too short for both."""
+        if self._demo is None:
+            return
+        long = self._demo.accessibleName() != "Demo camera"
+        needs = self._demo.minimumSizeHint().width() if long else self._demo_needs
+        if long:
+            self._demo_needs = needs
+        if long == (needs <= inner):
+            return
+        old, self._demo = self._demo, self._make_demo(short=long)
+        self._demo.set_value(old.amount)
+        self._column.replaceWidget(old, self._demo)
+        self._demo.show()
+        QWidget.setTabOrder(self._overlay, self._demo)
+        old.hide()
+        old.deleteLater()
+
     # -- size ----------------------------------------------------------------------------------
 
-    def fit(self, room: QSize) -> None:
-        """Give every picture the size that it has in so much room."""
-        self._room = room
+    def fit(self, room: QSize, bar: int) -> None:
+        """Give every picture the size that it has in so much room.
+
+        Parameters
+        ----------
+        room : QSize
+            Logical pixels.
+        bar : int
+            Width of the bar at the side where it has to be scrolled.
+        """
+        self._room, self._bar = room, bar
         self._fit()
 
     def _fit(self) -> None:
@@ -193,8 +225,9 @@ class LeftColumn(QWidget):
         well, strip_h, needed = self._shared_out(width)
         if needed > height:
             # What does not fit is scrolled to, with a bar at the side.
-            bar = self.style().pixelMetric(QStyle.PixelMetric.PM_ScrollBarExtent)
-            well, strip_h, _ = self._shared_out(width - bar)
+            well, strip_h, _ = self._shared_out(width - self._bar)
+        for words in (self._live_words, self._goal_words):
+            words.setVisible(well.width() >= theme().px(_ROOM_FOR_WORDS))
         self.live.setFixedSize(well)
         self.goal.setFixedSize(well)
         self.strip.setFixedHeight(strip_h + theme().px(_SCALE))
@@ -215,6 +248,7 @@ class LeftColumn(QWidget):
         beside = inner >= sliders
         self._first.setDirection(way.LeftToRight if beside else way.TopToBottom)
         self._first.setSpacing(t.px(24 if beside else 8))
+        self._fit_demo(inner)
         fixed = self._fixed_height(one_row)
         if not beside:
             fixed += t.px(8) + self._overlay.sizeHint().height()

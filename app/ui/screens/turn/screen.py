@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QSize, Qt, QTimer
-from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from app.ui.presenters.turn_state import TurnSizes, TurnState
 from app.ui.screens.turn.column import DESIGNED, GuideColumn
@@ -51,7 +51,7 @@ class TurnScreen(QWidget):
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.setProperty("noFocusRing", True)
         self._stack = QStackedWidget()
-        self._empty = Empty("", "", "turn")
+        self._empty = Empty("")
         self._empty.pressed.connect(lambda _number: presenter.fill())
         self._body = QWidget()
         self._stack.addWidget(self._empty)
@@ -124,7 +124,8 @@ class TurnScreen(QWidget):
         if wanted != self._factor:
             self._make_column(wanted)
         self.column.fit(width - t.line_width)
-        self.left.fit(QSize(room.width() - width, room.height()))
+        bar = self._left_scroll.verticalScrollBar().sizeHint().width()
+        self.left.fit(QSize(room.width() - width, room.height()), bar)
 
     def _column_width(self) -> int:
         t, width = theme(), self.width()
@@ -165,8 +166,14 @@ class TurnScreen(QWidget):
         """Go on while it can be seen; keys belong to the screen until something takes them."""
         super().showEvent(event)
         self._clock.start()
-        self.setFocus(Qt.FocusReason.OtherFocusReason)
         self._arrange()
+        # Later: whoever brings the screen to the front moves the focus after this.
+        QTimer.singleShot(0, self, self._take_keys)
+
+    def _take_keys(self) -> None:
+        focus = QApplication.focusWidget()
+        if self.isVisible() and (focus is None or not self.isAncestorOf(focus)):
+            self.setFocus(Qt.FocusReason.OtherFocusReason)
 
     def hideEvent(self, event: QHideEvent) -> None:
         """Nothing goes on where nobody looks."""

@@ -1,0 +1,181 @@
+"""The Turn screen's presenter with a lamp at a known azimuth and a webcam that does as told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+from unittest.mock import MagicMock
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from app.core.angles import wrap
+from app.core.environment import Environment
+from app.core.errors import CoreError
+from app.core.light_here import LightHere, prepare
+from app.core.settings import Settings
+from app.core.solve import solve_all
+from app.core.turning.heading import Heading
+from app.devices.clock import VirtualClock
+from app.devices.mailbox import Mailbox
+from app.devices.webcam import WebcamError, WebcamFrame, WebcamState
+from app.ui.presenters import turn_sight
+from app.ui.presenters.model import Head, Model, Step
+from app.ui.presenters.services import Folders, Services
+from app.ui.presenters.turn import TurnPresenter
+from app.ui.presenters.turn_state import TurnState, TurnView
+from app.ui.presenters.undo import UndoStack
+from app.ui.presenters.work import ImmediateRunner
+from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
+
+__all__ = ["FakeWebcam", "Rig", "frame_of", "lit_from"]
+
+UNSEEN = 999.0
+"""Heading of a picture in which nothing is found."""
+
+
+def lit_from(azimuth_deg: float) -> LightHere:
+    """Light of one lamp at a panorama azimuth, a little fill around it."""
+    luminance = lamp_environment(azimuth_deg, 20.0, fill=0.02)
+    radiance = np.repeat(luminance[..., None], 3, axis=2).astype(np.float32)
+    return prepare(Environment(radiance, "lamp"))
+
+
+def frame_of(heading_deg: float, shape: tuple[int, int] = (72, 128)) -> NDArray[np.uint8]:
+    """Picture that says in its first pixel where the camera points; its left half is darker."""
+    picture = np.full((*shape, 3), 200, np.uint8)
+    picture[:, : shape[1] // 2] = 60
+    code = round((heading_deg + 180.0) * 10.0)
+    picture[0, 0] = (code // 256, code % 256, 7)
+    return picture
+
+
+def _read(picture: NDArray[np.uint8], *_: Any, **__: Any) -> Heading:
+    heading = (int(picture[0, 0, 0]) * 256 + int(picture[0, 0, 1])) / 10.0 - 180.0
+    if heading > 360.0:
+        return Heading("unsure", None)
+    return Heading("found", wrap(heading), inliers=142, confidence=1.0)
+
+
+@dataclass
+class FakeWebcam:
+    """A webcam whose pictures and troubles a test decides on."""
+
+    name: str = "Fake webcam"
+    fov_deg: float = 60.0
+    state: WebcamState = WebcamState.OFF
+    error: WebcamError | None = None
+    fps: float = 24.0
+    count: int = 0
+    frames: Mailbox[WebcamFrame] = field(default_factory=Mailbox)
+    closed: int = 0
+
+    def open(self) -> None:
+        self.state = WebcamState.CONNECTING
+
+    def close(self, wait_s: float = 0.5) -> None:
+        assert wait_s == 0.0, "nobody waits for a webcam on the thread of the screens"
+        self.state, self.closed = WebcamState.OFF, self.closed + 1
+
+    def send(self, picture: NDArray[np.uint8]) -> None:
+        self.state, self.count = WebcamState.LIVE, self.count + 1
+        self.frames.put(WebcamFrame(picture, self.count, 0.0))
+
+    def unplug(self) -> None:
+        self.state = WebcamState.LOST
+
+
+class Rig:
+    """Model, services, presenter and a view that remembers the last state."""
+
+    def __init__(
+        self,
+        patch: pytest.MonkeyPatch,
+        *,
+        lamp_deg: float = 60.0,
+        style: str = "butterfly",
+        webcams: int = 1,
+        **settings: Any,
+    ) -> None:
+        patch.setattr(turn_sight, "find_heading", _read)
+        patch.setattr(turn_sight, "build_index", self._index)
+        values = {"camera_looks": "sitter", "sounds": False, **settings}
+        self.model = Model(Settings(**values))
+        self.clock = VirtualClock(100.0)
+        self.runner = ImmediateRunner()
+        self.webcams = [FakeWebcam(f"Webcam {n + 1}") for n in range(webcams)]
+        self.devices = MagicMock(spec=["webcams", "webcam"])
+        self.devices.webcams.side_effect = lambda: tuple(
+            (n, one.name) for n, one in enumerate(self.webcams)
+        )
+        self.devices.webcam.side_effect = lambda index: self.webcams[index]
+        self.sounds, self.notify = MagicMock(), MagicMock()
+        self.blank = False
+        here = Path("nowhere")
+        self.services = Services(
+            self.model,
+            self.runner,
+            self.notify,
+            UndoStack(),
+            self.clock,
+            lambda: datetime(2026, 11, 21, tzinfo=UTC),
+            self.devices,
+            Folders(here, here, here, here, here),
+            self.sounds,
+        )
+        pack = synthetic_pack()
+        self.head = Head("synthetic", "Synthetic head", pack, lambert_sphere_transport())
+        light = lit_from(lamp_deg)
+        results = solve_all(pack, light.luminance, "picture", epsilon=0.0, min_strength=0.0)
+        self.model.update(
+            head=self.head, light=light, results=results, chosen=style, step=Step.TURN
+        )
+        self.view = MagicMock(spec=TurnView)
+        self.presenter = TurnPresenter(self.services, MagicMock())
+
+    def _index(self, *_: Any) -> object:
+        if self.blank:
+            raise CoreError("There is nothing in this panorama.", "Turn by the number.")
+        return object()
+
+    @property
+    def webcam(self) -> FakeWebcam:
+        return self.webcams[0]
+
+    @property
+    def goal(self) -> float:
+        goal = self.model.target_turn_deg
+        assert goal is not None
+        return goal
+
+    @property
+    def state(self) -> TurnState:
+        shown: TurnState = self.view.show_state.call_args[0][0]
+        return shown
+
+    def start(self) -> None:
+        self.presenter.attach(self.view)
+        self.presenter.entered()
+
+    def tick(self, times: int = 1, seconds: float = 0.04) -> TurnState:
+        for _ in range(times):
+            self.clock.sleep(seconds)
+            self.presenter.tick()
+        return self.state
+
+    def point(self, heading_deg: float) -> TurnState:
+        """Point the camera to a panorama azimuth."""
+        self.webcam.send(frame_of(heading_deg))
+        return self.tick(2)
+
+    def turn_to(self, turn_deg: float) -> TurnState:
+        """Turn the sitter, a camera that looks at them with them."""
+        return self.point(wrap(turn_deg + 180.0))
+
+    def lose(self) -> TurnState:
+        """Point the camera where nothing is known."""
+        self.webcam.send(frame_of(UNSEEN))
+        return self.tick(2)

@@ -1,0 +1,353 @@
+"""The Turn screen's view: by mouse and keyboard, in all sizes and themes, for those who listen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtGui import QColor, QImage
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QAbstractButton, QApplication, QSlider, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.core.angles import wrap
+from app.core.paths import resources
+from app.devices.webcam import SimulatedWebcam
+from app.ui.presenters.model import Step
+from app.ui.screens.turn import TurnScreen
+from app.ui.screens.turn.question import Question
+from app.ui.theme import set_theme, theme
+from app.ui.widgets.menus import Menu
+from app.ui.widgets.segmented import Segmented
+from tests.helpers.turn_rig import Rig, frame_of
+
+FULL, COMPACT = (1352, 804), (952, 620)
+
+
+class Shown:
+    """A screen on its presenter, ticking only when a test says so."""
+
+    def __init__(self, rig: Rig, qtbot: QtBot, size: tuple[int, int] = FULL) -> None:
+        self.rig = rig
+        self.screen = TurnScreen(rig.presenter, size[0] < FULL[0])
+        qtbot.addWidget(self.screen)
+        self.screen.resize(*size)
+        rig.presenter.attach(self.screen)
+        self.screen.show()
+        self.screen._clock.stop()
+        rig.presenter.entered()
+
+    def turn_to(self, turn_deg: float) -> None:
+        """Turn the sitter; the view is a real one here, so nothing is read off a mock."""
+        self.rig.webcam.send(frame_of(wrap(turn_deg + 180.0), (360, 640)))
+        self.tick(3)
+
+    def tick(self, times: int = 1, seconds: float = 0.04) -> None:
+        for _ in range(times):
+            self.rig.clock.sleep(seconds)
+            self.rig.presenter.tick()
+
+    def image(self) -> QImage:
+        return self.screen.grab().toImage()
+
+
+@pytest.fixture
+def make(monkeypatch: pytest.MonkeyPatch, qtbot: QtBot) -> Iterator[Callable[..., Shown]]:
+    made: list[Shown] = []
+
+    def make_one(size: tuple[int, int] = FULL, demo: bool = False, **settings: object) -> Shown:
+        rig = Rig(monkeypatch, **settings)  # type: ignore[arg-type]
+        if demo:
+            rig.devices.simulated = SimulatedWebcam(resources() / "demo" / "location" / "views")
+        made.append(Shown(rig, qtbot, size))
+        return made[-1]
+
+    yield make_one
+    for one in made:
+        one.rig.presenter.left()
+        one.rig.presenter.detach()
+
+
+def click(widget: QWidget, button: Qt.MouseButton) -> None:
+    QTest.mouseClick(widget, button)
+
+
+def press(
+    widget: QWidget,
+    key: Qt.Key,
+    modifiers: Qt.KeyboardModifier = Qt.KeyboardModifier.NoModifier,
+) -> None:
+    QTest.keyClick(widget, key, modifiers)
+
+
+def words_on(shown: Shown) -> dict[str, str]:
+    column = shown.screen.column
+    return {
+        "direction": column._direction.words,
+        "walk": column._walk.words,
+        "pill": column._pill.words,
+        "number": column._degrees.accessibleName(),
+        "arrow": column._arrow.sign,
+    }
+
+
+def test_what_the_presenter_says_is_on_the_screen(make: Callable[..., Shown]) -> None:
+    shown = make()
+    shown.turn_to(shown.rig.goal - 40.0)
+    said = words_on(shown)
+    assert said["direction"] == "clockwise"
+    assert said["walk"] == "Walk to your left"
+    assert said["number"] == "40° to go"
+    assert said["arrow"] == "clockwise"
+    assert said["pill"].startswith("In the light in ")
+    shown.turn_to(shown.rig.goal - 4.0)
+    assert words_on(shown)["number"] == "4° to the best"
+    assert shown.screen.column._pill.filled
+
+
+def test_segmented_by_mouse_and_by_keyboard(make: Callable[..., Shown]) -> None:
+    shown = make()
+    shown.turn_to(shown.rig.goal - 40.0)
+    mode = shown.screen.column.findChild(Segmented)
+    assert mode is not None
+    click(mode.part("selfie"), Qt.MouseButton.LeftButton)
+    assert shown.rig.model.settings.mode == "selfie"
+    assert words_on(shown)["walk"] == "Turn to your right"
+    press(mode, Qt.Key.Key_Left)
+    assert shown.rig.model.settings.mode == "walk"
+
+
+def test_the_question_is_answered_by_mouse(make: Callable[..., Shown]) -> None:
+    shown = make(camera_looks="ask")
+    assert shown.screen.findChildren(Question) == []
+    shown.turn_to(0.0)
+    question = shown.screen.left.question
+    assert question is not None
+    assert shown.screen.left.live.geometry().contains(question.geometry().center())
+    click(question.answers["me"], Qt.MouseButton.LeftButton)
+    assert shown.rig.model.settings.camera_looks == "me"
+    assert question.isHidden()
+
+
+def test_the_question_is_answered_by_keyboard(make: Callable[..., Shown]) -> None:
+    shown = make(COMPACT, camera_looks="ask")
+    shown.turn_to(0.0)
+    question = shown.screen.left.question
+    assert question is not None
+    names = [answer.accessibleName() for answer in question.answers.values()]
+    assert names == ["The camera looks at the sitter", "The camera looks at me, the photographer"]
+    chain = focus_chain(shown.screen)
+    assert chain.index(question.answers["sitter"]) < chain.index(shown.screen.left.strip)
+    press(question.answers["sitter"], Qt.Key.Key_Return)
+    assert shown.rig.model.settings.camera_looks == "sitter"
+
+
+def test_alignment_by_mouse_and_opacity_by_keyboard(make: Callable[..., Shown]) -> None:
+    shown = make()
+    align, overlay = shown.screen.left._align, shown.screen.left._overlay
+    assert not align.isEnabled()
+    assert align.toolTip() == "There is no live picture to lay over the goal."
+    shown.turn_to(shown.rig.goal - 10.0)
+    click(align, Qt.MouseButton.LeftButton)
+    shown.tick(2)
+    assert align.text() == "Stop alignment"
+    before = shown.screen.left.live.picture
+    press(overlay, Qt.Key.Key_Home)
+    shown.tick(2)
+    goal, live = shown.screen.left.goal.picture, shown.screen.left.live.picture
+    assert before is not None
+    assert goal is not None
+    assert live is not None
+    assert np.abs(live.astype(int) - goal).max() <= 1, "at 0 % only the goal is seen"
+    assert np.abs(before.astype(int) - goal).max() > 10
+
+
+def test_arrows_move_the_demo_camera_from_anywhere_free(make: Callable[..., Shown]) -> None:
+    shown = make(demo=True)
+    simulated = shown.rig.devices.simulated
+    shown.screen.setFocus()
+    press(shown.screen, Qt.Key.Key_Right)
+    press(shown.screen, Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier)
+    assert simulated.turn_deg == 11.0
+    press(shown.screen.left.strip, Qt.Key.Key_Left)
+    assert simulated.turn_deg == 10.0
+    demo = shown.screen.left.demo
+    assert demo is not None
+    assert demo.accessibleName() == "Demo: where the camera is"
+    assert demo.accessibleDescription() == "10°"
+    press(demo, Qt.Key.Key_Left)
+    assert simulated.turn_deg == 9.0
+
+
+def test_a_real_webcam_has_no_demo_slider(make: Callable[..., Shown]) -> None:
+    shown = make()
+    shown.turn_to(0.0)
+    assert shown.screen.left.demo is None
+    press(shown.screen, Qt.Key.Key_Right)
+
+
+def test_unplugged_is_dim_with_its_sentence(make: Callable[..., Shown]) -> None:
+    shown = make()
+    shown.turn_to(10.0)
+    picture = shown.screen.left.live.picture
+    shown.rig.webcam.unplug()
+    shown.tick()
+    assert shown.screen.left.live.dim
+    assert shown.screen.left.live.picture is picture
+    assert shown.screen.left.live.message.startswith("The webcam went away.")
+    assert shown.screen.column._sentence.text().startswith("The webcam went away.")
+    shown.turn_to(10.0)
+    assert not shown.screen.left.live.dim
+
+
+def test_empty_has_the_button_that_fills_it(make: Callable[..., Shown]) -> None:
+    shown = make()
+    shown.rig.model.update(light=None)
+    buttons = [b for b in shown.screen.findChildren(QAbstractButton) if b.isVisible()]
+    assert [b.text() for b in buttons] == ["Go to Probe"]
+    click(buttons[0], Qt.MouseButton.LeftButton)
+    assert shown.rig.model.step is Step.PROBE
+
+
+def test_the_clock_runs_only_while_it_can_be_seen(make: Callable[..., Shown]) -> None:
+    shown = make()
+    shown.screen.hide()
+    assert not shown.screen._clock.isActive()
+    shown.screen.show()
+    assert shown.screen._clock.isActive()
+    shown.screen._clock.stop()
+
+
+def test_webcams_can_be_chosen_from_a_menu(make: Callable[..., Shown]) -> None:
+    shown = make(webcams=2)
+    shown.turn_to(0.0)
+    click(shown.screen.left._more, Qt.MouseButton.LeftButton)
+    menu = shown.screen.left.findChild(Menu)
+    assert menu is not None
+    actions = {action.text(): action for action in menu.actions()}
+    assert {"Webcam 1", "Webcam 2", "It looks at the sitter", "It looks at me"} <= set(actions)
+    actions["Webcam 2"].trigger()
+    menu.close()
+    assert shown.rig.model.settings.webcam == 1
+
+
+# -- size, theme, names ------------------------------------------------------------------------
+
+
+def focus_chain(screen: QWidget) -> list[QWidget]:
+    chain: list[QWidget] = []
+    here = screen.nextInFocusChain()
+    while here is not None and here is not screen and len(chain) < 300:
+        if here.focusPolicy() & Qt.FocusPolicy.TabFocus and here.isVisible():
+            chain.append(here)
+        here = here.nextInFocusChain()
+    return chain
+
+
+@pytest.mark.parametrize("size", [FULL, COMPACT, (2560, 1400)])
+def test_everything_with_the_focus_has_a_name(
+    make: Callable[..., Shown], size: tuple[int, int]
+) -> None:
+    shown = make(size, demo=True)
+    shown.turn_to(0.0)
+    chain = focus_chain(shown.screen)
+    assert sum(isinstance(one, (QAbstractButton, QSlider)) for one in chain) >= 5
+    assert [one for one in chain if not one.accessibleName()] == []
+
+
+def test_the_guide_is_one_sentence_for_those_who_listen(make: Callable[..., Shown]) -> None:
+    shown = make()
+    shown.turn_to(shown.rig.goal - 40.0)
+    pages = shown.screen.column._pages
+    assert pages.accessibleName() == "What to do"
+    assert pages.accessibleDescription().startswith("40° to go, clockwise. Walk to your left.")
+    assert "goal" in shown.screen.left.strip.accessibleDescription()
+
+
+def test_as_designed_at_the_full_size(make: Callable[..., Shown]) -> None:
+    shown = make()
+    shown.rig.webcam.send(np.full((400, 600, 3), 90, np.uint8))
+    shown.tick(2)
+    left = shown.screen.left
+    assert (left.live.width(), left.live.height()) == (404, 269)
+    assert left.goal.x() - left.live.x() == 420
+    assert (left.strip_size.width(), left.strip_size.height()) == (824, 220)
+    assert shown.screen._right.width() == 480
+    shown.turn_to(shown.rig.goal - 23.0)
+    assert shown.screen.column._degrees.figure_font().pixelSize() == 224
+
+
+def test_wells_keep_the_whole_width_of_a_wider_camera(make: Callable[..., Shown]) -> None:
+    shown = make()
+    shown.turn_to(0.0)
+    assert (shown.screen.left.live.width(), shown.screen.left.live.height()) == (404, 227)
+    picture = shown.screen.left.live.picture
+    assert picture is not None
+    assert picture.shape == (227, 404, 3)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.5, 2.0])
+@pytest.mark.parametrize("size", [FULL, COMPACT, (1832, 984), (3752, 2064)])
+def test_nothing_overlaps_or_leaves_its_column(
+    make: Callable[..., Shown], size: tuple[int, int], scale: float
+) -> None:
+    set_theme("dark", scale)
+    if scale > 1.0 and size == FULL:
+        size = (1296, 740)
+    shown = make(size, demo=True)
+    shown.turn_to(-100.0)
+    QApplication.processEvents()
+    shown.screen.grab()
+    left = shown.screen.left
+    room = shown.screen._left_scroll.viewport().width()
+    parts = [left.live, left.goal, left.strip, left._align, left._overlay, left._quality]
+    assert left.demo is not None
+    parts.append(left.demo)
+    areas = [QRect(part.mapTo(left, QPoint(0, 0)), part.size()) for part in parts]
+    for one in areas:
+        assert one.left() >= 0
+        assert one.right() < room
+    for first in range(len(areas)):
+        for second in range(first):
+            assert not areas[first].intersects(areas[second])
+    column = shown.screen.column
+    assert column.width() <= shown.screen._right.width()
+    if scale == 1.0:
+        assert column.height() <= size[1], "without scrolling"
+        assert left.height() <= size[1]
+
+
+def test_the_right_column_is_amber_in_contrast(make: Callable[..., Shown]) -> None:
+    set_theme("contrast")
+    shown = make()
+    shown.turn_to(0.0)
+    image = shown.image()
+    assert QColor(image.pixel(1340, 400)) == theme().c.amberfill
+
+
+def test_the_live_picture_is_drawn_as_it_came(make: Callable[..., Shown]) -> None:
+    shown = make()
+    shown.turn_to(0.0)
+    area = shown.screen.left.live.geometry()
+    image = shown.image()
+    left = QColor(image.pixel(area.x() + 60, area.center().y())).red()
+    right = QColor(image.pixel(area.right() - 60, area.center().y())).red()
+    assert (left, right) == (60, 200)
+
+
+def test_no_part_opens_a_window_of_its_own(make: Callable[..., Shown]) -> None:
+    """A part shown before it has a parent would take the focus from the real window."""
+    shown = make(demo=True, camera_looks="ask")
+    shown.turn_to(0.0)
+    windows = [one for one in QApplication.topLevelWidgets() if one.isVisible()]
+    assert windows == [shown.screen]
+
+
+def test_keys_go_to_the_screen_when_it_comes_to_the_front(
+    make: Callable[..., Shown], qtbot: QtBot
+) -> None:
+    shown = make(demo=True)
+    shown.screen.activateWindow()
+    qtbot.waitUntil(lambda: QApplication.focusWidget() is shown.screen)

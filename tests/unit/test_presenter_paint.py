@@ -1,0 +1,392 @@
+"""Painting through the presenter: sides and signs, undo, drafts, and what is said when."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from unittest.mock import MagicMock
+
+import numpy as np
+import pytest
+
+from app.core.angles import difference
+from app.core.painting import NOTHING_PAINTED, ONE_SIDED, Tool, load_draft
+from app.ui.presenters.model import Step
+from app.ui.presenters.paint_live import NO_LIGHT, NOTHING
+from app.ui.presenters.paint_state import PaintState, PaintView, Shown
+from tests.helpers.paint_studio import Studio, lamp_light, studio
+
+LEFT, RIGHT = ((0.72, 0.35), (0.72, 0.65)), ((0.28, 0.35), (0.28, 0.65))  # of the sitter
+
+
+@pytest.fixture
+def room(tmp_path: Path) -> Studio:
+    return studio(tmp_path)
+
+
+def _view(room: Studio) -> MagicMock:
+    view = MagicMock(spec=PaintView)
+    room.presenter.attach(view)
+    return view
+
+
+def _state(room: Studio) -> PaintState:
+    return room.presenter.resolve()
+
+
+def _two_sides(room: Studio, bright: object = LEFT, dark: object = RIGHT) -> None:
+    room.presenter.tools.set_strength(1.0)
+    room.presenter.tools.set_size(140)
+    room.presenter.tools.choose_tool(Tool.BRIGHTER)
+    room.stroke(*bright)  # type: ignore[misc]
+    room.presenter.tools.choose_tool(Tool.DARKER)
+    room.stroke(*dark)  # type: ignore[misc]
+
+
+@pytest.mark.parametrize("lamp_deg", [0.0, -100.0])
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_brighter_on_a_side_turns_that_side_to_the_lamp(
+    tmp_path: Path, lamp_deg: float, side: str
+) -> None:
+    room = studio(tmp_path, lamp_deg)
+    room.enter()
+    _two_sides(room, *((LEFT, RIGHT) if side == "left" else (RIGHT, LEFT)))
+    live = _state(room).live
+    turned = difference(live.turn_deg, lamp_deg)
+    assert 45.0 <= (turned if side == "left" else -turned) <= 95.0
+    assert live.way == ("clockwise" if live.turn_deg > 0 else "counter-clockwise")
+    assert live.direction == live.way
+    assert live.turn == f"{abs(round(live.turn_deg))}°"
+    assert live.weights is not None
+    half = live.weights.shape[1] // 2
+    # Light helps on the panorama's left, which the sitter at turn 0 has at their left.
+    helps = live.weights[:, :half].sum() - live.weights[:, half:].sum()
+    assert (helps > 0) == (side == "left")
+
+
+def test_where_the_photographer_stands_moves_the_numbers_only(room: Studio) -> None:
+    room.enter()
+    _two_sides(room)
+    before = _state(room).live
+    room.model.update(front_deg=30.0)
+    after = _state(room).live
+    assert difference(after.turn_deg, before.turn_deg) == pytest.approx(-30.0, abs=1e-6)
+    assert after.match == before.match
+    assert before.picture is not None
+    np.testing.assert_array_equal(after.picture, before.picture)
+
+
+def test_everything_follows_while_the_pen_moves(room: Studio) -> None:
+    view = _view(room)
+    room.enter("left-split")
+    room.presenter.press((120.0, 200.0, 1.0))
+    seen = view.show_state.call_args.args[0].live
+    view.reset_mock()
+    room.presenter.draw([(130.0, 200.0, 1.0), (160.0, 210.0, 1.0)])
+    canvas, regions = view.canvas_changed.call_args.args
+    assert canvas.touched
+    # Only what the brush has touched, and all of it.
+    changed = np.argwhere(canvas.weights != canvas.start_weights)
+    low, high = changed.min(axis=0), changed.max(axis=0)
+    assert min(one.left for one in regions) >= low[1] - 40
+    assert max(one.right for one in regions) <= high[1] + 40
+    live = view.show_state.call_args.args[0].live
+    assert live.weights is not seen.weights
+    assert live.curve != seen.curve
+    assert live.picture is not None
+    view.show_state.assert_called_once()
+
+
+def test_strokes_are_undone_and_done_again_exactly(room: Studio) -> None:
+    room.enter("left-loop")
+    undo = room.services.undo
+    states = [room.presenter.canvas]
+    live = [_state(room).live]
+    for points in (LEFT, RIGHT, ((0.5, 0.4), (0.5, 0.6))):
+        room.stroke(*points)
+        states.append(room.presenter.canvas)
+        live.append(_state(room).live)
+    for back in (2, 1, 0):
+        assert undo.undo_words == "stroke"
+        undo.undo()
+        np.testing.assert_array_equal(room.presenter.canvas.weights, states[back].weights)  # type: ignore[union-attr]
+        assert _state(room).live.curve == live[back].curve
+    undo.redo()
+    np.testing.assert_array_equal(room.presenter.canvas.weights, states[1].weights)  # type: ignore[union-attr]
+    assert _state(room).undo == "stroke"
+
+
+def test_undo_counts_the_bytes_of_its_tiles(room: Studio) -> None:
+    room.enter()
+    room.stroke((0.5, 0.5))
+    step = room.services.undo._done[-1]
+    assert step.size == 2 * 4 * 64 * 64 or step.size % (2 * 4) == 0
+    assert 2 * 4 * 64 * 64 <= step.size <= 2 * 4 * 64 * 64 * 8
+
+
+def test_undo_in_the_gallery_brings_the_painting_back(room: Studio) -> None:
+    room.enter("left-split")
+    room.stroke(*LEFT)
+    room.leave()
+    room.services.undo.undo()
+    room.presenter.entered()  # what the window does when the model says so
+    assert (room.model.step, room.model.painting) == (Step.STYLES, "left-split")
+    assert room.presenter.canvas is not None
+    assert not room.presenter.canvas.touched
+
+
+def test_clearing_is_one_step_that_can_be_undone(room: Studio) -> None:
+    room.enter("left-loop")
+    room.stroke(*LEFT)
+    room.stroke(*RIGHT)
+    painted = room.presenter.canvas
+    assert painted is not None
+    room.presenter.clear()
+    assert not _state(room).can_clear
+    assert room.services.undo.undo_words == "clearing"
+    room.services.undo.undo()
+    np.testing.assert_array_equal(room.presenter.canvas.weights, painted.weights)  # type: ignore[union-attr]
+
+
+def test_undo_while_painting_gives_the_stroke_up_and_no_more(room: Studio) -> None:
+    room.enter()
+    room.stroke(*LEFT)
+    kept = room.presenter.canvas
+    room.presenter.press((50.0, 50.0, 1.0))
+    room.presenter.draw([(80.0, 80.0, 1.0)])
+    room.presenter.undo()
+    np.testing.assert_array_equal(room.presenter.canvas.weights, kept.weights)  # type: ignore[union-attr]
+    assert room.services.undo.undo_words == "stroke"
+    room.presenter.draw([(90.0, 90.0, 1.0)])
+    room.presenter.lift()
+    np.testing.assert_array_equal(room.presenter.canvas.weights, kept.weights)  # type: ignore[union-attr]
+
+
+def test_draft_is_kept_and_found_after_a_crash(tmp_path: Path) -> None:
+    room = studio(tmp_path)
+    room.enter("left-split")
+    room.stroke(*LEFT)
+    painted = room.presenter.canvas
+    assert painted is not None
+    # Nobody says goodbye: another program start on the same folder.
+    again = studio(tmp_path)
+    again.enter("left-split")
+    found = again.presenter.canvas
+    assert found is not None
+    np.testing.assert_array_equal(found.weights, painted.weights)
+    np.testing.assert_array_equal(found.start_weights, painted.start_weights)
+    assert any("Your draft of My Split is back" in one for one in again.told.messages)
+    again.told.actions["Start afresh"]()
+    assert not again.presenter.canvas.touched  # type: ignore[union-attr]
+    assert not list(again.drafts.glob("*"))
+
+
+def test_each_start_has_a_draft_of_its_own(room: Studio) -> None:
+    room.enter("left-split")
+    room.stroke(*LEFT)
+    split = room.presenter.canvas
+    room.leave()
+    room.enter("")
+    assert not room.presenter.canvas.touched  # type: ignore[union-attr]
+    room.stroke(*RIGHT)
+    room.leave()
+    assert sorted(path.name for path in room.drafts.iterdir()) == [
+        "paint-left-split.npz",
+        "paint.npz",
+    ]
+    room.enter("left-split")
+    np.testing.assert_array_equal(room.presenter.canvas.weights, split.weights)  # type: ignore[union-attr]
+
+
+def test_leaving_ends_the_stroke_keeps_the_draft_and_offers_to_go_on(room: Studio) -> None:
+    room.enter("left-loop")
+    room.presenter.press((100.0, 100.0, 1.0))
+    room.presenter.draw([(150.0, 150.0, 1.0)])
+    room.leave()
+    assert room.told.messages[-1].startswith("Draft kept")
+    assert load_draft(room.drafts / "paint-left-loop.npz").canvas.touched
+    room.told.actions["Continue"]()
+    assert (room.model.step, room.model.painting) == (Step.STYLES, "left-loop")
+
+
+def test_leaving_without_a_stroke_says_nothing_and_leaves_no_file(room: Studio) -> None:
+    room.enter("left-loop")
+    room.leave()
+    assert room.told.messages == []
+    assert not room.drafts.exists()
+
+
+def test_a_stroke_that_is_undone_leaves_no_draft(room: Studio) -> None:
+    room.enter()
+    room.stroke(*LEFT)
+    assert (room.drafts / "paint.npz").exists()
+    room.services.undo.undo()
+    assert not (room.drafts / "paint.npz").exists()
+
+
+def test_damaged_draft_is_told_and_left_as_it_is(tmp_path: Path) -> None:
+    damaged = tmp_path / "drafts" / "paint.npz"
+    damaged.parent.mkdir()
+    damaged.write_bytes(b"no draft at all")
+    room = studio(tmp_path)
+    room.enter()
+    assert "paint.npz" in room.told.messages[0]
+    room.stroke(*LEFT)
+    room.leave()
+    assert damaged.read_bytes() == b"no draft at all"
+    again = studio(tmp_path)
+    again.enter()
+    assert again.presenter.canvas is not None
+    assert again.presenter.canvas.touched
+
+
+def test_full_disk_under_the_drafts_is_told_once(
+    room: Studio, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_args: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("app.ui.presenters.paint_drafts.save_draft", full)
+    room.enter()
+    room.stroke(*LEFT)
+    room.stroke(*RIGHT)
+    assert len([one for one in room.told.messages if "cannot be kept" in one]) == 1
+    assert room.presenter.canvas is not None
+    assert room.presenter.canvas.touched
+    monkeypatch.undo()
+    room.stroke(*LEFT)
+    assert load_draft(room.drafts / "paint.npz").canvas.touched
+
+
+def test_another_start_keeps_what_was_painted_and_can_be_undone(room: Studio) -> None:
+    room.enter("left-split")
+    room.stroke(*LEFT)
+    painted = room.presenter.canvas
+    room.presenter.choose_start("butterfly")
+    assert (room.model.painting, _state(room).start) == ("butterfly", "butterfly")
+    assert not room.presenter.canvas.touched  # type: ignore[union-attr]
+    assert room.told.messages[-1].startswith("Draft kept")
+    room.services.undo.undo()
+    assert _state(room).start == "left-split"
+    np.testing.assert_array_equal(room.presenter.canvas.weights, painted.weights)  # type: ignore[union-attr]
+    room.services.undo.undo()
+    assert not room.presenter.canvas.touched  # type: ignore[union-attr]
+
+
+def test_starts_are_all_styles_and_nothing(room: Studio) -> None:
+    room.enter("left-split")
+    starts = _state(room).starts
+    assert starts[0][:2] == ("", "Nothing")
+    assert ("left-split", "Split", "sitter’s left (camera right)") in starts
+    assert len(starts) == 1 + len(room.model.head.pack.styles)  # type: ignore[union-attr]
+
+
+def test_what_is_missing_is_said_before_saving(room: Studio) -> None:
+    room.enter()
+    assert _state(room).save_why == NOTHING_PAINTED
+    assert _state(room).live.sentence == NOTHING
+    room.stroke(*LEFT)
+    assert _state(room).save_why == ONE_SIDED
+    assert not room.presenter.save_works
+    room.presenter.tools.choose_tool(Tool.DARKER)
+    room.stroke(*RIGHT)
+    assert _state(room).save_why == ""
+    assert room.presenter.save_works
+
+
+def test_without_light_painting_works_and_the_target_is_shown(tmp_path: Path) -> None:
+    room = studio(tmp_path, lamp_deg=None)
+    room.enter("left-split")
+    live = _state(room).live
+    assert (live.sentence, live.offers_probe) == (NO_LIGHT, True)
+    assert (live.picture_tag, live.panorama) == ("Target", None)
+    assert live.picture is not None
+    room.stroke(*LEFT)
+    assert room.presenter.canvas is not None
+    assert room.presenter.canvas.touched
+    room.model.update(light=lamp_light(0.0))
+    assert _state(room).live.match != ""
+    room.presenter.measure()
+    assert (room.model.step, room.model.painting) == (Step.PROBE, None)
+
+
+def test_light_table_is_made_once_per_light_and_head(room: Studio) -> None:
+    room.enter()
+    room.leave()
+    room.enter("left-split")
+    room.model.update(front_deg=12.0)
+    ran = room.services.runner.ran  # type: ignore[attr-defined]
+    assert ran.count("paint-light") == 1
+    room.model.update(light=lamp_light(-100.0))
+    assert ran.count("paint-light") == 2
+
+
+def test_out_of_reach_is_said_with_its_reason(room: Studio) -> None:
+    room.enter("left-split")
+    assert "The dashed ring is the limit of reach, 45." in _state(room).live.good
+    room.model.update(settings=room.model.settings.with_("match_limit", 100.0))
+    live = _state(room).live
+    assert live.good.startswith("Out of reach here: ")
+    assert (live.in_reach, live.arc, live.limit) == (False, None, 100.0)
+
+
+def test_origin_says_what_the_style_itself_reaches(room: Studio) -> None:
+    room.enter("left-split")
+    result = next(one for one in room.model.results if one.name == "left-split")
+    expected = f"Split itself: {int(result.match)}, at {round(result.turn_refined_deg)}°"
+    assert _state(room).live.origin == expected
+    room.leave()
+    room.enter("")
+    assert _state(room).live.origin == ""
+
+
+def test_canvas_can_show_target_and_picture(room: Studio) -> None:
+    room.enter("left-split")
+    assert _state(room).picture is None
+    room.presenter.show(Shown.TARGET)
+    target = _state(room).picture
+    room.presenter.show(Shown.HERE)
+    here = _state(room).picture
+    assert target is not None
+    assert here is not None
+    middle = target.shape[1] // 2
+    # Left split: light on the sitter's left, the picture's right; so is the lamp at the best turn.
+    for picture in (target, here):
+        face = picture[10:26].astype(float)
+        assert face[:, middle:].mean() > 1.2 * face[:, :middle].mean()
+
+
+def test_brush_steps_grow_and_stay_within_bounds(room: Studio) -> None:
+    tools = room.presenter.tools
+    sizes = []
+    for _ in range(40):
+        tools.resize(1)
+        sizes.append(tools.brush.diameter)
+    assert sizes == sorted(sizes)
+    assert sizes[-1] == 160.0
+    for _ in range(60):
+        tools.resize(-1)
+    assert tools.brush.diameter == 4.0
+
+
+def test_actions_have_the_keys_of_the_tools(room: Studio) -> None:
+    keys = {action.shortcut: action for action in room.presenter.actions() if action.shortcut}
+    for key, tool in zip("BDIR", Tool, strict=True):
+        keys[key].run()
+        assert room.presenter.tools.brush.tool is tool
+    hints = [action.keys or action.shortcut for action in room.presenter.actions() if action.hint]
+    assert hints == ["B D I R", "[ ]", "Ctrl Z", "Escape"]
+    assert len({action.key for action in room.presenter.actions()}) == len(room.presenter.actions())
+
+
+def test_another_head_goes_on_with_the_same_canvas(room: Studio) -> None:
+    from dataclasses import replace
+
+    room.enter("left-split")
+    room.stroke(*LEFT)
+    painted = room.presenter.canvas
+    head = room.model.head
+    assert head is not None
+    room.model.update(head=replace(head, name="twin"))
+    np.testing.assert_array_equal(room.presenter.canvas.weights, painted.weights)  # type: ignore[union-attr]
+    room.services.undo.undo()
+    assert not room.presenter.canvas.touched  # type: ignore[union-attr]

@@ -1,0 +1,516 @@
+"""The Turn screen's presenter: left and right, the webcam's troubles, the question, sounds."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+from app.core.angles import difference, wrap
+from app.core.environment import read_environment
+from app.core.light_here import prepare
+from app.core.paths import resources
+from app.core.turning.guidance import Phase
+from app.core.turning.words import whole
+from app.devices.clock import SystemClock
+from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamState
+from app.ui.presenters import turn_sight
+from app.ui.presenters.model import Step
+from app.ui.presenters.turn_state import TurnSizes
+from tests.helpers.turn_rig import Rig, frame_of
+
+
+@pytest.fixture
+def rig(monkeypatch: pytest.MonkeyPatch) -> Rig:
+    made = Rig(monkeypatch)
+    made.start()
+    return made
+
+
+# -- left and right ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("lamp", "mode", "way", "feet"),
+    [
+        (60.0, "walk", "clockwise", "Walk to your left"),
+        (-60.0, "walk", "counter-clockwise", "Walk to your right"),
+        (60.0, "selfie", "clockwise", "Turn to your right"),
+        (-60.0, "selfie", "counter-clockwise", "Turn to your left"),
+    ],
+)
+def test_a_lamp_is_turned_to(
+    monkeypatch: pytest.MonkeyPatch, lamp: float, mode: str, way: str, feet: str
+) -> None:
+    """Butterfly has its lamp in front: a lamp at azimuth p asks for turn p."""
+    rig = Rig(monkeypatch, lamp_deg=lamp, mode=mode)
+    rig.start()
+    shown = rig.turn_to(0.0).guidance
+    assert shown.number is not None
+    assert shown.number == abs(whole(rig.goal)) == pytest.approx(60, abs=2)
+    assert (shown.direction, shown.sign, shown.walk) == (way, way, feet)
+    assert f"{shown.number}° to go, {way}" in shown.spoken
+    assert shown.clock == ("toward 2 o’clock" if lamp > 0 else "toward 10 o’clock")
+
+
+@pytest.mark.parametrize(
+    ("mode", "looks", "heading"),
+    [
+        ("walk", "sitter", 180.0),
+        ("walk", "me", 0.0),
+        ("selfie", "me", 180.0),
+        ("selfie", "sitter", 180.0),
+    ],
+)
+def test_where_a_camera_points_at_turn_0(
+    monkeypatch: pytest.MonkeyPatch, mode: str, looks: str, heading: float
+) -> None:
+    rig = Rig(monkeypatch, mode=mode, camera_looks=looks)
+    rig.start()
+    assert rig.point(heading).scale.now_deg == 0.0
+    assert rig.point(wrap(heading + 30.0)).scale.now_deg == 30.0
+
+
+def test_to_go_is_goal_minus_now_in_whole_degrees(rig: Rig) -> None:
+    for turn in np.arange(-170.0, 180.0, 37.3):
+        state = rig.turn_to(float(turn))
+        now, number = state.scale.now_deg, state.guidance.number
+        assert now is not None
+        assert number is not None
+        away = (state.scale.goal_deg - now) % 360.0
+        assert number in (away, 360.0 - away)
+        assert state.scale.now_words == f"now {whole(now)}°".replace("-", "−")
+
+
+def test_the_photographer_stood_elsewhere(rig: Rig) -> None:
+    rig.model.update(front_deg=20.0, results=tuple(r.seen_from(20.0) for r in rig.model.results))
+    state = rig.point(wrap(20.0 + 180.0))
+    assert state.scale.now_deg == 0.0
+    assert state.scale.goal_deg == pytest.approx(40.0, abs=2.0)
+
+
+# -- inside, hold, too far ---------------------------------------------------------------------
+
+
+def test_inside_the_arc_it_is_green_and_the_degrees_stay(rig: Rig) -> None:
+    arc = rig.state.scale.arc_deg
+    assert arc is not None
+    outside = rig.turn_to(arc[0] - 6.0).guidance
+    assert (outside.pill, outside.inside, outside.number_words) == (
+        "In the light in 6°",
+        False,
+        "to go",
+    )
+    inside = rig.turn_to(rig.goal - 4.0).guidance
+    assert (inside.phase, inside.sign, inside.inside) == (Phase.INSIDE, "check", True)
+    assert (inside.number, inside.number_words, inside.pill) == (
+        4,
+        "to the best",
+        "You are in the light",
+    )
+    held = rig.turn_to(rig.goal + 1.0).guidance
+    assert (held.direction, held.walk, held.pill_icon) == ("Hold it", "", "check")
+    beyond = rig.turn_to(arc[1] + 6.0).guidance
+    assert beyond.pill == "6° too far, back counter-clockwise"
+    assert beyond.walk == "Walk to your right"
+
+
+def test_a_style_out_of_reach_has_no_arc(monkeypatch: pytest.MonkeyPatch) -> None:
+    from dataclasses import replace
+
+    rig = Rig(monkeypatch)
+    gone = tuple(replace(one, attainable=False) for one in rig.model.results)
+    rig.model.update(results=gone)
+    rig.start()
+    assert rig.state.scale.arc_deg is None
+    assert rig.state.scale.arc_words == ""
+
+
+def test_a_goal_of_ones_own_takes_the_arc_it_is_on_or_none(rig: Rig) -> None:
+    rig.model.update(goal_deg=wrap(rig.goal + 3.0))
+    assert rig.state.scale.arc_deg is not None
+    rig.model.update(goal_deg=wrap(rig.goal + 70.0))
+    state = rig.turn_to(rig.goal - 20.0)
+    assert state.scale.arc_deg is None
+    assert state.guidance.pill == "In the light in 18°"
+
+
+def test_match_follows_the_turn_and_never_beats_its_best(rig: Rig) -> None:
+    result = rig.model.result
+    assert result is not None
+    best = int(result.match)
+    far = rig.turn_to(wrap(rig.goal - 90.0)).style
+    assert far.match_at_goal == f"{best} at the goal"
+    assert int(far.match.removeprefix("Match now ")) < best
+    assert rig.turn_to(rig.goal).style.match == f"Match now {best}"
+    matches = [
+        int(rig.turn_to(rig.goal + d).style.match.removeprefix("Match now ")) for d in range(-5, 6)
+    ]
+    assert max(matches) == best
+
+
+def test_now_picture_follows(rig: Rig) -> None:
+    first = rig.turn_to(0.0).pictures.now
+    second = rig.turn_to(90.0).pictures.now
+    assert first is not None
+    assert second is not None
+    assert np.abs(first.astype(int) - second).max() > 30
+    assert rig.turn_to(90.0).pictures.now is second
+
+
+# -- the webcam --------------------------------------------------------------------------------
+
+
+def test_no_webcam_shows_the_whole_turn_and_the_goal_twice(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rig = Rig(monkeypatch, webcams=0)
+    rig.start()
+    state = rig.tick()
+    goal = abs(whole(rig.goal))
+    assert state.live.message == f"No webcam. Turn {goal}° clockwise, toward 2 o’clock"
+    assert (state.guidance.number, state.guidance.number_words) == (goal, "")
+    assert state.pictures.live is state.pictures.goal
+    assert state.pictures.goal is not None
+    assert not state.tools.can_align
+    assert state.tools.quality == "No webcam"
+
+
+def test_a_webcam_plugged_in_later_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    from tests.helpers.turn_rig import FakeWebcam
+
+    rig = Rig(monkeypatch, webcams=0)
+    rig.start()
+    rig.webcams.append(FakeWebcam())
+    rig.tick(3)
+    assert rig.devices.webcam.call_count == 0, "it is not looked for all the time"
+    rig.tick(1, 6.0)
+    assert rig.turn_to(30.0).scale.now_deg == 30.0
+
+
+def test_unplugged_the_last_picture_stays_dim_and_it_goes_on_by_itself(rig: Rig) -> None:
+    shown = rig.turn_to(20.0).pictures.live
+    rig.webcam.unplug()
+    state = rig.tick()
+    assert state.pictures.live is shown
+    assert state.live.dim
+    sentence = "The webcam went away. Plug it in and it goes on by itself."
+    assert state.live.message == state.guidance.sentence == sentence
+    assert state.guidance.number is None
+    back = rig.turn_to(25.0)
+    assert back.guidance.number == whole(rig.goal - 25.0)
+    assert not back.live.dim
+
+
+def test_lost_after_a_second_number_and_arrow_go(rig: Rig) -> None:
+    rig.turn_to(20.0)
+    assert rig.lose().guidance.number == whole(rig.goal - 20.0)
+    state = rig.tick(30)
+    assert state.guidance.number is None
+    assert state.guidance.sign == "none"
+    point = "Point the camera past the sitter at the background."
+    assert state.guidance.sentence == state.tools.quality == point
+    assert state.scale.now_deg is None
+    assert rig.turn_to(20.0).tools.quality == "Heading found, 142 points agree"
+
+
+def test_a_black_picture_says_so_instead(rig: Rig) -> None:
+    rig.turn_to(20.0)
+    rig.webcam.error = WebcamError("The webcam’s picture is black.", "Open its cover.", "black")
+    rig.lose()
+    state = rig.tick(30)
+    assert state.guidance.sentence == "The webcam’s picture is black. Open its cover."
+    assert state.live.message == state.guidance.sentence
+
+
+def test_a_busy_webcam_says_what_to_do(rig: Rig) -> None:
+    rig.webcam.state = WebcamState.RETRYING
+    rig.webcam.error = WebcamError("The webcam is in use.", "Close the other program.", "busy")
+    state = rig.tick()
+    assert state.live.message.startswith("The webcam is in use. Close the other program. Turn ")
+    assert state.guidance.number is not None
+
+
+def test_it_runs_only_while_the_screen_is_in_front(rig: Rig) -> None:
+    rig.turn_to(20.0)
+    rig.presenter.left()
+    assert rig.webcam.closed == 1
+    rig.webcam.send(frame_of(10.0))
+    before = rig.view.show_state.call_count
+    rig.presenter.tick()
+    assert rig.view.show_state.call_count == before
+    rig.presenter.entered()
+    rig.presenter.entered()
+    assert rig.devices.webcam.call_count == 2
+    assert rig.turn_to(33.0).scale.now_deg == 33.0
+
+
+def test_another_webcam_is_taken_and_remembered(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = Rig(monkeypatch, webcams=2)
+    rig.start()
+    assert rig.tick().tools.webcams == ((0, "Webcam 1"), (1, "Webcam 2"))
+    rig.presenter.choose_webcam(1)
+    assert rig.webcams[0].closed == 1
+    assert rig.model.settings.webcam == 1
+    rig.webcams[1].send(frame_of(-170.0))
+    assert rig.tick(2).scale.now_deg == 10.0
+    keys = [action.key for action in rig.presenter.actions()]
+    assert {"turn-webcam-0", "turn-webcam-1"} <= set(keys)
+
+
+def test_the_newest_picture_wins(rig: Rig) -> None:
+    looked: list[int] = []
+    real = turn_sight.locate
+
+    def locate(picture: object, *rest: object) -> object:
+        looked.append(1)
+        return real(picture, *rest)  # type: ignore[arg-type]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(turn_sight, "locate", locate)
+        for turn in range(30):
+            rig.webcam.send(frame_of(wrap(turn + 180.0)))
+        assert rig.tick().scale.now_deg == 29.0
+        rig.tick(5)
+    assert len(looked) == 1
+
+
+def test_a_picture_that_cannot_be_worked_on_is_one_without_a_heading(rig: Rig) -> None:
+    rig.turn_to(20.0)
+
+    def broken(*_: object, **__: object) -> object:
+        raise ValueError
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(turn_sight, "find_heading", broken)
+        rig.turn_to(30.0)
+        assert rig.tick(30).guidance.phase is Phase.LOST
+    assert rig.turn_to(30.0).scale.now_deg == 30.0
+
+
+# -- learning the panorama ---------------------------------------------------------------------
+
+
+def test_the_panorama_is_learnt_once(rig: Rig) -> None:
+    rig.turn_to(10.0)
+    rig.presenter.left()
+    rig.presenter.entered()
+    rig.turn_to(10.0)
+    assert rig.runner.ran.count("turn-index") == 1
+
+
+def test_a_blank_panorama_leaves_the_number(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = Rig(monkeypatch)
+    rig.blank = True
+    rig.start()
+    state = rig.turn_to(0.0)
+    assert state.guidance.number == abs(whole(rig.goal))
+    assert state.guidance.pill == "No heading here"
+    assert "There is nothing in this panorama." in state.tools.quality
+
+
+# -- which way it looks ------------------------------------------------------------------------
+
+
+def test_it_is_asked_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = Rig(monkeypatch, camera_looks="ask")
+    rig.start()
+    assert not rig.tick().live.asking, "there is nothing to ask about before the first picture"
+    state = rig.turn_to(20.0)
+    assert state.live.asking
+    assert state.scale.now_deg is None, "left and right could be mistaken"
+    assert state.guidance.pill == "Say which way the camera looks"
+    rig.presenter.answer("me")
+    assert rig.model.settings.camera_looks == "me"
+    state = rig.point(20.0)
+    assert not state.live.asking
+    assert state.scale.now_deg == 20.0
+    rig.presenter.left()
+    rig.presenter.entered()
+    assert not rig.point(20.0).live.asking
+
+
+def test_a_selfie_needs_no_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = Rig(monkeypatch, camera_looks="ask", mode="selfie")
+    rig.start()
+    state = rig.turn_to(20.0)
+    assert not state.live.asking
+    assert state.scale.now_deg == 20.0
+
+
+def test_a_webcam_that_knows_is_believed(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = Rig(monkeypatch, camera_looks="ask")
+    rig.webcam.looks_at = "me"  # type: ignore[attr-defined]
+    rig.start()
+    state = rig.point(20.0)
+    assert not state.live.asking
+    assert state.scale.now_deg == 20.0
+
+
+# -- pictures ----------------------------------------------------------------------------------
+
+
+def test_selfie_mirrors_live_and_goal_but_neither_strip_nor_words(rig: Rig) -> None:
+    rig.presenter.measure(TurnSizes((72, 128), (60, 300), (40, 40)))
+    plain = rig.turn_to(20.0)
+    rig.presenter.toggle_mode()
+    state = rig.turn_to(20.0)
+    for one, other in (
+        (plain.pictures.live, state.pictures.live),
+        (plain.pictures.goal, state.pictures.goal),
+    ):
+        assert one is not None
+        assert other is not None
+        assert np.array_equal(one[:, ::-1], other)
+    assert plain.pictures.live is not None
+    assert plain.pictures.live[40, 10, 0] < plain.pictures.live[40, 120, 0]
+    assert plain.pictures.strip is not None
+    assert state.pictures.strip is not None
+    assert np.array_equal(plain.pictures.strip, state.pictures.strip)
+    assert state.live.live == "webcam, 65° wide, mirrored"
+    assert state.guidance.walk == "Turn to your right"
+
+
+def test_pictures_have_the_sizes_that_are_asked_for(rig: Rig) -> None:
+    rig.presenter.measure(TurnSizes((90, 160), (50, 333), (30, 44)))
+    pictures = rig.turn_to(20.0).pictures
+    shapes = [p.shape for p in (pictures.live, pictures.goal, pictures.strip) if p is not None]
+    assert shapes == [(90, 160, 3), (90, 160, 3), (50, 333, 3)]
+    assert pictures.now is not None
+    assert pictures.now.shape == (30, 44, 3)
+
+
+def test_live_is_laid_over_the_goal_as_strongly_as_asked(rig: Rig) -> None:
+    rig.presenter.measure(TurnSizes((72, 128), (60, 300), (40, 40)))
+    alone = rig.turn_to(20.0).pictures
+    rig.presenter.toggle_align()
+    rig.presenter.set_opacity(25)
+    over = rig.tick(2)
+    assert over.tools.aligning
+    assert over.live.tag == "Live over the goal, not yet aligned"
+    assert alone.live is not None
+    assert alone.goal is not None
+    assert over.pictures.live is not None
+    mixed = 0.25 * alone.live[5:] + 0.75 * alone.goal[5:]
+    assert np.abs(mixed - over.pictures.live[5:]).max() <= 2.0
+    rig.presenter.toggle_align()
+    again = rig.tick(2).pictures.live
+    assert again is not None
+    assert np.array_equal(again, alone.live)
+
+
+# -- sounds ------------------------------------------------------------------------------------
+
+
+def test_it_beeps_quicker_the_nearer_and_holds_a_tone(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = Rig(monkeypatch, sounds=True, volume=40.0)
+    rig.start()
+    rig.turn_to(rig.goal - 90.0)
+    counts = []
+    for away in (80.0, 20.0):
+        rig.turn_to(rig.goal - away)
+        rig.sounds.play.reset_mock()
+        rig.tick(100)
+        counts.append(rig.sounds.play.call_count)
+    assert 3 <= counts[0] < counts[1] / 2
+    assert rig.sounds.play.call_args[0][1] == pytest.approx(0.4)
+    rig.turn_to(rig.goal)
+    rig.sounds.play.reset_mock()
+    rig.tick(50)
+    assert rig.sounds.play.call_count == 0, "the tone goes on by itself"
+    rig.tick(200)
+    assert rig.sounds.play.call_count == 1
+    rig.presenter.toggle_sounds()
+    rig.sounds.play.reset_mock()
+    rig.tick(50)
+    assert not rig.sounds.play.called
+    assert rig.sounds.stop.called
+
+
+def test_nothing_is_heard_once_the_screen_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    rig = Rig(monkeypatch, sounds=True)
+    rig.start()
+    rig.turn_to(rig.goal)
+    rig.presenter.left()
+    assert rig.sounds.stop.called
+    rig.sounds.play.reset_mock()
+    rig.tick(30)
+    assert not rig.sounds.play.called
+
+
+# -- the rest ----------------------------------------------------------------------------------
+
+
+def test_empty_says_what_is_missing_and_leads_there(rig: Rig) -> None:
+    rig.model.update(chosen=None)
+    assert (rig.state.empty, rig.state.empty_action) == ("No style chosen yet.", "Choose a style")
+    assert rig.presenter.actions()[0].shortcut == "Return; Enter"
+    rig.presenter.fill()
+    steps = [rig.model.step]
+    rig.model.update(light=None)
+    assert rig.state.empty == "No light measured yet."
+    rig.presenter.fill()
+    steps.append(rig.model.step)
+    assert steps == [Step.STYLES, Step.PROBE]
+
+
+def test_four_hints_with_their_keys(rig: Rig) -> None:
+    hints = [(one.shortcut, one.hint) for one in rig.presenter.actions() if one.hint]
+    assert hints == [("Space", "align"), ("M", "sound"), ("S", "selfie"), ("Esc", "styles")]
+    rig.presenter.back()
+    assert rig.model.step is Step.STYLES
+
+
+def test_a_reader_is_told_seldom_but_at_once_of_a_new_state(rig: Rig) -> None:
+    told = {rig.turn_to(rig.goal - 60.0 + step).guidance.announced for step in range(12)}
+    assert len(told) <= 2
+    assert rig.turn_to(rig.goal).guidance.announced == "Hold it. You are in the light."
+
+
+def test_no_frame_is_shown_twice_as_new_work(rig: Rig) -> None:
+    rig.turn_to(20.0)
+    before = list(rig.runner.ran)
+    rig.tick(20)
+    assert rig.runner.ran == before
+
+
+def test_the_demo_camera_at_the_demo_location(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Real pictures, real points: what is shown is where the camera was put."""
+    rig = Rig(monkeypatch, camera_looks="ask")
+    monkeypatch.undo()
+    location = resources() / "demo" / "location"
+    webcam = SimulatedWebcam(location / "views", SystemClock())
+    rig.devices.simulated = webcam
+    rig.devices.webcam.side_effect = lambda index: webcam
+    rig.model.update(light=prepare(read_environment(location / "probe-1.exr")))
+    rig.start()
+    try:
+        for put in (37.0, 50.0):
+            rig.presenter.demo_turn(put)
+            end = time.monotonic() + 20.0
+            state = rig.state
+            while time.monotonic() < end and state.scale.now_deg != put:
+                time.sleep(0.05)
+                state = rig.tick()
+            assert state.scale.now_deg is not None
+            assert abs(difference(state.scale.now_deg, put)) <= 1.0
+            assert not state.live.asking
+            assert state.tools.demo_deg == whole(put)
+            assert "points agree" in state.tools.quality
+            assert state.live.live == "webcam, 60° wide"
+    finally:
+        rig.presenter.left()
+        webcam.close()
+
+
+def test_demo_steps_are_counted_from_where_the_photographer_stands(rig: Rig) -> None:
+    assert rig.state.tools.demo_deg is None
+    rig.presenter.demo_step(1.0)
+    webcam = SimulatedWebcam(resources() / "demo" / "location" / "views")
+    rig.devices.simulated = webcam
+    rig.model.update(front_deg=30.0)
+    rig.presenter.demo_turn(-10.0)
+    assert webcam.turn_deg == pytest.approx(20.0)
+    rig.presenter.demo_step(10.0)
+    assert rig.state.tools.demo_deg == 0
