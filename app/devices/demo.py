@@ -128,7 +128,7 @@ class DemoDevices(DevicesAtHand):
     def __init__(self, clock: Clock, location: Path) -> None:
         super().__init__(clock)
         self.camera = CameraProcess(location / "probe-1.exr")
-        self.simulated = SimulatedWebcam(location / "views", clock)
+        self.simulated = SimulatedWebcam(location / "views", clock, size=(1080, 720))
 
     def discover(self, token: Token) -> Discovery:
         """Find the demo camera, as soon as it has started."""

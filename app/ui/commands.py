@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QFileDialog
 
+from app.core.errors import CoreError
 from app.core.settings import FILE, write_settings
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
@@ -57,7 +59,10 @@ class Commands:
         self.desk = desk
         self._window: Window | None = None
         self._overlay: Sheet | None = None
+        self._asked = ""
         self._notify = notify
+        self._writing = threading.Lock()
+        self._unkept: Settings | None = None
         services.model.changed.connect(self._model_changed)
 
     def attach(self, window: Window) -> None:
@@ -168,6 +173,7 @@ class Commands:
         else:
             from app.ui.overlays import open_overlay
 
+            self._asked = what
             self._overlay = open_overlay(what, self)
             self._overlay.closed.connect(self._overlay_closed)
 
@@ -175,6 +181,11 @@ class Commands:
         """Close what lies over the screen."""
         if self._overlay is not None:
             self._overlay.shut()
+
+    def reopen(self) -> None:
+        """Make what lies over the screen anew, as after a change of theme."""
+        if self._overlay is not None:
+            self.ask(self._asked)
 
     def messages(self) -> tuple[Message, ...]:
         """Give what was told since the start."""
@@ -232,11 +243,27 @@ class Commands:
         if "settings" in names:
             self._keep(self.services.model.settings)
 
+    def shut(self) -> None:
+        """Write the settings that are not yet on the disk."""
+        try:
+            self._write_settings()
+        except CoreError as error:
+            self._notify.tell_error(error)
+
     def _keep(self, settings: Settings) -> None:
-        path = self.services.folders.home / FILE
+        self._unkept = settings
         self.services.runner.submit(
-            "keep-settings", lambda token, report: write_settings(path, settings)
+            "keep-settings", lambda token, report: self._write_settings()
         )
+
+    def _write_settings(self) -> None:
+        # One after the other, and only the newest: an older one never comes last.
+        with self._writing:
+            wanted = self._unkept
+            if wanted is not None:
+                write_settings(self.services.folders.home / FILE, wanted)
+                if self._unkept is wanted:
+                    self._unkept = None
 
     def run(self, key: str) -> Callable[[], None]:
         """Find an action by its key.

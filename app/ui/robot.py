@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Final, TypeVar, overload
 
-from PySide6.QtCore import QCoreApplication, QEventLoop, QPoint, Qt
+from PySide6.QtCore import QCoreApplication, QEventLoop, QPoint, Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 
@@ -130,7 +130,7 @@ class Robot:
         while not happened():
             if time.perf_counter() - begun > seconds:
                 raise Lost(f"Not within {seconds:g} s: {what}")
-            QTest.qWait(_TICK_MS)
+            _let_pass(_TICK_MS)
         self.settle()
         return time.perf_counter() - begun
 
@@ -155,3 +155,10 @@ class Robot:
                 raise OSError(f"{path} cannot be written.")
 
         atomic_write(path, write)
+
+
+def _let_pass(milliseconds: int) -> None:
+    """Let events happen for a while; unlike `QTest.qWait` other threads run meanwhile."""
+    loop = QEventLoop()
+    QTimer.singleShot(milliseconds, loop.quit)
+    loop.exec()

@@ -98,7 +98,6 @@ class App:
         home: Path,
     ) -> None:
         application.setApplicationName("Turnlight")
-        application.setStyle("Fusion")
         self.application = application
         self.wishes = wishes
         self._window_file = home / "window.ini"
@@ -150,7 +149,10 @@ class App:
         """End all work; what is not yet on the disk is written first."""
         self._keep_geometry()
         self.desk.shut()
+        self.commands.shut()
         self.runner.shutdown()
+        # Not left to the last window: a menu or a tool tip may still count as one.
+        self.application.quit()
 
     def _begin(self) -> None:
         self.desk.begin()
@@ -169,6 +171,7 @@ class App:
             if wanted != self._worn:
                 self._worn = wanted
                 self.window.wear(*wanted)
+                self.commands.reopen()
 
     def _kept_geometry(self) -> QByteArray | None:
         kept = self._window_settings().value(_GEOMETRY)

@@ -120,7 +120,8 @@ class WatchedApplication(QApplication):
     def _look(self) -> None:
         running = self._running
         while not self._end.wait(_PERIOD_S):
-            if running.depth > running.floor and time.perf_counter() - running.started_s > self._limit_s / 2:
+            since = time.perf_counter() - running.started_s
+            if running.depth > running.floor and since > self._limit_s / 2:
                 running.stacks.append(_stack_of(self._thread))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QByteArray, QPoint, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QByteArray, QCoreApplication, QEvent, QPoint, QSize, Qt, QTimer, Signal
 from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from app.ui.frame.drop import DropVeil, dropped_paths
@@ -150,10 +150,14 @@ class Window(QWidget):
         scale : float
             1 to 2, of text and controls.
         """
+        self.setUpdatesEnabled(False)
+        # The old views go first: Qt would restyle every one of them.
+        self._take_down()
         set_theme(name, scale)
         apply(self._application)
         self._compact = self._wants_compact()
-        self._rebuild()
+        self._put_up()
+        self.setUpdatesEnabled(True)
 
     @property
     def front(self) -> QWidget | None:
@@ -215,17 +219,27 @@ class Window(QWidget):
 
     def _rebuild(self) -> None:
         self.setUpdatesEnabled(False)
+        self._take_down()
+        self._put_up()
+        self.setUpdatesEnabled(True)
+
+    def _take_down(self) -> None:
+        """Take all views away; presenters and what they know stay."""
         self._notify.attach(None)
         for key in self._views:
             self._presenters[key].detach()
         self._views.clear()
+        self._front = None
         self._toasts.clear()
         self._toasts.deleteLater()
-        old = (self._rail, self._body)
-        for widget in old:
+        for widget in (self._rail, self._body):
             widget.hide()
             widget.setParent(None)
-        self._front = None
+            widget.deleteLater()
+            # Now, not later: what is still there when the theme changes is restyled.
+            QCoreApplication.sendPostedEvents(widget, QEvent.Type.DeferredDelete.value)
+
+    def _put_up(self) -> None:
         self._build()
         # In the same frame: what a layout takes in is else shown an event later.
         self._rail.show()
@@ -233,9 +247,6 @@ class Window(QWidget):
         self.setMinimumSize(self._smallest())
         if self._state is not None:
             self.show_state(self._state)
-        self.setUpdatesEnabled(True)
-        for widget in old:
-            widget.deleteLater()
 
     def _show_screen(self) -> None:
         key = screen_of(self._services.model)

@@ -48,6 +48,8 @@ class Walk:
             self.facts["error"] = traceback.format_exc()
             self.robot.picture(Path(sys.argv[1]).with_suffix(".png"))
         finally:
+            left = [type(w).__name__ for w in self.application.topLevelWidgets() if w.isVisible()]
+            self.facts["windows"] = left
             found[0].close()
 
     # -- the story -----------------------------------------------------------------------------

@@ -31,7 +31,7 @@ from app.ui.presenters.undo import UndoStack
 from app.ui.presenters.work import ImmediateRunner
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
 
-__all__ = ["FakeWebcam", "Rig", "frame_of", "lit_from"]
+__all__ = ["FakeWebcam", "Rig", "frame_of", "lit_from", "read_heading"]
 
 UNSEEN = 999.0
 """Heading of a picture in which nothing is found."""
@@ -53,7 +53,8 @@ def frame_of(heading_deg: float, shape: tuple[int, int] = (72, 128)) -> NDArray[
     return picture
 
 
-def _read(picture: NDArray[np.uint8], *_: Any, **__: Any) -> Heading:
+def read_heading(picture: NDArray[np.uint8], *_: Any, **__: Any) -> Heading:
+    """Read the heading that `frame_of` wrote, in place of looking for it in a panorama."""
     heading = (int(picture[0, 0, 0]) * 256 + int(picture[0, 0, 1])) / 10.0 - 180.0
     if heading > 360.0:
         return Heading("unsure", None)
@@ -100,7 +101,7 @@ class Rig:
         webcams: int = 1,
         **settings: Any,
     ) -> None:
-        patch.setattr(turn_sight, "find_heading", _read)
+        patch.setattr(turn_sight, "find_heading", read_heading)
         patch.setattr(turn_sight, "build_index", self._index)
         values = {"camera_looks": "sitter", "sounds": False, **settings}
         self.model = Model(Settings(**values))

@@ -150,7 +150,7 @@ class Desk:
         """
         self._services.runner.submit(
             "open",
-            lambda token, report: _read_kept(folder),
+            lambda token, report: _read_kept(folder, self._keeper.unkept(folder)),
             title="Opening the place",
             done=self._opened,
         )
@@ -260,7 +260,7 @@ class Desk:
 
     def _read(self, intake: Intake, token: Token, report: Report) -> _Opened:
         if intake.place is not None:
-            return _read_kept(intake.place)
+            return _read_kept(intake.place, self._keeper.unkept(intake.place))
         now = self._services.today()
         settings = self._services.model.settings
         name = intake.name
@@ -389,8 +389,8 @@ def _title(name: str) -> str:
     return f"{head_words(name)}, medium skin" if name.isalpha() else head_words(name)
 
 
-def _read_kept(folder: Path) -> _Opened:
-    place = read_place(folder)
+def _read_kept(folder: Path, unkept: Place | None) -> _Opened:
+    place = unkept or read_place(folder)
     environment, remarks = read_light(folder, place)
     place = replace(place, remarks=(*place.remarks, *remarks))
     return _Opened(folder, place, prepare(environment))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING, Final
 
-from app.core.places import write_place
+from app.core.places import PlaceError, write_place
 from app.devices.clock import wait
 
 if TYPE_CHECKING:
@@ -34,7 +34,9 @@ class Keeper:
     def __init__(self, services: Services) -> None:
         self._services = services
         self._lock = threading.Lock()
+        self._writing = threading.Lock()
         self._waiting: dict[Path, Place] = {}
+        self._begun = False
 
     def keep(self, folder: Path, place: Place) -> None:
         """Write a place soon; what is handed over until then takes its place.
@@ -47,23 +49,28 @@ class Keeper:
             As it is now.
         """
         with self._lock:
-            begun = bool(self._waiting)
+            begun, self._begun = self._begun, True
             self._waiting[folder] = place
         if not begun:
             self._services.runner.submit("keep", self._soon)
 
     def keep_now(self, folder: Path, place: Place) -> None:
-        """Write a place before going on, as at the end.
+        """Write a place before going on, as at the end; and whatever else still waits.
 
         Raises
         ------
         PlaceError
-            When the disk refuses.
+            When the disk refuses; it is tried again with the next that is kept.
         """
         with self._lock:
             # One that still waits would put an older state back.
-            self._waiting.pop(folder, None)
-            write_place(folder, place)
+            self._waiting[folder] = place
+        self._write_waiting()
+
+    def unkept(self, folder: Path) -> Place | None:
+        """Give what the disk has not taken yet of a place; None where it has everything."""
+        with self._lock:
+            return self._waiting.get(folder)
 
     def _soon(self, token: Token, report: Report) -> None:
         del report
@@ -74,7 +81,24 @@ class Keeper:
             self._write_waiting()
 
     def _write_waiting(self) -> None:
+        # Only writers wait for the disk, never who hands something over.
+        with self._writing:
+            with self._lock:
+                self._begun = False
+                waiting = tuple(self._waiting.items())
+            trouble: PlaceError | None = None
+            for folder, place in waiting:
+                try:
+                    write_place(folder, place)
+                except PlaceError as error:
+                    # It waits on: a disk that is full now may have room later.
+                    trouble = trouble or error
+                else:
+                    self._written(folder, place)
+        if trouble is not None:
+            raise trouble
+
+    def _written(self, folder: Path, place: Place) -> None:
         with self._lock:
-            waiting, self._waiting = self._waiting, {}
-            for folder, place in waiting.items():
-                write_place(folder, place)
+            if self._waiting.get(folder) is place:
+                del self._waiting[folder]

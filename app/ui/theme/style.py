@@ -35,6 +35,8 @@ QMenu::icon {{ padding-left: {p8}px; }}
 QMenu::separator {{ height: {line}px; background: {rule}; margin: {p4}px {p8}px; }}
 """
 
+_STYLED: Final = "turnlight styled"
+
 
 def palette(t: Theme) -> QPalette:
     """Give the palette that Qt's own parts are painted with.
@@ -133,7 +135,10 @@ def apply(app: QApplication) -> None:
         When the interface font is missing.
     """
     t = theme()
-    app.setStyle("Fusion")
+    if not app.property(_STYLED):
+        # Once: with a style sheet set, another style costs as much as the sheet does.
+        app.setStyle("Fusion")
+        app.setProperty(_STYLED, True)
     app.setPalette(palette(t))
     app.setFont(t.font(14))
     app.setStyleSheet(style_sheet(t))

@@ -151,7 +151,9 @@ class Empty(QWidget):
         self._words: tuple[str, ...] = ()
         middle = Qt.AlignmentFlag.AlignHCenter
         self._icon = Icon(icon or "info", 28, "dim")
-        self._icon.setVisible(bool(icon))
+        # Hidden only: what is shown before it has a parent opens as a window.
+        if not icon:
+            self._icon.hide()
         self._sentence = Text(sentence, 14, role="dim", wrap=True, align=middle)
         self._sentence.setMaximumWidth(t.px(440))
         column = QVBoxLayout(self)

@@ -230,6 +230,9 @@ class Toasts(QObject):
         """
         past = Message(datetime.now(), kind, message)
         self._past.append(past)
+        for same in [one for one in self._shown if one.accessibleName() == message]:
+            # Said again, it is not stacked upon itself.
+            self._drop(same)
         toast = _Toast(self._parent, message, kind, actions, self._stay_ms)
         toast.gone.connect(self._drop)
         self._shown.append(toast)

@@ -69,6 +69,7 @@ class _Numbers(QWidget):
         way.addStretch(1)
         column.addLayout(way)
         column.addStretch(1)
+        self._apart = compact
         self._score = QWidget()
         below = column if not compact else QVBoxLayout(self._score)
         below.setContentsMargins(0, 0, 0, 0)
@@ -97,7 +98,9 @@ class _Numbers(QWidget):
     def show_state(self, state: LiveState) -> None:
         told = bool(state.sentence)
         self._figures.setVisible(not told)
-        self._score.setVisible(not told)
+        # Without a place of its own it would open as a window.
+        if self._apart:
+            self._score.setVisible(not told)
         self._sentence.setVisible(told)
         self._filler.setVisible(told)
         self._probe.setVisible(state.offers_probe)

@@ -122,7 +122,8 @@ class Facts(QWidget):
         for key, label in _FACTS:
             place = self._add(grid, place, key, label)
         self._short = Text("", 12, role="dim", elide=True)
-        self._short.setVisible(not compact)
+        if compact:
+            self._short.hide()
         grid.addWidget(self._short, place, 0, 1, 2)
         grid.setRowStretch(place + 1, 1)
 

@@ -18,6 +18,8 @@ from app.ui.widgets.plots.geometry import spread
 from app.ui.widgets.plots.mapping import StripScale
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from PySide6.QtGui import QColor, QKeyEvent
     from PySide6.QtWidgets import QWidget
 
@@ -328,24 +330,37 @@ class BackgroundStrip(Plot):
         markers = [(state.goal_deg, state.goal_words, t.c.amber)]
         if state.now_deg is not None and not scale.beyond(state.now_deg):
             markers.append((state.now_deg, state.now_words, t.c.text))
-        self._draw_ticks(painter, ratio, t, tuple(turn for turn, _, _ in markers))
+        words = self._marker_words(t, markers)
+        self._draw_ticks(painter, ratio, t, tuple(turn for turn, _, _ in markers), words)
         # "now" is drawn last and lies over the goal's marker.
         for turn, _, colour in markers:
             fill = t.c.amberfill if t.contrast and colour is t.c.amber else colour
             self._draw_marker(painter, ratio, scale.x_of(turn), colour, fill)
-        self._draw_marker_words(painter, t, markers)
+        y = self.picture_rect.bottom() + t.px(50)
+        for (_, text, colour), (left, right) in zip(markers, words, strict=True):
+            draw_text(painter, ((left + right) / 2.0, y), text, t.font(14, 700), colour)
 
     def _draw_ticks(
-        self, painter: QPainter, ratio: float, t: Theme, markers: tuple[float, ...]
+        self,
+        painter: QPainter,
+        ratio: float,
+        t: Theme,
+        markers: tuple[float, ...],
+        taken: Sequence[tuple[float, float]],
     ) -> None:
+        """Draw the scale; a number makes way for words, and for the one before it."""
+        apart = float(t.px(8))
+        held = [(left - apart, right + apart) for left, right in taken]
         bottom, flat = self.picture_rect.bottom(), Qt.PenCapStyle.FlatCap
         for tick in self.scale.ticks(_TICKS_DEG, markers, _ROOM_DEG):
             x = snap(tick.x, ratio, t.line_width)
             painter.setPen(QPen(t.c.text, t.line_width, Qt.PenStyle.SolidLine, flat))
             top = bottom + t.px(26)
             painter.drawLine(QPointF(x, top), QPointF(x, top + t.px(9)))
-            width = QFontMetricsF(t.font(14)).horizontalAdvance(tick.label)
-            if tick.label and width / 2.0 <= x <= self.width() - width / 2.0:
+            half = QFontMetricsF(t.font(14)).horizontalAdvance(tick.label) / 2.0
+            free = all(x + half <= left or right <= x - half for left, right in held)
+            if tick.label and free and half <= x <= self.width() - half:
+                held.append((x - half - apart, x + half + apart))
                 draw_text(painter, (x, bottom + t.px(50)), tick.label, t.font(14), t.c.dim)
 
     def _draw_marker(
@@ -365,17 +380,18 @@ class BackgroundStrip(Plot):
             bar.adjust(-1.0, 1.0, 1.0, -1.0)
         painter.drawRoundedRect(bar, 1.5, 1.5)
 
-    def _draw_marker_words(
-        self, painter: QPainter, t: Theme, markers: list[tuple[float, str, QColor]]
-    ) -> None:
-        font = t.font(14, 700)
-        metrics = QFontMetricsF(font)
+    def _marker_words(
+        self, t: Theme, markers: list[tuple[float, str, QColor]]
+    ) -> list[tuple[float, float]]:
+        """Find left and right edge of the words of every marker."""
+        metrics = QFontMetricsF(t.font(14, 700))
         widths = [metrics.horizontalAdvance(words) for _, words, _ in markers]
         wanted = [self.scale.x_of(turn) for turn, _, _ in markers]
         middles = spread(wanted, widths, float(t.px(12)), 0.0, float(self.width()))
-        y = self.picture_rect.bottom() + t.px(50)
-        for (_, words, colour), x in zip(markers, middles, strict=True):
-            draw_text(painter, (x, y), words, font, colour)
+        return [
+            (middle - width / 2.0, middle + width / 2.0)
+            for middle, width in zip(middles, widths, strict=True)
+        ]
 
 
 def _filled(picture: Bytes, width: int, height: int) -> Bytes:

@@ -1,0 +1,147 @@
+"""The whole window with real presenters and jobs, on devices that a test decides on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from PySide6.QtCore import QPoint
+from PySide6.QtWidgets import QApplication, QWidget
+
+from app.core.paths import resources
+from app.core.progress import Token
+from app.core.settings import FILE, Settings, write_settings
+from app.devices.clock import Clock, SystemClock
+from app.devices.discovery import Discovery
+from app.ui.presenters import desk
+from app.ui.robot import Lost, Robot
+from app.ui.start import App
+from app.ui.wishes import Wishes
+
+if TYPE_CHECKING:
+    from app.devices.webcam import Webcam
+
+__all__ = ["NoDevices", "OneWebcam", "opened", "quick_heads", "say", "sees", "told"]
+
+SCENE = resources() / "demo" / "scenes" / "studio.exr"
+
+
+class NoDevices:
+    """A computer without cameras."""
+
+    def discover(self, token: Token) -> Discovery:
+        del token
+        return Discovery()
+
+    def webcams(self) -> Sequence[tuple[int, str]]:
+        return ()
+
+
+class OneWebcam(NoDevices):
+    """A computer with a webcam."""
+
+    def __init__(self, webcam: Webcam) -> None:
+        self.one = webcam
+
+    def webcams(self) -> Sequence[tuple[int, str]]:
+        return ((0, self.one.name),)
+
+    def webcam(self, index: int) -> Webcam:
+        assert index == 0
+        return self.one
+
+
+@cache
+def _loaded(name: str) -> Any:
+    return _load(name)
+
+
+_load = desk._load_head
+
+
+def quick_heads(patch: pytest.MonkeyPatch) -> None:
+    """Read each head once for all tests."""
+    patch.setattr(desk, "_load_head", _loaded)
+
+
+@contextmanager
+def opened(
+    home: Path, devices: Any = None, clock: Clock | None = None, **settings: Any
+) -> Iterator[tuple[App, Robot]]:
+    """Start the app on a folder of the user's, and end it as the user would.
+
+    Parameters
+    ----------
+    home : Path
+        Everything is kept there.
+    devices : Devices, optional
+        None for a computer without any.
+    clock : Clock, optional
+        For waiting and polling.
+    **settings : Any
+        Written before the start; the tour is over unless it says otherwise.
+    """
+    application = QApplication.instance()
+    assert isinstance(application, QApplication)
+    if not (home / FILE).exists():
+        write_settings(home / FILE, Settings(**{"tour_seen": True, **settings}))
+    app = App(application, Wishes(), devices or NoDevices(), clock or SystemClock(), home)
+    app.show()
+    robot = Robot(app.window)
+    try:
+        robot.wait(lambda: app.model.head is not None, "the head")
+        robot.settle()
+        yield app, robot
+    finally:
+        app.window.close()
+        app.window.deleteLater()
+        application.processEvents()
+
+
+def open_light(app: App, robot: Robot, path: Path = SCENE) -> None:
+    """Open a panorama and wait for its answers."""
+    before = app.model.light
+    app.desk.open_paths([path])
+    robot.wait(lambda: app.model.light is not before and bool(app.model.results), "the answers")
+    robot.wait(lambda: not app.runner.running("solve"), "solving")
+
+
+def told(app: App) -> list[str]:
+    """What was told so far."""
+    return [message.text for message in app.notify.messages]
+
+
+def say(app: App, robot: Robot, words: str) -> str:
+    """Wait until something with these words is told, and give all of it."""
+    robot.wait(lambda: any(words in text for text in told(app)), f"{words!r} among {told(app)}", 10)
+    return next(text for text in told(app) if words in text)
+
+
+def sees(robot: Robot, name: str) -> bool:
+    """Whether something of this name is in sight."""
+    try:
+        robot.find(name)
+    except Lost:
+        return False
+    return True
+
+
+def until(robot: Robot, call: Callable[[], object], what: str, seconds: float = 10.0) -> None:
+    """Wait until a call gives something true; not finding anything is false."""
+
+    def happened() -> bool:
+        try:
+            return bool(call())
+        except Lost:
+            return False
+
+    robot.wait(happened, what, seconds)
+
+
+def middle_of(widget: QWidget, window: QWidget) -> QPoint:
+    """Middle of a widget in its window."""
+    return widget.mapTo(window, widget.rect().center())
