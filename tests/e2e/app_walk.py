@@ -86,7 +86,7 @@ class Walk:
         clockwise = "counter-clockwise" not in self.guidance()
         key = Qt.Key.Key_Right if clockwise else Qt.Key.Key_Left
         for _ in range(40):
-            if "in the light" in self.guidance().lower() or "hold" in self.guidance().lower():
+            if "You are in the light" in self.guidance() or "Hold it" in self.guidance():
                 break
             robot.press(key, Qt.KeyboardModifier.ShiftModifier)
             self.linger(0.6)

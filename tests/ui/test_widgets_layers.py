@@ -93,8 +93,17 @@ def test_it_goes_after_its_time(window: QWidget, qtbot: QtBot) -> None:
     assert [m.text for m in toasts.messages] == ["Draft kept"]
 
 
+def test_the_same_said_again_is_not_stacked(window: QWidget) -> None:
+    toasts = Toasts(window)
+    for text in ("Disk full", "Draft kept", "Disk full"):
+        toasts.tell(text)
+    assert toasts.shown == 2
+    assert [m.text for m in toasts.messages] == ["Disk full", "Draft kept", "Disk full"]
+
+
 def test_it_stays_while_it_has_the_keyboard(window: QWidget, qtbot: QtBot) -> None:
     toasts = Toasts(window, stay_ms=40)
+    window.setFocus()
     toasts.tell("My Rembrandt deleted", actions=[("Undo", lambda: None)])
     button_named(window, "Undo").setFocus()
     qtbot.wait(150)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from dataclasses import replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
@@ -10,7 +12,7 @@ from unittest.mock import MagicMock
 import pytest
 
 from app.core.errors import Cancelled
-from app.core.places import Place, create_place, read_place
+from app.core.places import Place, PlaceError, create_place, read_place, write_place
 from app.core.progress import Token, silent
 from app.devices.clock import VirtualClock
 from app.ui.presenters.keeping import Keeper
@@ -94,3 +96,49 @@ def test_two_places_are_both_kept(keeper: Keeper, runner: Later, tmp_path: Path)
     keeper.keep(second, place_with(second, 2.0))
     runner.run()
     assert [read_place(one).needle_deg for one in (first, second)] == [1.0, 2.0]
+
+
+def full(patch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    patch.setattr("app.core.files.os.replace", refuse)
+
+
+def test_what_a_full_disk_refused_is_written_once_there_is_room(
+    keeper: Keeper, runner: Later, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now = datetime.now(UTC)
+    first, second = create_place(tmp_path, "a", now), create_place(tmp_path, "b", now)
+    with monkeypatch.context() as patch:
+        full(patch)
+        keeper.keep(first, place_with(first, 1.0))
+        with pytest.raises(PlaceError, match="no space left"):
+            runner.run()
+        kept = keeper.unkept(first)
+        assert kept is not None
+        assert kept.needle_deg == 1.0
+        with pytest.raises(PlaceError):
+            keeper.keep_now(first, place_with(first, 2.0))
+    keeper.keep(second, place_with(second, 3.0))
+    runner.run()
+    assert [read_place(one).needle_deg for one in (first, second)] == [2.0, 3.0]
+    assert keeper.unkept(first) is None
+
+
+def test_who_hands_over_never_waits_for_the_disk(
+    keeper: Keeper, runner: Later, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def slow(*given: Any) -> None:
+        # As from another thread, in the middle of writing.
+        keeper.keep(folder, place_with(folder, 2.0))
+        write_place(*given)
+
+    with monkeypatch.context() as patch:
+        patch.setattr("app.ui.presenters.keeping.write_place", slow)
+        keeper.keep(folder, place_with(folder, 1.0))
+        runner.run()
+    assert read_place(folder).needle_deg == 1.0
+    assert len(runner.work) == 1
+    runner.run()
+    assert read_place(folder).needle_deg == 2.0
