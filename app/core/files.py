@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import stat
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from app.core.errors import CoreError
 
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 __all__ = ["atomic_write", "atomic_write_bytes", "atomic_write_text", "check_target"]
+
+_NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def check_target(path: Path | str) -> Path:
@@ -84,7 +87,7 @@ def atomic_write(path: Path | str, writer: Callable[[Path], None]) -> None:
         # A link is followed, so that the file behind it is replaced and not the link.
         os.replace(temporary, target.resolve())
     except OSError as error:
-        raise CoreError(f"Cannot write {target}: {_words(error)}.") from error
+        raise _refused(target, error) from error
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink()
@@ -135,6 +138,11 @@ def _words(error: OSError) -> str:
     return (error.strerror or str(error) or type(error).__name__).rstrip(".").lower()
 
 
+def _refused(target: Path, error: OSError) -> CoreError:
+    hint = "Make room, or choose another folder." if error.errno in _NO_ROOM else ""
+    return CoreError(f"Cannot write {target}: {_words(error)}.", hint)
+
+
 def _temporary_beside(target: Path) -> Path:
     """Create an empty file beside the target, with the permissions the target shall have."""
     folder = target.resolve().parent
@@ -147,7 +155,7 @@ def _temporary_beside(target: Path) -> Path:
         # mkstemp makes the file private; a result is an ordinary file.
         temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask())
     except OSError as error:
-        raise CoreError(f"Cannot write {target}: {_words(error)}.") from error
+        raise _refused(target, error) from error
     return temporary
 
 

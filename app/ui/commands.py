@@ -252,9 +252,7 @@ class Commands:
 
     def _keep(self, settings: Settings) -> None:
         self._unkept = settings
-        self.services.runner.submit(
-            "keep-settings", lambda token, report: self._write_settings()
-        )
+        self.services.runner.submit("keep-settings", lambda token, report: self._write_settings())
 
     def _write_settings(self) -> None:
         # One after the other, and only the newest: an older one never comes last.

@@ -93,6 +93,7 @@ class Window(QWidget):
         self._front: ScreenKey | None = None
         self._state: FrameState | None = None
         self._idle = ("", "check")
+        self._job: JobLine | None = None
         self._compact = True
         self.actions_everywhere = tuple(actions)
         self._global_shortcuts = Shortcuts(self)
@@ -121,6 +122,7 @@ class Window(QWidget):
         self._state = state
         self._rail.show_steps(state.step, state.done)
         self._top.show_state(state)
+        self.say(state.status, state.status_icon)
         self._show_screen()
 
     def say(self, words: str, icon: str = "check") -> None:
@@ -134,7 +136,8 @@ class Window(QWidget):
             See `JobLineBar.show_idle`.
         """
         self._idle = (words, icon)
-        self._job_line.show_idle(words, icon)
+        if self._job is None:
+            self._job_line.show_idle(words, icon)
 
     def dismiss_messages(self) -> None:
         """Take all messages off the screen; they stay in the list of messages."""
@@ -279,6 +282,7 @@ class Window(QWidget):
             self._show_screen()
 
     def _show_job(self, job: JobLine | None) -> None:
+        self._job = job
         if job is None:
             self._job_line.show_idle(*self._idle)
         else:

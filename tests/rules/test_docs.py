@@ -25,7 +25,8 @@ def test_links_lead_somewhere(page: Path) -> None:
 
 def test_readme_opens_with_what_it_does_and_shows_every_command() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert text.index("how far to turn") < text.index("docs/images/sheet.png") < text.index("##")
+    first = text.index("docs/images/app/styles-dark.webp")
+    assert text.index("how far to turn") < first < text.index("##")
     for name in COMMANDS:
         assert f"run.py {name}" in text
     assert "\npython3 run.py\npython3 run.py test\n" in text

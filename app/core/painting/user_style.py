@@ -201,7 +201,9 @@ def not_saved(error: OSError | CoreError) -> StyleError:
     """
     words = str(error).lower()
     if "no space" in words or "disk is full" in words or "quota" in words:
-        return StyleError("Not saved: the disk is full.", "Your strokes are kept.")
+        return StyleError(
+            "Not saved: the disk is full.", "Your strokes are kept: make room, then save again."
+        )
     said = error.message if isinstance(error, CoreError) else f"{error.strerror or error}".lower()
     return StyleError(f"Not saved. {said.rstrip('.')}.", "Your strokes are kept.")
 

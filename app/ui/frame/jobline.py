@@ -99,7 +99,6 @@ class JobLineBar(QWidget):
         colour = t.c.ok if icon == "check" else t.c.dim
         self._mark.setPixmap(icon_pixmap(icon, t.px(16), colour, self.devicePixelRatioF()))
         self._words.set_text(words)
-        self._words.setToolTip(words)
         self.show_job(None)
 
     def show_hints(self, hints: Sequence[tuple[str, str]]) -> None:

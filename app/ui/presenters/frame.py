@@ -18,7 +18,18 @@ __all__ = ["FramePresenter", "FrameState", "FrameView", "camera_words", "time_wo
 _LOW_BATTERY: Final = 0.15
 _LOW_SPACE: Final = 200_000_000
 _SHOWN: Final = frozenset(
-    {"step", "place", "light", "head", "camera", "results", "chosen", "goal_deg"}
+    {
+        "step",
+        "place",
+        "light",
+        "head",
+        "camera",
+        "results",
+        "chosen",
+        "goal_deg",
+        "painting",
+        "settings",
+    }
 )
 _MONTHS: Final = tuple(  # of English, whatever the system speaks
     "Jan Feb Mar Apr May Jun Jul Aug Sep Oct Nov Dec".split()  # noqa: SIM905
@@ -47,6 +58,10 @@ class FrameState:
         Why the camera needs looking after; empty when it does not.
     undo, redo : str
         What they would do; empty when nothing.
+    status : str
+        What is to be known here while nothing runs; may be empty.
+    status_icon : str
+        Its icon.
     """
 
     step: Step = Step.PROBE
@@ -59,6 +74,8 @@ class FrameState:
     camera_warning: str = ""
     undo: str = ""
     redo: str = ""
+    status: str = ""
+    status_icon: str = "check"
 
 
 class FrameView(Protocol):
@@ -93,6 +110,7 @@ class FramePresenter:
         model, undo = self._services.model, self._services.undo
         camera = model.camera
         place = model.place
+        status, icon = _status(model)
         return FrameState(
             step=model.step,
             done=_done(model),
@@ -104,6 +122,8 @@ class FramePresenter:
             camera_warning=_camera_warning(camera),
             undo=undo.undo_words,
             redo=undo.redo_words,
+            status=status,
+            status_icon=icon,
         )
 
     def _model_changed(self, names: frozenset[str]) -> None:
@@ -148,6 +168,27 @@ def _done(model: Model) -> frozenset[Step]:
     if model.goal_deg is not None:
         done.add(Step.STYLES)
     return frozenset(done)
+
+
+def _status(model: Model) -> tuple[str, str]:
+    """Say what is to be known on this screen while nothing runs, and with which icon."""
+    if model.step is Step.TURN:
+        loud = model.settings.sounds
+        return (
+            ("Sound on: quicker as you get near", "sound") if loud else ("Sound off", "sound-off")
+        )
+    if model.step is Step.STYLES and model.painting is not None:
+        return "Every stroke is kept. Leave at any time.", "check"
+    if model.light is None or not model.results:
+        return "", "check"
+    if model.step is Step.PROBE:
+        return "The place is kept with its answers.", "check"
+    out = sum(not result.attainable for result in model.results)
+    solved = f"All {len(model.results)} styles solved for this place."
+    if out == 0:
+        return f"{solved} Every one is in reach.", "check"
+    are = "1 is" if out == 1 else f"{out} are"
+    return f"{solved} {are} out of reach and say{'s' if out == 1 else ''} why.", "check"
 
 
 def _percent(share: float | None) -> str:

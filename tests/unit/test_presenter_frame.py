@@ -1,0 +1,113 @@
+"""The frame around the screens: words for place, camera and what is to be known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta, timezone
+from types import SimpleNamespace
+from typing import Any
+from unittest.mock import MagicMock
+
+import pytest
+
+from app.devices.found import FoundCamera
+from app.devices.osc.endpoint import Endpoint
+from app.ui.presenters.frame import FramePresenter, FrameView, camera_words, time_words
+from app.ui.presenters.model import CameraSeen, Model, Step
+from app.ui.presenters.services import Services
+from app.ui.presenters.undo import Undoable, UndoStack
+
+CEST = timezone(timedelta(hours=2))
+NOW = datetime(2026, 11, 21, 14, 5, tzinfo=CEST)
+FOUND = FoundCamera("THETA", Endpoint("192.168.1.1"), "RICOH THETA V", "00112358", "access point")
+
+
+@pytest.fixture
+def services() -> Any:
+    made = MagicMock(spec=Services)
+    made.model, made.undo, made.today = Model(), UndoStack(), lambda: NOW
+    return made
+
+
+@pytest.mark.parametrize(
+    ("moment", "words"),
+    [
+        (NOW, "21 Nov, 14:05"),
+        (datetime(2026, 3, 1, 9, 7, tzinfo=CEST), "1 Mar, 09:07"),
+        (datetime(2025, 12, 31, 23, 30, tzinfo=UTC), "1 Jan, 01:30"),
+        (datetime(2024, 5, 2, 12, 0, tzinfo=CEST), "2 May 2024, 12:00"),
+    ],
+)
+def test_times_are_said_in_the_zone_of_today(moment: datetime, words: str) -> None:
+    assert time_words(moment, NOW) == words
+
+
+def test_a_camera_is_said_with_what_it_tells() -> None:
+    seen = CameraSeen(FOUND, 0.82, 1_900_000_000)
+    assert camera_words(seen) == "THETA V, 82 %, 1.9 GB free"
+    assert camera_words(replace(seen, battery=None, free_bytes=None)) == "THETA V"
+
+
+@pytest.mark.parametrize(
+    ("battery", "free", "warning"),
+    [
+        (0.15, 200_000_000, ""),
+        (0.149, 10**9, "Battery low"),
+        (0.5, 199_000_000, "Card almost full"),
+        (None, None, ""),
+    ],
+)
+def test_a_camera_that_needs_looking_after_says_so(
+    services: Any, battery: float | None, free: int | None, warning: str
+) -> None:
+    services.model.update(camera=CameraSeen(FOUND, battery, free))
+    assert FramePresenter(services).resolve().camera_warning == warning
+
+
+def results(*attainable: bool) -> tuple[Any, ...]:
+    return tuple(SimpleNamespace(name=str(i), attainable=one) for i, one in enumerate(attainable))
+
+
+@pytest.mark.parametrize(
+    ("reach", "words"),
+    [
+        ((True, True), "All 2 styles solved for this place. Every one is in reach."),
+        ((True, False), "All 2 styles solved for this place. 1 is out of reach and says why."),
+        ((False,) * 3, "All 3 styles solved for this place. 3 are out of reach and say why."),
+    ],
+)
+def test_the_foot_says_how_many_styles_are_out_of_reach(
+    services: Any, reach: tuple[bool, ...], words: str
+) -> None:
+    services.model.update(step=Step.STYLES, light=object(), results=results(*reach))
+    assert FramePresenter(services).resolve().status == words
+
+
+def test_the_foot_of_painting_and_turning(services: Any) -> None:
+    presenter = FramePresenter(services)
+    services.model.update(step=Step.STYLES, painting="top")
+    assert presenter.resolve().status == "Every stroke is kept. Leave at any time."
+    services.model.update(step=Step.TURN, painting=None)
+    assert presenter.resolve().status_icon == "sound"
+    services.model.update(settings=services.model.settings.with_("sounds", False))
+    assert presenter.resolve().status == "Sound off"
+
+
+def test_steps_are_done_when_they_have_what_they_are_for(services: Any) -> None:
+    presenter = FramePresenter(services)
+    assert presenter.resolve().done == frozenset()
+    services.model.update(light=object())
+    assert presenter.resolve().done == {Step.PROBE}
+    services.model.update(goal_deg=3.0)
+    assert presenter.resolve().done == {Step.PROBE, Step.STYLES}
+
+
+def test_the_view_is_told_of_what_it_shows_and_of_nothing_else(services: Any) -> None:
+    view = MagicMock(spec=FrameView)
+    FramePresenter(services).attach(view)
+    services.model.update(needle_deg=4.0)
+    assert view.show_state.call_count == 1
+    services.model.update(step=Step.LIGHT)
+    services.undo.push(Undoable("stroke", lambda: None, lambda: None))
+    assert view.show_state.call_count == 3
+    assert view.show_state.call_args.args[0].undo == "stroke"
