@@ -87,9 +87,6 @@ class _Task(QRunnable):
             error = problem
         bridge.finished.emit(job, answer, error)
 
-    def _report(self, fraction: float, message: str) -> None:
-        self._bridge.progressed.emit(self._job, fraction, message)
-
 
 class QtRunner(QObject):
     """Runs jobs by purpose: a newer one of the same key takes the older one's place.

@@ -117,6 +117,7 @@ class App:
             sounds=Speaker(),
         )
         self.desk = Desk(self.services)
+        self._warned = False
         self._worn = self._wanted(settings)
         set_theme(*self._worn)
         apply(application)
@@ -129,6 +130,7 @@ class App:
             self.notify,
             self.commands.everywhere(),
         )
+        self.window.before_closing = self._may_close
         self.commands.attach(self.window)
         self.frame = FramePresenter(self.services)
         self.frame.attach(self.window)
@@ -146,13 +148,24 @@ class App:
         self.window.setFocus()
 
     def shut(self) -> None:
-        """End all work; what is not yet on the disk is written first."""
+        """End all work; what is not yet on the disk was written before."""
         self._keep_geometry()
-        self.desk.shut()
         self.commands.shut()
         self.runner.shutdown()
         # Not left to the last window: a menu or a tool tip may still count as one.
         self.application.quit()
+
+    def _may_close(self) -> bool:
+        """Keep everything; what cannot be kept holds the window open once."""
+        if self.desk.keep_all() or self._warned:
+            return True
+        self._warned = True
+        self.notify.tell(
+            "The last changes are not kept yet. Make room and close again, or close again to "
+            "leave without them.",
+            kind="warning",
+        )
+        return False
 
     def _begin(self) -> None:
         self.desk.begin()

@@ -19,7 +19,7 @@ from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.toasts import Toasts
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from PySide6.QtGui import (
@@ -96,6 +96,7 @@ class Window(QWidget):
         self._job: JobLine | None = None
         self._compact = True
         self.actions_everywhere = tuple(actions)
+        self.before_closing: Callable[[], bool] = lambda: True
         self._global_shortcuts = Shortcuts(self)
         self._screen_shortcuts = Shortcuts(self)
         self.setWindowTitle("Turnlight")
@@ -359,5 +360,10 @@ class Window(QWidget):
         presenter = self.front_presenter
         if presenter is not None:
             presenter.left()
+        if not self.before_closing():
+            if presenter is not None:
+                presenter.entered()
+            event.ignore()
+            return
         self.closed.emit()
         super().closeEvent(event)

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from PySide6.QtCore import QPoint
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication
 
 from app.core.paths import resources
 from app.core.progress import Token
@@ -89,7 +88,8 @@ def opened(
     assert isinstance(application, QApplication)
     if not (home / FILE).exists():
         write_settings(home / FILE, Settings(**{"tour_seen": True, **settings}))
-    app = App(application, Wishes(), devices or NoDevices(), clock or SystemClock(), home)
+    at_hand: Any = devices or NoDevices()
+    app = App(application, Wishes(), at_hand, clock or SystemClock(), home)
     app.show()
     robot = Robot(app.window)
     try:
@@ -140,8 +140,3 @@ def until(robot: Robot, call: Callable[[], object], what: str, seconds: float = 
             return False
 
     robot.wait(happened, what, seconds)
-
-
-def middle_of(widget: QWidget, window: QWidget) -> QPoint:
-    """Middle of a widget in its window."""
-    return widget.mapTo(window, widget.rect().center())

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QAbstractButton, QFileDialog
 from pytestqt.qtbot import QtBot
 
@@ -31,9 +31,10 @@ from app.ui.presenters.model import Step
 from app.ui.robot import Robot
 from app.ui.screens.paint.canvas import PaintCanvas
 from app.ui.screens.styles.card import DamagedCard, StyleCard
-from app.ui.screens.turn.column import GuideColumn
+from app.ui.screens.turn.well import Well
 from app.ui.start import App
 from app.ui.theme import theme
+from app.ui.widgets.labels import Text
 from app.ui.widgets.plots.bigdegrees import BigDegrees
 from tests.helpers.cameras import Rig
 from tests.helpers.probe_screen import RigDevices
@@ -44,7 +45,6 @@ from tests.helpers.whole_window import (
     opened,
     quick_heads,
     say,
-    sees,
     told,
     until,
 )
@@ -136,7 +136,7 @@ def test_the_camera_goes_away_in_the_middle_and_comes_back(home: Path, tmp_path:
         notice = robot.find("The camera went away after frame 2 of 3.").accessibleName()
         assert "Both frames are kept. Reconnect and take the third" in notice
         (folder,) = (place.folder for place in list_places(home / "places"))
-        frames = sorted(path.name for path in folder.rglob("*.JPG"))
+        frames = sorted(path.name for path in folder.rglob("originals/*.JPG"))
         assert len(frames) == 2
         works(app, robot)
         robot.click("Probe")
@@ -146,7 +146,7 @@ def test_the_camera_goes_away_in_the_middle_and_comes_back(home: Path, tmp_path:
         robot.wait(lambda: bool(app.model.results), "the answers")
         assert len(rig.camera.storage.files) == shots
         assert app.model.place_folder == folder
-        assert set(frames) < {path.name for path in folder.rglob("*.JPG")}
+        assert set(frames) < {path.name for path in folder.rglob("originals/*.JPG")}
     assert [place.trouble for place in list_places(home / "places")] == [None]
 
 
@@ -178,12 +178,8 @@ def test_the_webcam_is_pulled_out_and_put_back(home: Path) -> None:
     with opened(home, OneWebcam(webcam), camera_looks="sitter", sounds=False) as (app, robot):
         open_light(app, robot, location / "probe-1.exr")
         app.model.update(step=Step.TURN, chosen="left-split")
-        column = robot.window.findChild(GuideColumn)
-        assert column is not None
-        degrees = column.findChild(BigDegrees)
-        assert degrees is not None
-        until(robot, lambda: "to go" in robot_number(robot), "a number from the live picture", 20)
-        before = robot_number(robot)
+        until(robot, lambda: "to go" in number_shown(robot), "a number from the live picture", 20)
+        before = number_shown(robot)
         webcam.unplug()
         until(robot, lambda: gone(robot), "the message", 10)
         assert "Plug it in" in gone(robot)
@@ -191,19 +187,17 @@ def test_the_webcam_is_pulled_out_and_put_back(home: Path) -> None:
         works(app, robot)
         robot.click("Turn")
         webcam.plug_in()
-        until(robot, lambda: robot_number(robot) == before, "the number again", 20)
+        until(robot, lambda: number_shown(robot) == before, "the number again", 20)
         assert not gone(robot)
 
 
-def robot_number(robot: Robot) -> str:
+def number_shown(robot: Robot) -> str:
     degrees = robot.window.findChild(BigDegrees)
     return "" if degrees is None else degrees.accessibleName()
 
 
 def gone(robot: Robot) -> str:
     """What is said of a webcam that went away, over the live picture."""
-    from app.ui.screens.turn.well import Well
-
     wells = [well.message for well in robot.window.findChildren(Well) if well.isVisible()]
     return next((words for words in wells if "went away" in words or "No webcam" in words), "")
 
@@ -246,6 +240,23 @@ def test_a_panorama_without_room_leaves_nothing_half(home: Path) -> None:
         assert half_written(home) == []
         open_light(app, robot)
         works(app, robot)
+
+
+def test_closing_waits_once_while_the_disk_is_full(home: Path) -> None:
+    with opened(home) as (app, robot):
+        open_light(app, robot)
+        folder = app.model.place_folder
+        assert folder is not None
+        robot.wait(lambda: not app.runner.running("keep"), "keeping")
+        with full_disk():
+            app.model.update(goal_deg=12.0)
+            app.window.close()
+            assert app.window.isVisible()
+            assert "close again" in say(app, robot, "not kept yet")
+            works(app, robot)
+        app.window.close()
+        assert not app.window.isVisible()
+    assert read_place(folder).goal_deg == 12.0
 
 
 def test_settings_that_cannot_be_kept_count_and_are_kept_later(home: Path) -> None:
@@ -381,18 +392,15 @@ def test_a_damaged_place_is_opened_from_the_list(
     files = {path.name: path.read_bytes() for path in hurt.iterdir() if path.is_file()}
     with opened(home) as (app, robot):
         robot.click("Places")
-        buttons = lambda: [  # noqa: E731
-            one
-            for one in robot.window.findChildren(QAbstractButton)
-            if one.isVisible() and one.accessibleName().startswith("Open studio")
-        ]
-        robot.wait(lambda: len(buttons()) == 2, "the list")
+        robot.wait(lambda: len(openers(robot)) == 2, "the list")
         if listed:
-            texts = [one.text() for one in robot.window.findChildren(type(robot_text(robot)))]
+            texts = [one.text() for one in robot.window.findChildren(Text)]
             assert any(listed in text for text in texts), texts
         number = [place.folder for place in list_places(home / "places")].index(hurt)
-        robot.click_at(buttons()[number])
-        until(robot, lambda: any("studio" in text or "place" in text for text in told(app)), "words")
+        robot.click_at(openers(robot)[number])
+        until(
+            robot, lambda: any("studio" in text or "place" in text for text in told(app)), "words"
+        )
         assert next_step_in(" ".join(told(app))), told(app)
         if light:
             robot.wait(lambda: bool(app.model.results), "the answers")
@@ -408,12 +416,10 @@ def test_a_damaged_place_is_opened_from_the_list(
         assert data in kept, f"{name} was lost"
 
 
-def robot_text(robot: Robot) -> Any:
-    from app.ui.widgets.labels import Text
-
-    found = robot.window.findChild(Text)
-    assert found is not None
-    return found
+def openers(robot: Robot) -> list[QAbstractButton]:
+    """Buttons of the list that open a place, from above."""
+    buttons = robot.window.findChildren(QAbstractButton)
+    return [one for one in buttons if one.isVisible() and one.accessibleName() == "Open studio"]
 
 
 def test_a_setting_out_of_range_is_said_and_the_others_hold(home: Path) -> None:

@@ -1,8 +1,8 @@
 """Left and right, clockwise and not, with one lamp at a known place, through the whole window.
 
 The frame: a panorama's middle column is azimuth 0, azimuths grow to its right, which is clockwise
-seen from above. A sitter turned by t faces azimuth t and has azimuth t - 90 at their left hand. So a
-lamp at p is at their left side once t = p + 90. Walking, the photographer faces the sitter: from
+seen from above. A sitter turned by t faces azimuth t and has azimuth t - 90 at their left hand. So
+a lamp at p is at their left side once t = p + 90. Walking, the photographer faces the sitter: from
 above, with the sitter in the middle, clockwise around is to the walker's left; who turns on the
 spot turns clockwise by turning to the right.
 """
@@ -23,8 +23,7 @@ from pytestqt.qtbot import QtBot
 
 from app.core.angles import difference, wrap
 from app.core.images import write_exr
-from app.core.setsheet import output
-from app.core.setsheet.pdf import Word
+from app.core.setsheet import output, pdf
 from app.ui.presenters import turn_sight
 from app.ui.presenters.model import Step
 from app.ui.robot import Robot
@@ -140,9 +139,9 @@ def detail_of(robot: Robot) -> tuple[int, str]:
 
 
 def go_to_turn(app: App, robot: Robot, mode: str) -> None:
-    if app.model.step is not Step.TURN:
+    if app.model.step != "turn":
         robot.press(Qt.Key.Key_Return)
-        assert app.model.step is Step.TURN
+    assert app.model.step == "turn"
     column = robot.window.findChild(GuideColumn)
     assert column is not None
     chooser = column.findChild(Segmented)
@@ -267,9 +266,11 @@ def test_the_set_sheet_says_the_same(
 ) -> None:
     app, robot = window
     pages: list[list[str]] = []
-    real = output.page_of
+    real = pdf.page_of
 
-    def heard(jpeg: bytes, pixels: object, page: object, words: list[Word], title: str) -> bytes:
+    def heard(
+        jpeg: bytes, pixels: object, page: object, words: list[pdf.Word], title: str
+    ) -> bytes:
         pages.append([word.text for word in words])
         return real(jpeg, pixels, page, words, title)  # type: ignore[arg-type]
 

@@ -198,12 +198,10 @@ def test_style_is_handed_on_and_taken_in(room: Studio, tmp_path: Path) -> None:
 
 
 def test_a_file_that_is_no_style_changes_nothing(room: Studio, tmp_path: Path) -> None:
-    from app.core.errors import StyleError
-
     bad = tmp_path / "bad.turnstyle"
     bad.write_bytes(b"PK\x03\x04 nothing")
-    with pytest.raises(StyleError):  # nobody takes it here; the window's runner tells it
-        room.presenter.files.import_style(bad)
+    room.presenter.files.import_style(bad)
+    assert "bad.turnstyle is damaged" in str(room.told)
     assert room.model.user_styles == ()
 
 
@@ -217,3 +215,40 @@ def test_what_needs_a_saved_style_is_offered_only_then(room: Studio) -> None:
     assert "delete-painting" not in offered()
     room.presenter.files.named("save", "Mine")
     assert offered() >= {"delete-painting", "duplicate-painting"}
+
+
+def test_a_draft_that_the_disk_refuses_is_not_said_to_be_kept(
+    room: Studio, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_given: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    room.enter()
+    monkeypatch.setattr("app.ui.presenters.paint_drafts.save_draft", full)
+    room.stroke((0.5, 0.5), (0.6, 0.5))
+    room.leave()
+    assert "cannot be kept on the disk" in room.told.messages[-1]
+    assert not any(words.startswith("Draft kept") for words in room.told.messages)
+
+
+def test_a_stroke_never_waits_for_the_disk(
+    room: Studio, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    keeper = room.presenter._keeper
+    written: list[object] = []
+
+    def slow(path: Path, draft: object) -> None:
+        if not written:
+            # As from another thread, in the middle of writing.
+            written.append(draft)
+            keeper.keep(path, newer)
+        else:
+            written.append(draft)
+
+    older, newer = MagicMock(), MagicMock()
+    monkeypatch.setattr("app.ui.presenters.paint_drafts.save_draft", slow)
+    monkeypatch.setattr(keeper, "_start", lambda: None)
+    keeper.keep(tmp_path / "d.npz", older)
+    assert keeper.flush()
+    assert keeper.flush()
+    assert written == [older, newer]

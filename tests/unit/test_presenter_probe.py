@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 from unittest.mock import MagicMock
 
 import pytest
@@ -214,6 +215,31 @@ class TestTroubles:
         assert notice.buttons[-1] == ("leave-offer", "Not now")
         again.presenter.press("merge-offer")
         assert again.presenter.resolve().has_place
+
+    def test_a_capture_that_ended_and_was_not_kept_is_offered(
+        self, bench: Bench, tmp_path: Path
+    ) -> None:
+        bench.presenter.entered()
+        # The window was closed, or the disk was full, before the place could be kept.
+        bench.runner.held.add("open-arrived")
+        bench.presenter.capture()
+        assert bench.model.light is None
+        again = Bench(tmp_path)
+        again.presenter.entered()
+        notice = again.presenter.resolve().notice
+        assert notice is not None
+        assert notice.buttons[0][0] == "resume-offer"
+        again.presenter.press("resume-offer")
+        assert again.model.light is not None
+
+    def test_a_newer_search_is_not_ended_by_the_older_one(self, bench: Bench) -> None:
+        ends: list[Any] = []
+        bench.runner.submit = lambda key, work, **calls: ends.append(calls)  # type: ignore[method-assign]
+        bench.runner.running = lambda key: True  # type: ignore[method-assign]
+        bench.presenter.cameras.search()
+        bench.presenter.cameras.search()
+        ends[0]["cancelled"]()
+        assert bench.presenter.resolve().camera.busy == "Looking for cameras…"
 
     def test_the_offer_can_be_left(self, bench: Bench, tmp_path: Path) -> None:
         entered(bench)

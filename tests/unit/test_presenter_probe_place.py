@@ -37,7 +37,7 @@ class TestMarker:
         (row,) = bench.presenter.resolve().lamps
         assert row.azimuth == "47°"
         assert row.elevation == "20° up"
-        assert row.where == "in front, sitter's right (camera left)"
+        assert row.where == "in front, sitter’s right (camera left)"
         bench.presenter.move_marker(77.0)
         (row,) = bench.presenter.resolve().lamps
         assert row.azimuth == "−30°"

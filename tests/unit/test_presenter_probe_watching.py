@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -83,6 +85,23 @@ class TestWatching:
         bench.presenter.watching.stop()
         bench.presenter.entered()
         assert bench.presenter.watching.folder is None
+
+    def test_the_same_folder_again_goes_on_being_watched(self, tmp_path: Path) -> None:
+        bench = Bench(tmp_path)
+        ends: list[Callable[[], None]] = []
+
+        def submit(key: str, work: object, **calls: Any) -> None:
+            ends.append(calls["cancelled"])
+
+        bench.runner.submit = submit  # type: ignore[method-assign]
+        watching = bench.presenter.watching
+        watching.start(tmp_path)
+        watching.start(tmp_path)
+        # The first wait has ended by now, and says so only when the second has begun.
+        ends[0]()
+        assert watching.folder == tmp_path
+        ends[1]()
+        assert watching.folder is None
 
 
 class TestWords:

@@ -137,8 +137,8 @@ def test_export_and_import(table: Table, tmp_path: Path) -> None:
 def test_a_file_that_nobody_agreed_to_replace_stays(table: Table, tmp_path: Path) -> None:
     there = tmp_path / "style.turnstyle"
     there.write_bytes(b"precious")
-    with pytest.raises(Exception, match="already a file"):
-        table.presenter.files.export(tmp_path / "style")
+    table.presenter.files.export(tmp_path / "style")
+    assert "already a file" in table.told.messages[-1]
     assert there.read_bytes() == b"precious"
     sheet = tmp_path / "sheet.pdf"
     sheet.write_bytes(b"precious")
@@ -150,8 +150,8 @@ def test_a_file_that_nobody_agreed_to_replace_stays(table: Table, tmp_path: Path
 def test_a_file_that_is_no_style(table: Table, tmp_path: Path) -> None:
     file = tmp_path / "holiday.turnstyle"
     file.write_bytes(b"\x00" * 100)
-    with pytest.raises(Exception, match=r"holiday\.turnstyle is damaged or not an exported style"):
-        table.presenter.files.import_style(file)
+    table.presenter.files.import_style(file)
+    assert "holiday.turnstyle is damaged or not an exported style" in table.told.messages[-1]
     assert titles(table) == ["My Rembrandt"]
 
 

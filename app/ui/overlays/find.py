@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import shiboken6
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
@@ -72,7 +73,8 @@ class FindBody(QWidget):
             )
             for one in places
         ]
-        if self._commands.overlay is not None:
+        # By now it may be closed, and something else be open in its place.
+        if shiboken6.isValid(self):
             self._show()
 
     def _show(self) -> None:
@@ -86,7 +88,7 @@ class FindBody(QWidget):
 
 def _actions(commands: Commands) -> list[Findable]:
     return [
-        Findable(one.words, "", one.icon, written(one.shortcut), one.run)
+        Findable(one.words, "", one.icon or "chevron-right", written(one.shortcut), one.run)
         for one in commands.all_actions()
         if one.key != "find" and one.enabled()
     ]
@@ -98,7 +100,11 @@ def _styles(commands: Commands) -> list[Findable]:
         return []
 
     def goto(name: str) -> Callable[[], None]:
-        return lambda: model.update(chosen=name, needle_deg=None, step=Step.STYLES, painting=None)
+        def go() -> None:
+            model.choose(name)
+            model.update(step=Step.STYLES, painting=None)
+
+        return go
 
     built_in = [(style.name, style.full_title) for style in model.head.pack.styles]
     own = [(style.name, style.title) for style in model.user_styles]

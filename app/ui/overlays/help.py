@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QGridLayout, QVBoxLayout, QWidget
 
 from app.ui.shortcuts import written
@@ -61,16 +62,26 @@ class HelpBody(QWidget):
         grid = QGridLayout()
         grid.setHorizontalSpacing(t.px(32))
         grid.setVerticalSpacing(t.px(8))
+        grid.setColumnStretch(0, 1)
+        grid.setColumnStretch(1, 1)
         bound = [one for one in commands.all_actions() if one.shortcut]
         rows = -(-len(bound) // 2)
+        hints: list[KeyHint] = []
         for number, action in enumerate(bound):
             hint = KeyHint(action.keys or written(action.shortcut), action.words)
-            grid.addWidget(hint, number % rows, number // rows)
+            hints.append(hint)
+            grid.addWidget(hint, number % rows, number // rows, Qt.AlignmentFlag.AlignLeft)
+        for side in (hints[:rows], hints[rows:]):
+            for hint in side:
+                hint.align(max(one.cap() for one in side))
         column.addLayout(grid)
         column.addWidget(Text("Words", 16, 600))
         for word, meaning in _WORDS:
-            column.addWidget(Text(word, 14, 600))
-            column.addWidget(Text(meaning, 14, role="dim", wrap=True))
+            pair = QVBoxLayout()
+            pair.setSpacing(t.px(2))
+            pair.addWidget(Text(word, 14, 600))
+            pair.addWidget(Text(meaning, 14, role="dim", wrap=True))
+            column.addLayout(pair)
         column.addStretch(1)
         area = Scroll()
         area.setWidget(inside)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import cv2
-from PySide6.QtCore import QUrl
+from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QHBoxLayout, QInputDialog, QVBoxLayout, QWidget
 
@@ -49,6 +50,7 @@ class PlacesBody(QWidget):
         self._commands = commands
         self._presenter = ShelfPresenter(commands.services, commands.desk)
         self._state: ShelfState | None = None
+        self._stops: list[QWidget] = []
         t = theme()
         self._column = QVBoxLayout()
         self._column.setSpacing(t.px(8))
@@ -75,15 +77,24 @@ class PlacesBody(QWidget):
                 widget.deleteLater()
         if not state.rows and not state.busy:
             self._column.addWidget(Empty("No place measured yet. The demo place needs no camera."))
+        self._stops = []
         for row in state.rows:
             self._column.addWidget(self._line(row))
         self._column.addStretch(1)
+        self._order_stops()
+
+    def _order_stops(self) -> None:
+        """Lead Tab through the places first: they stand above the buttons, but come later."""
+        for before, after in pairwise([*self._stops, self._demo, self._files]):
+            QWidget.setTabOrder(before, after)
+        if self._stops and self._demo.hasFocus():
+            self._stops[0].setFocus(Qt.FocusReason.OtherFocusReason)
 
     def _foot(self) -> QHBoxLayout:
         row = QHBoxLayout()
         row.setSpacing(theme().px(8))
-        demo = Button("Try the demo place", "pin")
-        files = Button("Open files…", "file")
+        self._demo = demo = Button("Try the demo place", "pin")
+        self._files = files = Button("Open files…", "file")
         demo.clicked.connect(lambda: self._leave(self._commands.desk.open_demo))
         files.clicked.connect(lambda: self._leave(self._commands.open_files))
         row.addWidget(demo)
@@ -109,7 +120,8 @@ class PlacesBody(QWidget):
         words = QVBoxLayout()
         words.setSpacing(t.px(4))
         words.addWidget(Text(row.name, 14, 600, elide=True))
-        words.addWidget(Text(row.time, 12, role="dim"))
+        when = f"{row.time}, open now" if row.current else row.time
+        words.addWidget(Text(when, 12, role="dim", elide=True))
         if row.detail:
             detail = QHBoxLayout()
             if row.trouble:
@@ -124,6 +136,7 @@ class PlacesBody(QWidget):
         more = IconButton("more", f"More about {row.name}", kind="quiet", size="small")
         more.clicked.connect(lambda: self._more(row, more))
         line.addWidget(more)
+        self._stops += [opener, more]
         return frame
 
     def _more(self, row: ShelfRow, under: QWidget) -> None:
@@ -144,7 +157,11 @@ def _show_folder(folder: Path) -> None:
 
 
 def _thumbnail(path: Path | None) -> NDArray[np.uint8] | None:
-    if path is None or path.stat().st_size > _MOST_BYTES:
+    try:
+        if path is None or path.stat().st_size > _MOST_BYTES:
+            return None
+        read = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    except (OSError, cv2.error):
+        # The place may have been deleted since it was listed.
         return None
-    read = cv2.imread(str(path), cv2.IMREAD_COLOR)
     return None if read is None else cv2.cvtColor(read, cv2.COLOR_BGR2RGB)  # type: ignore[return-value]

@@ -2,39 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from app.core.angles import wrap
-from app.core.environment import read_environment
 from app.core.errors import CoreError
-from app.core.light_here import LightHere, prepare
 from app.core.pack import load_named_pack, load_transport_of, pack_names
 from app.core.painting import list_user_styles, solve_user_styles
-from app.core.places import (
-    Asked,
-    CaptureFacts,
-    Location,
-    Place,
-    adopt_files,
-    create_place,
-    read_light,
-    read_place,
-    store_environment,
-    write_place,
-)
+from app.core.places import Asked, Place, read_place
 from app.core.sheet.words import head_words
 from app.core.solve import Objective, solve_all
-from app.ui.presenters.intake import Intake, sort_out
+from app.ui.presenters.in_turn import InTurn
+from app.ui.presenters.intake import sort_out
 from app.ui.presenters.keeping import Keeper
 from app.ui.presenters.measuring import capture_facts, location_of, merged_light
 from app.ui.presenters.model import Head, Step
+from app.ui.presenters.opening import Opened, kept_anew, read_kept, take_anew
 from app.ui.presenters.undo import Undoable
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
+    from app.core.light_here import LightHere
     from app.core.painting import UserStyle
     from app.core.progress import Report, Token
     from app.core.settings import Settings
@@ -49,15 +39,6 @@ _KEPT: Final = frozenset({"results", "front_deg", "chosen", "needle_deg", "goal_
 _FALLBACK_HEAD: Final = "generic"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Opened:
-    """A place that has been read or made."""
-
-    folder: Path
-    place: Place
-    light: LightHere
-
-
 class Desk:
     """Opens places, has them solved, and keeps them.
 
@@ -65,12 +46,19 @@ class Desk:
     ----------
     services : Services
         The window's.
+
+    Attributes
+    ----------
+    file_work : InTurn
+        For whatever changes the user's files, on any screen.
     """
 
     def __init__(self, services: Services) -> None:
         self._services = services
         self._asked: tuple[object, ...] = ()
         self._keeper = Keeper(services)
+        self._arrivals = InTurn(services, "open-arrived")
+        self.file_work = InTurn(services, "files")
         services.model.changed.connect(self._model_changed)
 
     # -- start and end -------------------------------------------------------------------------
@@ -80,9 +68,15 @@ class Desk:
         self.load_head(self._services.model.settings.head)
         self.refresh_user_styles()
 
-    def shut(self) -> None:
-        """Write what is not yet on the disk."""
-        self._keep_now()
+    def keep_all(self) -> bool:
+        """Write what is not yet on the disk, before going on.
+
+        Returns
+        -------
+        bool
+            Whether all of it is kept; why not has been told.
+        """
+        return self._keep_now()
 
     # -- who is lit ----------------------------------------------------------------------------
 
@@ -127,14 +121,19 @@ class Desk:
         paths : sequence of Path
             As dropped or chosen.
         """
-        given = tuple(paths)
-        name = given[0].name if given else ""
-        self._services.runner.submit(
-            "open",
-            lambda token, report: self._read(sort_out(given), token, report),
-            title=f"Opening {name}",
-            done=self._opened,
-        )
+        work, title = self._reading(paths)
+        self._services.runner.submit("open", work, title=title, done=self._opened)
+
+    def take_in(self, paths: Sequence[Path]) -> None:
+        """Open what has arrived by itself; the next that arrives waits until this is done.
+
+        Parameters
+        ----------
+        paths : sequence of Path
+            As for `open_paths`.
+        """
+        work, title = self._reading(paths)
+        self._arrivals.submit(work, title=title, done=self._opened)
 
     def open_demo(self) -> None:
         """Make a place of the demo location's panorama, without any camera."""
@@ -150,7 +149,7 @@ class Desk:
         """
         self._services.runner.submit(
             "open",
-            lambda token, report: _read_kept(folder, self._keeper.unkept(folder)),
+            lambda token, report: read_kept(folder, self._keeper.unkept(folder)),
             title="Opening the place",
             done=self._opened,
         )
@@ -170,7 +169,7 @@ class Desk:
         now = self._services.today()
         head = self._services.model.settings.head
 
-        def work(token: Token, report: Report) -> _Opened:
+        def work(token: Token, report: Report) -> Opened:
             del token, report
             probe = result.probe
             light = merged_light(probe, name)
@@ -181,9 +180,10 @@ class Desk:
                 location=location_of(probe),
                 capture=capture_facts(probe, result.profile.title, result.plan.kind),
             )
-            return _kept_anew(folder, place, light)
+            return kept_anew(folder, place, light)
 
-        self._services.runner.submit("open", work, title="Saving the place", done=self._opened)
+        # Nothing that is opened meanwhile takes its place: it would be measured, and not kept.
+        self._arrivals.submit(work, title="Saving the place", done=self._opened)
 
     def close(self) -> None:
         """Keep the open place and put it away; none is open then."""
@@ -258,34 +258,21 @@ class Desk:
 
     # -- opening and solving -------------------------------------------------------------------
 
-    def _read(self, intake: Intake, token: Token, report: Report) -> _Opened:
-        if intake.place is not None:
-            return _read_kept(intake.place, self._keeper.unkept(intake.place))
-        now = self._services.today()
-        settings = self._services.model.settings
-        name = intake.name
-        if intake.environment is not None:
-            report(0.1, f"Reading {intake.environment.name}")
-            light = prepare(read_environment(intake.environment))
-            location, facts = Location(), CaptureFacts(plan="panorama")
-        else:
-            from app.core.probe.probe import measure
+    def _reading(self, paths: Sequence[Path]) -> tuple[Callable[[Token, Report], Opened], str]:
+        """Prepare to read what there is; give it with its title."""
+        given, services = tuple(paths), self._services
+        places, now = services.folders.places, services.today()
+        head, unkept = services.model.settings.head, self._keeper.unkept
 
-            probe = measure(
-                intake.frames, load_named_pack(_FALLBACK_HEAD), token=token, report=report
-            )
-            light = merged_light(probe, name)
-            location, facts = location_of(probe), capture_facts(probe, "", "files")
-        token.check()
-        report(0.9, "Saving the place")
-        folder = create_place(self._services.folders.places, name, now)
-        if intake.frames:
-            adopt_files(folder, intake.frames, token)
-        # When the light of files was measured nobody knows: their place has no age.
-        place = replace(read_place(folder), head=settings.head, location=location, capture=facts)
-        return _kept_anew(folder, place, light)
+        def work(token: Token, report: Report) -> Opened:
+            intake = sort_out(given)
+            if intake.place is not None:
+                return read_kept(intake.place, unkept(intake.place))
+            return take_anew(intake, places, now, head, token, report)
 
-    def _opened(self, opened: _Opened) -> None:
+        return work, f"Opening {given[0].name if given else ''}"
+
+    def _opened(self, opened: Opened) -> None:
         self._keep_now()
         place = opened.place
         self._services.undo.clear()
@@ -318,6 +305,9 @@ class Desk:
         model = self._services.model
         light, head, settings = model.light, model.head, model.settings
         if light is None or head is None:
+            # What is being worked out is of a place that was closed.
+            self._asked = ()
+            self._services.runner.cancel("solve")
             return
         asked = (light, head, model.front_deg, model.user_styles, _solver_settings(settings))
         if self._asked[:2] == asked[:2] and self._asked[2:] == asked[2:]:
@@ -333,8 +323,11 @@ class Desk:
     def _solved(self, results: tuple[StyleResult, ...]) -> None:
         model = self._services.model
         names = {result.name for result in results}
-        chosen = model.chosen if model.chosen in names else _best(results)
-        model.update(results=results, chosen=chosen)
+        if model.chosen in names:
+            model.update(results=results)
+        else:
+            # Another style's goal is no goal for this one.
+            model.update(results=results, chosen=_best(results), needle_deg=None, goal_deg=None)
 
     # -- keeping -------------------------------------------------------------------------------
 
@@ -345,14 +338,16 @@ class Desk:
         folder, place = kept
         self._keeper.keep(folder, place)
 
-    def _keep_now(self) -> None:
+    def _keep_now(self) -> bool:
         kept = self._current()
         if kept is None:
-            return
+            return True
         try:
             self._keeper.keep_now(*kept)
         except (CoreError, OSError) as error:
             self._services.notify.tell_error(error)
+            return False
+        return True
 
     def _current(self) -> tuple[Path, Place] | None:
         model = self._services.model
@@ -387,20 +382,6 @@ def _load_head(name: str) -> Head:
 def _title(name: str) -> str:
     # Shipped heads whose name says no tone have the medium one.
     return f"{head_words(name)}, medium skin" if name.isalpha() else head_words(name)
-
-
-def _read_kept(folder: Path, unkept: Place | None) -> _Opened:
-    place = unkept or read_place(folder)
-    environment, remarks = read_light(folder, place)
-    place = replace(place, remarks=(*place.remarks, *remarks))
-    return _Opened(folder, place, prepare(environment))
-
-
-def _kept_anew(folder: Path, place: Place, light: LightHere) -> _Opened:
-    stored = store_environment(folder, light.environment.radiance, light.display)
-    whole = replace(place, environment=stored.environment, fingerprint=stored.fingerprint)
-    write_place(folder, whole)
-    return _Opened(folder, whole, light)
 
 
 def _solve_place(

@@ -111,7 +111,8 @@ class LightPresenter:
 
     def choose(self, name: str) -> None:
         """Look at a style in the gallery."""
-        self._services.model.update(chosen=name, needle_deg=None, step=Step.STYLES, painting=None)
+        self._services.model.choose(name)
+        self._services.model.update(step=Step.STYLES, painting=None)
 
     def resolve(self) -> LightState:
         """Work out what the step shows now."""

@@ -174,6 +174,18 @@ class Model:
         if changed:
             self.changed.emit(frozenset(changed))
 
+    def choose(self, name: str) -> None:
+        """Bring another style to the front, at its best turn.
+
+        Parameters
+        ----------
+        name : str
+            Of the style. The needle and the goal of another one are none of its own; those of the
+            style that is in front already stay.
+        """
+        if name != self.chosen:
+            self.update(chosen=name, needle_deg=None, goal_deg=None)
+
     @property
     def result(self) -> StyleResult | None:
         """Answer for the chosen style."""

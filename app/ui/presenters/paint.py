@@ -433,8 +433,8 @@ class PaintPresenter:
         if easel is None:
             return
         self.lift()
-        self._keeper.flush()
-        if easel.unsaved and not quiet:
+        kept = self._keeper.flush()
+        if kept and easel.unsaved and not quiet:
             key, model = easel.key, self._services.model
             self._services.notify.tell(
                 _KEPT,

@@ -68,6 +68,7 @@ class DraftKeeper:
     def __init__(self, services: Services) -> None:
         self._services = services
         self._lock = threading.Lock()
+        self._writing = threading.Lock()
         self._waiting: dict[Path, Draft | None] = {}
         self._told = False
 
@@ -85,12 +86,20 @@ class DraftKeeper:
             self._waiting[path] = draft
         self._start()
 
-    def flush(self) -> None:
-        """Write now what waits: the screen, or the window, is about to go."""
+    def flush(self) -> bool:
+        """Write now what waits: the screen, or the window, is about to go.
+
+        Returns
+        -------
+        bool
+            Whether it is on the disk; if not, that is told.
+        """
         try:
             self._write()
         except (CoreError, OSError) as error:
             self._failed(error)
+            return False
+        return True
 
     def _start(self) -> None:
         runner = self._services.runner
@@ -104,15 +113,20 @@ class DraftKeeper:
         self._write()
 
     def _write(self) -> None:
-        # The lock is held while writing: whoever comes second writes the newer one.
-        with self._lock:
-            for path, draft in list(self._waiting.items()):
+        # Only writers wait for the disk, one for the other: who comes second writes the newer
+        # one. A stroke that ends meanwhile is handed over at once.
+        with self._writing:
+            with self._lock:
+                waiting = tuple(self._waiting.items())
+            for path, draft in waiting:
                 if draft is None:
                     path.unlink(missing_ok=True)
                 else:
                     path.parent.mkdir(parents=True, exist_ok=True)
                     save_draft(path, draft)
-                del self._waiting[path]
+                with self._lock:
+                    if self._waiting.get(path, self) is draft:
+                        del self._waiting[path]
 
     def _written(self, _answer: None) -> None:
         self._told = False

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from app.core.errors import CoreError
 from app.core.painting import (
@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.services import Services
 
 __all__ = ["PaintFiles"]
-
-_JOB: Final = "paint-style"
 
 
 class PaintFiles:
@@ -164,8 +162,7 @@ class PaintFiles:
             then()
             self._changed()
 
-        self._services.runner.submit(
-            _JOB,
+        self._desk.file_work.submit(
             lambda token, report: work(),
             done=lambda style: ended(lambda: done(style)),
             failed=lambda error: ended(lambda: self._failed(error)),
@@ -218,8 +215,7 @@ class PaintFiles:
             self._replace(renamed)
             self._changed()
 
-        self._services.runner.submit(
-            _JOB,
+        self._desk.file_work.submit(
             lambda token, report: rename(folder, style, title),
             done=done,
             failed=self._failed_name,
@@ -245,9 +241,7 @@ class PaintFiles:
                 f"{copy.title} made.", kind="done", actions=(("Paint on it", go),)
             )
 
-        self._services.runner.submit(
-            _JOB, lambda token, report: duplicate(folder, style), done=done
-        )
+        self._desk.file_work.submit(lambda token, report: duplicate(folder, style), done=done)
 
     # -- away and back -------------------------------------------------------------------------
 
@@ -257,8 +251,7 @@ class PaintFiles:
         if style is None or easel is None:
             return
         folder = self._services.folders.styles
-        self._services.runner.submit(
-            _JOB,
+        self._desk.file_work.submit(
             lambda token, report: delete(folder, style),
             done=lambda trashed: self._deleted(easel, style, trashed),
         )
@@ -267,7 +260,8 @@ class PaintFiles:
         model = self._services.model
         easel.forget_style()
         left = tuple(one for one in model.user_styles if one.name != style.name)
-        changes = {"chosen": None, "needle_deg": None} if model.chosen == style.name else {}
+        was_chosen = model.chosen == style.name
+        changes = dict.fromkeys(("chosen", "needle_deg", "goal_deg")) if was_chosen else {}
         model.update(user_styles=left, painting=None, **changes)
         self._services.notify.tell(
             f"{style.title} deleted",
@@ -284,9 +278,7 @@ class PaintFiles:
             self._add(style)
             self._changed()
 
-        self._services.runner.submit(
-            _JOB, lambda token, report: restore(folder, trashed), done=done
-        )
+        self._desk.file_work.submit(lambda token, report: restore(folder, trashed), done=done)
 
     # -- out and in ----------------------------------------------------------------------------
 
@@ -317,8 +309,7 @@ class PaintFiles:
             export_style(style, target, replace=target == path)
             return target.name
 
-        self._services.runner.submit(
-            _JOB,
+        self._desk.file_work.submit(
             lambda token, report: work(),
             done=lambda name: self._services.notify.tell(f"{name} saved.", kind="done"),
         )
@@ -345,9 +336,7 @@ class PaintFiles:
                 f"{style.title} imported.", kind="done", actions=(("Paint on it", go),)
             )
 
-        self._services.runner.submit(
-            _JOB, lambda token, report: import_style(folder, path), done=done
-        )
+        self._desk.file_work.submit(lambda token, report: import_style(folder, path), done=done)
 
     # -- helpers -------------------------------------------------------------------------------
 

@@ -116,7 +116,7 @@ class CameraFinder:
             lambda token, report: devices.discover(token),
             done=self._discovered,
             failed=self._not_found,
-            cancelled=lambda: self._end(""),
+            cancelled=lambda: self._given_up("cameras", ""),
         )
         self._changed()
 
@@ -145,7 +145,7 @@ class CameraFinder:
             lambda token, report: devices.look_at(address.strip()),
             done=self._looked_at,
             failed=self._not_there,
-            cancelled=lambda: self._end(""),
+            cancelled=lambda: self._given_up("cameras", ""),
         )
         self._changed()
 
@@ -222,6 +222,11 @@ class CameraFinder:
         self._address_error, self._open = str(error), True
         self._end(self._note)
 
+    def _given_up(self, key: str, note: str) -> None:
+        # One that a newer one has followed has nothing to say of it.
+        if not self._services.runner.running(key):
+            self._end(note)
+
     def _end(self, note: str) -> None:
         self._busy, self._note = "", note
         self._changed()
@@ -258,7 +263,7 @@ class CameraFinder:
             work,
             done=lambda answer: self._told(camera, *answer),
             failed=lambda error: self._refused(camera, error),
-            cancelled=lambda: self._end(self._note),
+            cancelled=lambda: self._given_up("camera-state", self._note),
         )
         self._changed()
 

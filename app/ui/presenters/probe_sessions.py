@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["Unfinished", "tidy", "unfinished"]
 
 _MOST_JOURNAL: Final = 4 << 20
-_OVER: Final = frozenset({"idle", "done"})
+_OVER: Final = frozenset({"idle"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +95,8 @@ def unfinished(places: Path) -> tuple[Unfinished, ...]:
     Returns
     -------
     tuple of Unfinished
-        Of places without any light, the newest first.
+        Of places without any light, the newest first: captures that ended and could not be kept
+        are among them.
     """
     found = []
     for summary in list_places(places):

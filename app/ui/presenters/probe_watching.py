@@ -97,24 +97,26 @@ class Watching:
             KEY,
             work,
             title=f"Watching {folder.name}",
-            done=lambda bracket: self._arrived(folder, bracket),
-            failed=lambda error: self._failed(folder, error),
-            cancelled=lambda: self._ended(folder),
+            done=lambda bracket: self._arrived(relay, bracket),
+            failed=lambda error: self._failed(relay, error),
+            cancelled=lambda: self._ended(relay),
         )
 
-    def _arrived(self, folder: Path, bracket: IncomingBracket) -> None:
-        if folder != self._folder:
+    def _arrived(self, relay: _Relay, bracket: IncomingBracket) -> None:
+        folder = self._folder
+        if relay is not self._relay or folder is None:
             return
         count = len(bracket.paths)
         self._services.notify.tell(f"A bracket of {count} frames has arrived in {folder.name}.")
-        self._desk.open_paths(list(bracket.paths))
+        self._desk.take_in(list(bracket.paths))
         self._wait()
 
-    def _failed(self, folder: Path, error: Exception) -> None:
-        self._ended(folder)
+    def _failed(self, relay: _Relay, error: Exception) -> None:
+        self._ended(relay)
         self._services.notify.tell_error(error)
 
-    def _ended(self, folder: Path) -> None:
-        if folder == self._folder:
+    def _ended(self, relay: _Relay) -> None:
+        # Not of a wait that another one of the same folder has followed.
+        if relay is self._relay and self._folder is not None:
             self._folder = None
             self._changed()

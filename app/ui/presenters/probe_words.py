@@ -60,12 +60,12 @@ def where_words(azimuth_deg: float, elevation_deg: float) -> str:
     Examples
     --------
     >>> where_words(3.0, 40.0), where_words(-140.0, 0.0)
-    ('in front, high', "behind, sitter's left (camera right)")
+    ('in front, high', 'behind, sitter’s left (camera right)')
     """
     if abs(elevation_deg) >= 70.0:
         return "overhead" if elevation_deg > 0 else "underfoot"
     azimuth = wrap(azimuth_deg)
-    side = "sitter's right (camera left)" if azimuth > 0 else "sitter's left (camera right)"
+    side = "sitter’s right (camera left)" if azimuth > 0 else "sitter’s left (camera right)"
     away = abs(azimuth)
     words = side
     if away <= 25.0 or away >= 155.0:

@@ -29,7 +29,7 @@ class ShelfRow:
     name, time : str
         As it is shown.
     detail : str
-        How many styles are in reach, or what is wrong with the place.
+        What is wrong with the place; may be empty.
     trouble : bool
         Whether something is wrong with it.
     thumbnail : Path or None
@@ -114,9 +114,9 @@ class ShelfPresenter:
             tuple(
                 ShelfRow(
                     folder=one.folder,
-                    name=one.name,
+                    name=self._name_of(one),
                     time=time_words(one.made_at, today),
-                    detail=one.trouble or _reach_words(one),
+                    detail=one.trouble or "",
                     trouble=one.trouble is not None,
                     thumbnail=one.thumbnail,
                     current=one.folder == current,
@@ -135,8 +135,7 @@ class ShelfPresenter:
             self._desk.rename(name)
             self.refresh()
             return
-        self._services.runner.submit(
-            "rename-place",
+        self._desk.file_work.submit(
             lambda token, report: rename_place(folder, name),
             done=lambda _: self.refresh(),
         )
@@ -153,16 +152,19 @@ class ShelfPresenter:
             )
             self.refresh()
 
-        self._services.runner.submit(
-            "delete-place", lambda token, report: delete_place(folder), done=deleted
-        )
+        self._desk.file_work.submit(lambda token, report: delete_place(folder), done=deleted)
 
     def _restore(self, trashed: Path) -> None:
-        self._services.runner.submit(
-            "restore-place",
+        self._desk.file_work.submit(
             lambda token, report: restore_place(trashed),
             done=lambda _: self.refresh(),
         )
+
+    def _name_of(self, one: PlaceSummary) -> str:
+        """Name of a place; that of the open one may be newer than the disk's."""
+        model = self._services.model
+        here = model.place is not None and one.folder == model.place_folder
+        return model.place.name if here and model.place is not None else one.name
 
     def _read(self, found: tuple[PlaceSummary, ...]) -> None:
         self._found = found
@@ -171,8 +173,3 @@ class ShelfPresenter:
     def _show(self) -> None:
         if self._view is not None:
             self._view.show_state(self.resolve())
-
-
-def _reach_words(place: PlaceSummary) -> str:
-    del place
-    return ""

@@ -148,8 +148,7 @@ class StylesPresenter:
         """
         if self._snapshot is None or key not in self._snapshot.styles:
             return
-        if key != self._services.model.chosen:
-            self._services.model.update(chosen=key, needle_deg=None, goal_deg=None)
+        self._services.model.choose(key)
 
     def choose_next(self) -> None:
         """Bring the next card's style to the front; after the last comes the first."""

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 __all__ = ["StyleFiles"]
 
-_JOB: Final = "own-style"
 _SHEET_JOB: Final = "set-sheet"
 
 
@@ -138,8 +137,8 @@ class StyleFiles:
             else:
                 self._services.notify.tell_error(error)
 
-        self._services.runner.submit(
-            _JOB, lambda token, report: rename(folder, old, title), done=done, failed=failed
+        self._desk.file_work.submit(
+            lambda token, report: rename(folder, old, title), done=done, failed=failed
         )
 
     def duplicate(self) -> None:
@@ -147,8 +146,8 @@ class StyleFiles:
         style = self._own_style()
         if style is not None:
             folder, one = self._services.folders.styles, style
-            self._services.runner.submit(
-                _JOB, lambda token, report: duplicate(folder, one), done=self._add
+            self._desk.file_work.submit(
+                lambda token, report: duplicate(folder, one), done=self._add
             )
 
     def delete(self) -> None:
@@ -156,8 +155,7 @@ class StyleFiles:
         style = self._own_style()
         if style is not None:
             folder, one = self._services.folders.styles, style
-            self._services.runner.submit(
-                _JOB,
+            self._desk.file_work.submit(
                 lambda token, report: delete(folder, one),
                 done=lambda trashed: self._deleted(one, trashed),
             )
@@ -187,8 +185,7 @@ class StyleFiles:
             export_style(one, target, replace=target == path)
             return target.name
 
-        self._services.runner.submit(
-            _JOB,
+        self._desk.file_work.submit(
             lambda token, report: work(),
             done=lambda name: self._services.notify.tell(f"{name} saved.", kind="done"),
         )
@@ -212,9 +209,7 @@ class StyleFiles:
             self._add(style)
             self._services.notify.tell(f"{style.title} imported.", kind="done")
 
-        self._services.runner.submit(
-            _JOB, lambda token, report: import_style(folder, path), done=done
-        )
+        self._desk.file_work.submit(lambda token, report: import_style(folder, path), done=done)
 
     # -- helpers -------------------------------------------------------------------------------
 
@@ -229,9 +224,7 @@ class StyleFiles:
 
     def _restore(self, trashed: Trashed) -> None:
         folder = self._services.folders.styles
-        self._services.runner.submit(
-            _JOB, lambda token, report: restore(folder, trashed), done=self._add
-        )
+        self._desk.file_work.submit(lambda token, report: restore(folder, trashed), done=self._add)
 
     def _add(self, style: UserStyle) -> None:
         model = self._services.model

@@ -32,6 +32,7 @@ class KeyHint(QWidget):
     def __init__(self, keys: str, words: str) -> None:
         super().__init__()
         self._keys, self._words = keys, words
+        self._column = 0
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self._describe()
 
@@ -54,7 +55,20 @@ class KeyHint(QWidget):
     def _describe(self) -> None:
         self.setAccessibleName(f"{self._keys}: {self._words}")
 
-    def _cap(self) -> int:
+    def align(self, column: int) -> None:
+        """Begin the words where those of the hints above and below begin.
+
+        Parameters
+        ----------
+        column : int
+            Width kept for the key, logical pixels.
+        """
+        self._column = column
+        self.updateGeometry()
+        self.update()
+
+    def cap(self) -> int:
+        """Give the width of the key in its frame, logical pixels."""
         t = theme()
         return max(text_width(t.font(12, 600), self._keys) + 2 * t.px(_PADDING), t.px(_HEIGHT))
 
@@ -62,14 +76,15 @@ class KeyHint(QWidget):
         """Give the size as designed."""
         t = theme()
         words = text_width(t.font(12), self._words) + t.px(_GAP) if self._words else 0
-        return QSize(self._cap() + words, t.px(_HEIGHT))
+        return QSize(max(self.cap(), self._column) + words, t.px(_HEIGHT))
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Paint it in the current theme."""
         t = theme()
         painter = QPainter(self)
-        cap = QRectF(0, 0, self._cap(), self.height())
+        cap = QRectF(0, 0, self.cap(), self.height())
         box(painter, cap, t.px(4), None, t.c.ctl, t.line_width)
         put_text(painter, cap, self._keys, t.font(12, 600), t.c.text, MIDDLE)
-        rest = QRectF(cap.right() + t.px(_GAP), 0, self.width() - cap.width(), self.height())
+        left = max(cap.right(), self._column) + t.px(_GAP)
+        rest = QRectF(left, 0, self.width() - left, self.height())
         put_text(painter, rest, self._words, t.font(12), t.c.dim)

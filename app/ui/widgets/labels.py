@@ -25,6 +25,7 @@ Role: TypeAlias = Literal["text", "dim", "amber", "ok", "err"]
 """Token that a text takes its colour from."""
 
 _SHORTEST_WRAP: Final = 96
+_FLUSH_FROM: Final = 28  # type size from which the first figure's own margin is seen
 
 
 class Text(QLabel):
@@ -62,6 +63,7 @@ class Text(QLabel):
         super().__init__(text)
         t = theme()
         self._line = t.line_height(size)
+        self._flush = size >= _FLUSH_FROM and align == Qt.AlignmentFlag.AlignLeft
         self._role: Role = role
         self._elide = elide
         self._align = align
@@ -186,4 +188,6 @@ class Text(QLabel):
             shown = line
             if self._elide:
                 shown = metrics.elidedText(line, Qt.TextElideMode.ElideRight, width + 0.5)
-            painter.drawText(QRectF(0, top + number * self._line, width, self._line), flags, shown)
+            left = -metrics.tightBoundingRect(line[:1]).left() if self._flush and line else 0.0
+            area = QRectF(left, top + number * self._line, width, self._line)
+            painter.drawText(area, flags, shown)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from PySide6.QtCore import QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QPainter, QPaintEvent
+from PySide6.QtGui import QKeyEvent, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QSizePolicy, QWidget
 
 from app.ui.theme import theme
@@ -56,8 +56,16 @@ class _Part(Pressable):
         return QSize(width + 2 * t.px(_PADDING), t.px(height))
 
     def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
-        return self.sizeHint()
+        """Give the smallest useful size: the words whole, with less around them."""
+        t, full = theme(), self.sizeHint()
+        # Half of the padding, and what a wider edge takes.
+        return full - QSize(t.px(_PADDING), 2 * (t.line_width - 1))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Say in a tool tip what is cut off."""
+        super().resizeEvent(event)
+        cut = self.width() < self.minimumSizeHint().width()
+        describe(self, self.accessibleName(), tip=None if cut else "")
 
     def focus_shape(self) -> tuple[QRect, int]:
         """Give what the focus ring goes around."""

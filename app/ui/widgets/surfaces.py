@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import Literal, TypeAlias
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette
 from PySide6.QtWidgets import QFrame, QScrollArea, QWidget
+from shiboken6 import isValid
 
 from app.ui.theme import theme
 
-__all__ = ["Scroll", "Surface"]
+__all__ = ["Room", "Scroll", "Surface"]
 
 Side: TypeAlias = Literal["left", "right", "top", "bottom"]
 
@@ -69,8 +70,12 @@ class Scroll(QScrollArea):
         What is scrolled; it gets the width there is.
     """
 
+    bar_changed = Signal(int)
+    """The bar came or went: its width, logical pixels, 0 without one."""
+
     def __init__(self, content: QWidget | None = None) -> None:
         super().__init__()
+        self.verticalScrollBar().rangeChanged.connect(self._tell_bar)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setWidgetResizable(True)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
@@ -89,6 +94,11 @@ class Scroll(QScrollArea):
         super().setWidget(widget)
         widget.setAutoFillBackground(False)
 
+    def _tell_bar(self, _low: int, high: int) -> None:
+        # The range changes once more while the window is taken down.
+        if isValid(self) and isValid(bar := self.verticalScrollBar()):
+            self.bar_changed.emit(bar.sizeHint().width() if high > 0 else 0)
+
     def keep_visible(self, widget: QWidget) -> None:
         """Scroll as little as possible so that a widget inside can be seen.
 
@@ -99,3 +109,35 @@ class Scroll(QScrollArea):
         """
         margin = theme().px(8)
         self.ensureWidgetVisible(widget, margin, margin)
+
+
+class Room(Scroll):
+    """Part of a screen that scrolls both ways once there is less room than it needs.
+
+    Only large text in a small window comes to that; nothing then overlaps or is cut off.
+
+    Parameters
+    ----------
+    content : QWidget
+        Fills the room there is.
+    width, height : int
+        Least size of the content as designed; the scale is applied.
+    """
+
+    def __init__(self, content: QWidget, width: int, height: int) -> None:
+        t = theme()
+        content.setMinimumSize(t.px(width), t.px(height))
+        super().__init__(content)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAsNeeded)
+        # Nothing is painted where the two bars meet.
+        self.setCornerWidget(QWidget())
+        self.horizontalScrollBar().setAccessibleName("Scroll sideways")
+        self.horizontalScrollBar().setSingleStep(t.px(24))
+
+    def minimumSizeHint(self) -> QSize:
+        """Leave the width to what stands beside it."""
+        return QSize(theme().px(120), theme().px(120))
+
+    def sizeHint(self) -> QSize:
+        """Ask for no more than the least."""
+        return self.minimumSizeHint()

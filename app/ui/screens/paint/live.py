@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 __all__ = ["LiveColumn"]
 
 _ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
+_OF_THE_PLOT: Final = " The dashed ring"
 _PORTRAIT: Final = (200, 232)
 _SMALL_PORTRAIT: Final = (120, 140)
 
@@ -238,7 +239,8 @@ class LiveColumn(Surface):
         if live.weights is not before.weights:
             self._panorama.set_target(live.weights)
         self._panorama.set_turn(live.turn_deg, live.turn_deg)
-        self._good.set_text(live.good)
+        # Without the plot there is no ring to speak of.
+        self._good.set_text(live.good if self._plot else live.good.partition(_OF_THE_PLOT)[0])
         if self._plot is not None and live.curve is not before.curve:
             best = live.turn_deg if live.curve else None
             self._plot.set_data(live.curve, live.limit, live.arc, best, live.peaks)

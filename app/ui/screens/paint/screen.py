@@ -22,6 +22,7 @@ from app.ui.widgets.labels import Text
 from app.ui.widgets.paint import put_text, text_width
 from app.ui.widgets.plots.scale import WeightScale
 from app.ui.widgets.segmented import Segmented
+from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QShowEvent
@@ -37,6 +38,7 @@ _SHOWN: Final = (
     (Shown.TARGET.value, "Target"),
     (Shown.HERE.value, "Here"),
 )
+_LEAST: Final = (496, 400)  # of the middle
 _STYLE_FILES: Final = f"Turnlight styles (*{EXPORT_ENDING})"
 
 
@@ -129,14 +131,15 @@ class PaintScreen(QWidget):
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(0)
         row.addWidget(self.tools)
-        row.addLayout(self._middle(), 1)
+        row.addWidget(Room(self._middle(), *_LEAST), 1)
         row.addWidget(self.live)
         self._connect()
 
-    def _middle(self) -> QVBoxLayout:
+    def _middle(self) -> QWidget:
         t = theme()
+        middle = QWidget()
         side = t.px(16 if self._compact else 24)
-        column = QVBoxLayout()
+        column = QVBoxLayout(middle)
         column.setContentsMargins(side, t.px(8), side, t.px(12 if self._compact else 24))
         column.setSpacing(0)
         column.addWidget(self.crumbs)
@@ -147,7 +150,7 @@ class PaintScreen(QWidget):
         if self._compact:
             column.addSpacing(t.px(8))
             column.addWidget(self.sliders)
-        return column
+        return middle
 
     def _connect(self) -> None:
         presenter, tools, canvas = self._presenter, self.tools, self.canvas
@@ -196,6 +199,8 @@ class PaintScreen(QWidget):
             sheet = NameSheet(self.window())
             sheet.named.connect(self._presenter.files.named)
             sheet.closed.connect(self._sheet_closed)
+            # It lies over the window, not in this screen, and would outlive it.
+            self.destroyed.connect(sheet.deleteLater)
             self._sheet = sheet
             sheet.ask(wish, title)
 

@@ -76,10 +76,7 @@ class CameraColumn(Surface):
         column.addSpacing(t.px(8 if compact else 12))
         scroll = Scroll(self._middle())
         scroll.setAccessibleName("Capture")
-        bar = scroll.verticalScrollBar()
-        bar.rangeChanged.connect(
-            lambda _low, high: self._make_way(bar.sizeHint().width() if high > 0 else 0)
-        )
+        scroll.bar_changed.connect(self._make_way)
         column.addWidget(scroll, 1)
         column.addSpacing(t.px(8 if compact else 12))
         column.addWidget(self._inset(self._buttons()))

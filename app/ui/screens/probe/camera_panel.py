@@ -131,7 +131,7 @@ class CameraPanel(QWidget):
             secret.addWidget(widget)
         secret.addWidget(self.give, 0, Qt.AlignmentFlag.AlignLeft)
         column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, t.px(8))
+        column.setContentsMargins(0, 0, 0, t.px(16))
         column.setSpacing(t.px(8))
         column.addWidget(self.trouble)
         column.addLayout(self._rows)

@@ -20,15 +20,19 @@ from app.ui.widgets.surfaces import Scroll
 from app.ui.widgets.tables import Cell, Column, TableHead, TableRow
 
 if TYPE_CHECKING:
+    from PySide6.QtGui import QResizeEvent
+
     from app.ui.presenters.probe import ProbePresenter
     from app.ui.presenters.probe_state import LampRow, ProbeState
 
 __all__ = ["LightColumn"]
 
 _WIDEST: Final = 1200
+_ROW: Final = 44
 _EMPTY: Final = "No panorama yet. Capture one, or drop one here."
 _SOON: Final = "The panorama appears here as soon as the frames are merged."
 _DROP: Final = "Drop a panorama, a bracket or a folder"
+_DROP_SHORT: Final = "Drop files here"
 _FULL: Final = (
     Column("Lamps found", 160),
     Column("Where"),
@@ -44,6 +48,16 @@ _COMPACT: Final = (
     Column("Share", 108),
     Column("", 84),
 )
+
+
+class _Rows(Scroll):
+    """Shows whole rows only."""
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Leave out what would be part of a row."""
+        high = theme().px(_ROW)
+        self.setViewportMargins(0, 0, 0, self.height() % high if self.height() > high else 0)
+        super().resizeEvent(event)
 
 
 class LightColumn(QWidget):
@@ -74,7 +88,8 @@ class LightColumn(QWidget):
         self.empty = Empty(_EMPTY, "Try the demo place", "probe")
         self._body = QVBoxLayout(self)
         side, top = (16, 12) if compact else (24, 16)
-        self._body.setContentsMargins(t.px(side), t.px(top), t.px(side), t.px(top))
+        self._side = t.px(side)
+        self._body.setContentsMargins(self._side, t.px(top), self._side, t.px(top))
         self._body.setSpacing(0)
         self._body.addWidget(self.tools)
         self._body.addSpacing(t.px(8 if compact else 12))
@@ -103,15 +118,24 @@ class LightColumn(QWidget):
 
     def resizeEvent(self, event: object) -> None:
         """Give the panorama as much height as its width asks for."""
+        self._keep_to_panorama()
         margins = self._body.contentsMargins()
         width = min(self.width() - margins.left() - margins.right(), theme().px(_WIDEST))
         wanted = self.panorama.heightForWidth(width)
         self._stack.setFixedHeight(max(min(wanted, self._most_height()), theme().px(120)))
 
+    def _keep_to_panorama(self) -> None:
+        """Let nothing here become wider than the panorama may; all keep one left and right edge."""
+        free = max(self.width() - self.widest(), 0)
+        left = free // 2 if free > 2 * self._side else 0
+        margins = self._body.contentsMargins()
+        margins.setLeft(self._side + left)
+        margins.setRight(self._side + free - left)
+        self._body.setContentsMargins(margins)
+
     def widest(self) -> int:
         """Width beyond which nothing here grows."""
-        margins = self._body.contentsMargins()
-        return theme().px(_WIDEST) + margins.left() + margins.right()
+        return theme().px(_WIDEST) + 2 * self._side
 
     def _most_height(self) -> int:
         """Leave room for the rest, with two rows of lamps."""
@@ -127,7 +151,7 @@ class LightColumn(QWidget):
         self._rows.setContentsMargins(0, 0, 0, 0)
         self._rows.setSpacing(0)
         self._note = Text("", role="dim")
-        self._note.setFixedHeight(theme().px(44))
+        self._note.setFixedHeight(theme().px(_ROW))
         self._rows.addWidget(self._note)
         self._rows.addStretch(1)
         self.lamps: list[TableRow] = []
@@ -137,15 +161,10 @@ class LightColumn(QWidget):
         head = QHBoxLayout()
         head.addWidget(TableHead(self._columns))
         column.addLayout(head)
-        scroll = Scroll(self._rows_box)
+        scroll = _Rows(self._rows_box)
         scroll.setAccessibleName("Lamps found")
-        bar = scroll.verticalScrollBar()
         # The head keeps its columns over those of the rows, which make way for the bar.
-        bar.rangeChanged.connect(
-            lambda _low, high: head.setContentsMargins(
-                0, 0, bar.sizeHint().width() if high > 0 else 0, 0
-            )
-        )
+        scroll.bar_changed.connect(lambda width: head.setContentsMargins(0, 0, width, 0))
         column.addWidget(scroll, 1)
         self._head = table
         # What is under it stays where it is while there is no table.
@@ -171,7 +190,7 @@ class LightColumn(QWidget):
         t = theme()
         height = t.px(40 if self._compact else 56)
         self._zone = Frame("none", "ctl", dashed=True)
-        self._drop = Text(_DROP, 14, role="dim", elide=True)
+        self._drop = Text(self._drop_words(""), 14, role="dim", elide=True)
         inner = QHBoxLayout(self._zone)
         inner.setContentsMargins(t.px(20), 0, t.px(16), 0)
         inner.setSpacing(t.px(12))
@@ -286,10 +305,13 @@ class LightColumn(QWidget):
             Cell("clipped", "hatch") if lamp.clipped else Cell(""),
         )
 
+    def _drop_words(self, folder: str) -> str:
+        if folder:
+            return f"Watching {folder}: a bracket that arrives opens here"
+        return _DROP_SHORT if self._compact else _DROP
+
     def _show_watching(self, folder: str) -> None:
-        self._drop.set_text(
-            f"Watching {folder}: a bracket that arrives opens here" if folder else _DROP
-        )
+        self._drop.set_text(self._drop_words(folder))
         self._drop_icon.set("eye" if folder else "folder")
         self.watch_button.set_text("Stop watching" if folder else "Watch a folder…")
 

@@ -288,6 +288,7 @@ class StepList(QWidget):
             row = _StepRow()
             self.rows.append(row)
             self._column.addWidget(row)
+        self._column.addSpacing(t.px(8))
         self._column.addWidget(self.message)
         self._column.addSpacing(t.px(8))
         self._column.addWidget(self.rough)

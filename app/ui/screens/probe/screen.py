@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QWidget
 from app.ui.presenters.probe import BEAT_MS
 from app.ui.screens.probe.camera_column import CameraColumn
 from app.ui.screens.probe.light_column import LightColumn
+from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QResizeEvent
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from app.ui.presenters.probe_state import ProbeState
 
 __all__ = ["ProbeScreen"]
+
+_LEAST = (512, 480)  # of the left side
 
 _FILES = "Panoramas and photographs (*.exr *.hdr *.jpg *.jpeg *.png *.tif *.tiff *.dng)"
 
@@ -42,7 +45,7 @@ class ProbeScreen(QWidget):
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(0)
-        row.addWidget(self.light, 1)
+        row.addWidget(Room(self.light, *_LEAST), 1)
         row.addWidget(self.camera)
         self.light.files_asked.connect(self.ask_files)
         self.light.folder_asked.connect(self.ask_folder)

@@ -23,7 +23,7 @@ __all__ = ["Tools"]
 
 _LAYERS = (
     ("clipped", "Clipped", "hatch", "Hatch what was too bright for every frame"),
-    ("lamps", "Lamps", "lamp", "Letter the lamps"),
+    ("lamps", "Lamps", "bulb", "Letter the lamps"),
     ("grid", "Grid", "grid", "Draw a grid of directions"),
 )
 

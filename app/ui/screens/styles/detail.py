@@ -19,7 +19,7 @@ from app.ui.widgets.pictures import Picture
 from app.ui.widgets.plots.overlay import WeightPanorama
 from app.ui.widgets.plots.polar import PolarPlot
 from app.ui.widgets.segmented import Segmented
-from app.ui.widgets.surfaces import Surface
+from app.ui.widgets.surfaces import Scroll, Surface
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -241,11 +241,20 @@ class Detail(Surface):
     # -- places --------------------------------------------------------------------------------
 
     def _column(self) -> QVBoxLayout:
+        """Begin what scrolls where there is too little height; the buttons below stay in sight."""
         t = theme()
-        column = QVBoxLayout(self)
-        foot = t.px(16 if self._compact else 24)
-        column.setContentsMargins(t.px(_MARGIN), t.px(16), t.px(_MARGIN), foot)
+        inside = QWidget()
+        self._content = column = QVBoxLayout(inside)
+        column.setContentsMargins(t.px(_MARGIN) - t.line_width, t.px(16), t.px(_MARGIN), 0)
         column.setSpacing(0)
+        scroll = Scroll(inside)
+        scroll.setAccessibleName("About the chosen style")
+        scroll.bar_changed.connect(self._make_way)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(t.line_width, 0, 0, t.px(16 if self._compact else 24))
+        whole.setSpacing(t.px(4))
+        whole.addWidget(scroll, 1)
+        self._whole = whole
         column.addWidget(self._title)
         column.addSpacing(t.px(8 if self._compact else 12))
         pair = QHBoxLayout()
@@ -255,9 +264,17 @@ class Detail(Surface):
         column.addLayout(pair)
         return column
 
+    def _make_way(self, width: int) -> None:
+        """Let the bar lie in the margin."""
+        around = self._content.contentsMargins()
+        around.setRight(max(theme().px(_MARGIN) - width, 0))
+        self._content.setContentsMargins(around)
+
     def _buttons(self) -> QHBoxLayout:
+        t = theme()
         row = QHBoxLayout()
-        row.setSpacing(theme().px(8))
+        row.setContentsMargins(t.px(_MARGIN) - t.line_width, 0, t.px(_MARGIN), 0)
+        row.setSpacing(t.px(8))
         row.addWidget(self.main, 1)
         row.addWidget(self.paint)
         row.addWidget(self.more)
@@ -293,7 +310,7 @@ class Detail(Surface):
         column.addSpacing(t.px(4))
         column.addWidget(self._warning)
         column.addStretch(1)
-        column.addLayout(self._buttons())
+        self._whole.addLayout(self._buttons())
 
     def _lay_compact(self) -> None:
         t = theme()
@@ -327,7 +344,7 @@ class Detail(Surface):
         column.addSpacing(t.px(4))
         column.addWidget(self._warning)
         column.addStretch(1)
-        column.addLayout(self._buttons())
+        self._whole.addLayout(self._buttons())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give pictures their proportions."""

@@ -18,7 +18,7 @@ __all__ = ["Facts", "TurnWords"]
 _ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
 _MISSING: Final = "No light measured yet."
 _LABEL: Final = 60
-_BESIDE: Final = 44  # height where the words stand beside the number
+_BESIDE: Final = 52  # height where the words stand beside the number: two lines of a reason
 _FACTS: Final = (
     ("good_from", "Good"),
     ("match", "Match"),
@@ -44,12 +44,14 @@ class TurnWords(QWidget):
         self._icon = Icon("clockwise", 20 if compact else 28, "text" if compact else "amber")
         self._direction = Text("", 14 if compact else 16, 600, elide=True)
         self._clock = Text("", 12 if compact else 14, role="dim", elide=True)
-        self._verdict = Text("", 12 if compact else 14, wrap=not compact, elide=compact)
+        self._out = Icon("not-possible", 20)
+        self._verdict = Text("", 12 if compact else 14, wrap=True)
         self._reason = Text("", 12, role="dim", wrap=True)
         way = QHBoxLayout()
         way.setSpacing(t.px(6))
         if compact:
             way.addWidget(self._icon)
+        way.addWidget(self._out)
         way.addWidget(self._direction, 1)
         self._missing = Text(_MISSING, 16, 600, wrap=True)
         self._missing.hide()
@@ -82,8 +84,9 @@ class TurnWords(QWidget):
         out, probe = bool(state.verdict), state.main == "probe"
         self._turn.setVisible(bool(state.turn) and not out)
         self._turn.set_text(state.turn)
-        self._icon.setVisible(state.way in _ICONS or out)
-        self._icon.set("not-possible" if out else _ICONS.get(state.way, "clockwise"))
+        self._icon.setVisible(state.way in _ICONS and not out)
+        self._icon.set(_ICONS.get(state.way, "clockwise"))
+        self._out.setVisible(out)
         direction = "Out of reach" if out else state.direction
         self._direction.set_text(_MISSING if probe else direction)
         self._missing.setVisible(probe and not self._compact)
@@ -103,7 +106,7 @@ class Facts(QWidget):
     Parameters
     ----------
     compact : bool
-        Narrow: the arc below its label, the two numbers of the ratio in the tool tip.
+        Narrow: numbers below their labels, the two of the ratio in the tool tip.
     """
 
     def __init__(self, compact: bool) -> None:
@@ -132,7 +135,7 @@ class Facts(QWidget):
         name = Text(label, 12, role="dim")
         value = Text("", 14, 400 if long else 600, elide=True)
         self._rows[key] = (name, value)
-        if self._compact and long:
+        if self._compact:
             grid.addWidget(name, place, 0, 1, 2)
             grid.addWidget(value, place + 1, 0, 1, 2)
             return place + 2
@@ -148,7 +151,9 @@ class Facts(QWidget):
             name.setVisible(bool(words))
             value.setVisible(bool(words))
         self._short.set_text(state.ratio_short)
-        self._short.setVisible(bool(state.ratio_short) and not self._compact)
+        # What is out of reach needs the room for its reason.
+        short = bool(state.ratio_short) and not (self._compact or state.verdict)
+        self._short.setVisible(short)
         for widget in (*self._rows["ratio"], self._short):
             if widget.toolTip() != state.ratio_tip:
                 widget.setToolTip(state.ratio_tip)

@@ -13,6 +13,7 @@ from app.ui.presenters.styles_state import Sizes
 from app.ui.screens.styles.detail import Detail, picture_sizes
 from app.ui.screens.styles.gallery import Gallery, layout_for
 from app.ui.theme import theme
+from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QResizeEvent, QShowEvent
@@ -25,6 +26,7 @@ __all__ = ["StylesScreen", "detail_width"]
 _DETAIL: Final = 456
 _WIDEST: Final = 560
 _COMPACT: Final = 344
+_LEAST: Final = (528, 240)  # of the gallery
 _WIDE_FROM: Final = 1832  # content of a window 1920 wide
 _FIXED: Final = 460  # height of the detail without its pictures
 _ABOVE_CARDS: Final = 64
@@ -79,7 +81,7 @@ class StylesScreen(QWidget):
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(0)
-        row.addWidget(self.gallery, 1)
+        row.addWidget(Room(self.gallery, *_LEAST), 1)
         row.addWidget(self.detail)
         # Several sizes change with one resize; pictures are made once, after the last.
         self._later = QTimer(self, singleShot=True, interval=0)

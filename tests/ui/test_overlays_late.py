@@ -1,0 +1,58 @@
+"""What lies over the screens, and answers that come when it is gone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+from unittest.mock import MagicMock
+
+import pytest
+import shiboken6
+from PySide6.QtCore import QCoreApplication, QEvent
+from PySide6.QtWidgets import QWidget
+from pytestqt.qtbot import QtBot
+
+from app.ui.overlays.find import FindBody
+from app.ui.overlays.places import _thumbnail
+from app.ui.screens.paint import PaintScreen
+from app.ui.screens.paint.naming import NameSheet
+from tests.helpers.paint_studio import studio
+
+
+@pytest.mark.usefixtures("qtbot")
+def test_places_that_are_found_after_the_list_was_closed() -> None:
+    commands, late = MagicMock(), []
+    commands.all_actions.return_value = ()
+    commands.desk.heads.return_value = ()
+    commands.services.model.head = None
+
+    def submit(key: str, work: Any, *, done: Any) -> None:
+        late.append(done)
+
+    commands.services.runner.submit = submit
+    body = FindBody(commands)
+    body.deleteLater()
+    QCoreApplication.sendPostedEvents(body, QEvent.Type.DeferredDelete.value)
+    assert not shiboken6.isValid(body)
+    late[0](())
+
+
+def test_the_sheet_for_a_name_goes_with_its_screen(qtbot: QtBot, tmp_path: Path) -> None:
+    window = QWidget()
+    qtbot.addWidget(window)
+    room = studio(tmp_path)
+    screen = PaintScreen(room.presenter, compact=False)
+    screen.setParent(window)
+    room.presenter.attach(screen)
+    screen.ask_name("save", "Mine")
+    (sheet,) = window.findChildren(NameSheet)
+    # As the window does when the theme changes.
+    room.presenter.detach()
+    screen.deleteLater()
+    for widget in (screen, sheet):
+        QCoreApplication.sendPostedEvents(widget, QEvent.Type.DeferredDelete.value)
+    assert not shiboken6.isValid(sheet)
+
+
+def test_a_small_picture_that_is_gone(tmp_path: Path) -> None:
+    assert _thumbnail(tmp_path / "thumbnail.png") is None
