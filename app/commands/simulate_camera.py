@@ -12,6 +12,7 @@ import contextlib
 import json
 import math
 import sys
+import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -89,6 +90,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     parser.add_argument("--seed", type=int, default=0, help="of noise and faults (default: 0)")
     parser.add_argument("--log", action="store_true", help="tell every request on stderr")
+    parser.add_argument(
+        "--until-eof",
+        action="store_true",
+        help="end when standard input is closed, as when the program that started it is gone",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=run)
 
@@ -104,7 +110,7 @@ def run(args: argparse.Namespace) -> int:
     Returns
     -------
     int
-        Never; it ends by an exception.
+        0, once standard input is closed; without ``--until-eof`` it ends by an exception.
 
     Raises
     ------
@@ -120,8 +126,24 @@ def run(args: argparse.Namespace) -> int:
         print(_words(args, server.url), flush=True)
         if args.password:
             _tell(f"It asks for the user name {_user(args)} and its password.")
-        while True:
+        closed = _input_closed() if args.until_eof else threading.Event()
+        while not closed.is_set():
             clock.sleep(_TICK_S)
+    return 0
+
+
+def _input_closed() -> threading.Event:
+    """Tell when standard input has come to its end."""
+    closed = threading.Event()
+
+    def read() -> None:
+        with contextlib.suppress(OSError, ValueError):
+            while sys.stdin.readline():
+                pass
+        closed.set()
+
+    threading.Thread(target=read, name="standard input", daemon=True).start()
+    return closed
 
 
 def scene_scale(environment: Environment, mean_cd_m2: float = MEAN_CD_M2) -> float:

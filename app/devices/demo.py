@@ -48,8 +48,9 @@ class CameraProcess:
         command = [sys.executable, "-m", "app", "simulate-camera", "--scene", str(scene)]
         # Its errors would fill the user's terminal; whether it runs is seen by its address.
         self._process = subprocess.Popen(  # noqa: S603 - our own program
-            [*command, "--model", model],
-            stdin=subprocess.DEVNULL,
+            [*command, "--model", model, "--until-eof"],
+            # It ends when this is closed: also when this program is killed.
+            stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             text=True,
@@ -110,8 +111,9 @@ class CameraProcess:
         if self.running:
             self._process.kill()
             self._process.wait()
-        if self._process.stdout is not None:
-            self._process.stdout.close()
+        for stream in (self._process.stdin, self._process.stdout):
+            if stream is not None:
+                stream.close()
 
 
 class DemoDevices(DevicesAtHand):

@@ -20,7 +20,7 @@ __all__ = ["JobLine", "QtRunner"]
 
 T = TypeVar("T")
 
-_THREADS: Final = 4
+_THREADS: Final = 6  # some of them wait: for a folder, a camera, a moment to pass
 _log = logging.getLogger(__name__)
 
 

@@ -219,7 +219,7 @@ class Window(QWidget):
         self._top.undo_asked.connect(self._services.undo.undo)
         self._top.redo_asked.connect(self._services.undo.redo)
         self._job_line.cancel_asked.connect(self._runner.cancel)
-        self._job_line.show_idle(*self._idle)
+        self._show_job(self._job)
 
     def _rebuild(self) -> None:
         self.setUpdatesEnabled(False)
@@ -251,6 +251,10 @@ class Window(QWidget):
         self.setMinimumSize(self._smallest())
         if self._state is not None:
             self.show_state(self._state)
+        # What lay over the screen still does.
+        for sheet in self.findChildren(Sheet):
+            if sheet.isVisible():
+                sheet.raise_()
 
     def _show_screen(self) -> None:
         key = screen_of(self._services.model)

@@ -167,3 +167,21 @@ def test_scale() -> None:
 
 def test_the_scene_of_choice_is_there() -> None:
     assert (resources() / "demo" / "scenes" / "courtyard.exr").is_file()
+
+
+def test_it_ends_when_its_input_is_closed() -> None:
+    """As when the program that started it was killed."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "app", "simulate-camera", "--until-eof"],
+        cwd=ROOT,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as process:
+        try:
+            assert first_line(process).startswith("http://")
+            assert process.stdin is not None
+            process.stdin.close()
+            assert process.wait(timeout=30) == 0
+        finally:
+            process.kill()

@@ -259,3 +259,19 @@ def test_damaged_settings_are_said_and_kept_aside(qtbot: QtBot, tmp_path: Path) 
     Robot(app.window).wait(lambda: not app.runner.running("keep-settings"), "keeping")
     next(running, None)
     assert list(tmp_path.glob("settings.json*.bak*"))
+
+
+def test_what_lies_over_the_screen_stays_there_when_the_layout_changes(
+    app: App, robot: Robot
+) -> None:
+    app.window.resize(QSize(1440, 900))
+    robot.settle()
+    app.commands.ask("settings")
+    app.window.resize(QSize(1024, 700))
+    robot.wait(lambda: robot_sees(robot, "Steps") and robot.find("Steps").width() == 72, "narrow")
+    sheet = app.commands.overlay
+    assert sheet is not None
+    middle = app.window.rect().center()
+    under = app.window.childAt(middle)
+    assert under is not None
+    assert sheet.isAncestorOf(under) or under is sheet

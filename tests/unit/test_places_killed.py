@@ -41,7 +41,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 import numpy as np
 from app.core.places import *
-from app.core.places.drafts import save_draft
 base = Path(sys.argv[1])
 now = datetime(2026, 6, 21, 12, 5, tzinfo=UTC)
 light = np.random.default_rng(1).gamma(0.2, size=(32, 64, 3)).astype(np.float32)
@@ -57,7 +56,6 @@ ACTS = {
     "adopt": lambda root: adopt_files(root / "p", sorted((root / "card").iterdir())),
     "delete": lambda root: delete_place(root / "p", now),
     "restore": lambda root: restore_place(next((root / ".trash").iterdir())),
-    "draft": lambda root: save_draft(root, "a", {"n": 2}, {"w": light}),
 }
 
 def keep_light(folder):
@@ -214,17 +212,6 @@ def run_moves(tmp_path: Path, act: str) -> list[Path]:
         check=True,
     )
     return sorted(path for path in tmp_path.iterdir() if path.name.isdigit())
-
-
-def test_cut_off_while_a_draft_is_kept(tmp_path: Path) -> None:
-    from app.core.places.drafts import list_drafts, read_draft, save_draft
-
-    save_draft(tmp_path / "template", "a", {"n": 1}, {})
-    seen = set()
-    for root in run_steps(tmp_path, "draft"):
-        assert [each.key for each in list_drafts(root)] == ["a"]
-        seen.add(read_draft(root, "a").facts["n"])
-    assert seen == {1, 2}
 
 
 @contextmanager

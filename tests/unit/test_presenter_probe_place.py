@@ -41,7 +41,7 @@ class TestMarker:
         bench.presenter.move_marker(77.0)
         (row,) = bench.presenter.resolve().lamps
         assert row.azimuth == "−30°"
-        assert "sitter's left (camera right)" in row.where
+        assert "sitter’s left (camera right)" in row.where
         assert row.azimuth_deg == pytest.approx(47.0, abs=0.5)
         bench.services.undo.undo()
         assert bench.presenter.resolve().lamps[0].azimuth == "47°"

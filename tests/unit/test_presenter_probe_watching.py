@@ -108,10 +108,10 @@ class TestWords:
     @pytest.mark.parametrize(
         ("azimuth", "elevation", "words"),
         [
-            (90.0, 0.0, "sitter's right (camera left)"),
-            (-90.0, 0.0, "sitter's left (camera right)"),
-            (45.0, 0.0, "in front, sitter's right (camera left)"),
-            (-130.0, 45.0, "behind, sitter's left (camera right), high"),
+            (90.0, 0.0, "sitter’s right (camera left)"),
+            (-90.0, 0.0, "sitter’s left (camera right)"),
+            (45.0, 0.0, "in front, sitter’s right (camera left)"),
+            (-130.0, 45.0, "behind, sitter’s left (camera right), high"),
             (178.0, -30.0, "behind, low"),
             (10.0, 80.0, "overhead"),
         ],
@@ -132,7 +132,7 @@ class TestWords:
         lamp = Lamp("A", "window", 47.4, 30.2, 20.0, 0.64, True)
         (row,) = lamp_rows(Findings((lamp,)), 0.0)
         assert row.spoken == (
-            "A, Window, in front, sitter's right (camera left), high, azimuth 47°, "
+            "A, Window, in front, sitter’s right (camera left), high, azimuth 47°, "
             "elevation 30° up, share at least 64 %, clipped"
         )
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
-import cv2
 from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QHBoxLayout, QInputDialog, QVBoxLayout, QWidget
@@ -23,9 +22,6 @@ from app.ui.widgets.surfaces import Scroll
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    import numpy as np
-    from numpy.typing import NDArray
 
     from app.ui.commands import Commands
     from app.ui.presenters.shelf import ShelfRow, ShelfState
@@ -115,7 +111,7 @@ class PlacesBody(QWidget):
         line.setSpacing(t.px(16))
         picture = Picture(f"Picture of {row.name}")
         picture.setFixedSize(t.px(_PICTURE[0]), t.px(_PICTURE[1]))
-        picture.set_picture(_thumbnail(row.thumbnail))
+        picture.set_picture(row.thumbnail)
         line.addWidget(picture)
         words = QVBoxLayout()
         words.setSpacing(t.px(4))
@@ -154,14 +150,3 @@ class PlacesBody(QWidget):
 
 def _show_folder(folder: Path) -> None:
     QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder)))
-
-
-def _thumbnail(path: Path | None) -> NDArray[np.uint8] | None:
-    try:
-        if path is None or path.stat().st_size > _MOST_BYTES:
-            return None
-        read = cv2.imread(str(path), cv2.IMREAD_COLOR)
-    except (OSError, cv2.error):
-        # The place may have been deleted since it was listed.
-        return None
-    return None if read is None else cv2.cvtColor(read, cv2.COLOR_BGR2RGB)  # type: ignore[return-value]

@@ -98,7 +98,13 @@ class Desk:
             "head",
             lambda token, report: _load_head(wanted),
             done=lambda head: self._services.model.update(head=head),
+            failed=self._head_failed,
         )
+
+    def _head_failed(self, error: Exception) -> None:
+        self._services.notify.tell_error(error)
+        # With the head that there is.
+        self._solve()
 
     def refresh_user_styles(self) -> None:
         """Read the user's own styles again."""
@@ -277,6 +283,10 @@ class Desk:
         place = opened.place
         self._services.undo.clear()
         self._asked = ()
+        head = self._services.model.head
+        if head is None or head.name != place.head:
+            # Before the light is there: else it would be solved with the other head.
+            self.load_head(place.head)
         self._services.model.update(
             place_folder=opened.folder,
             place=place,
@@ -291,9 +301,6 @@ class Desk:
         )
         for remark in place.remarks:
             self._services.notify.tell(remark, kind="warning")
-        head = self._services.model.head
-        if head is None or head.name != place.head:
-            self.load_head(place.head)
 
     def _model_changed(self, names: frozenset[str]) -> None:
         if names & _SOLVED_ANEW:
@@ -308,6 +315,9 @@ class Desk:
             # What is being worked out is of a place that was closed.
             self._asked = ()
             self._services.runner.cancel("solve")
+            return
+        if self._services.runner.running("head"):
+            # With the head that is on its way, as soon as it is there.
             return
         asked = (light, head, model.front_deg, model.user_styles, _solver_settings(settings))
         if self._asked[:2] == asked[:2] and self._asked[2:] == asked[2:]:

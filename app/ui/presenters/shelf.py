@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
 
-from app.core.places import delete_place, list_places, rename_place, restore_place
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.places import PlaceSummary, delete_place, list_places, rename_place, restore_place
 from app.ui.presenters.frame import time_words
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from app.core.places import PlaceSummary
     from app.ui.presenters.desk import Desk
     from app.ui.presenters.services import Services
 
 __all__ = ["ShelfPresenter", "ShelfRow", "ShelfState", "ShelfView"]
+
+_MOST_BYTES: Final = 4 << 20
+_MOST_PICTURES: Final = 500
+
+_Looked: TypeAlias = tuple[tuple[PlaceSummary, ...], dict[Path, NDArray[np.uint8]]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,8 +39,8 @@ class ShelfRow:
         What is wrong with the place; may be empty.
     trouble : bool
         Whether something is wrong with it.
-    thumbnail : Path or None
-        Small picture.
+    thumbnail : NDArray[np.uint8], (h, w, 3), or None
+        Small picture, sRGB.
     current : bool
         Whether it is the open one.
     """
@@ -43,7 +50,7 @@ class ShelfRow:
     time: str
     detail: str
     trouble: bool
-    thumbnail: Path | None
+    thumbnail: NDArray[np.uint8] | None = field(compare=False, repr=False)
     current: bool
 
 
@@ -86,6 +93,7 @@ class ShelfPresenter:
         self._desk = desk
         self._view: ShelfView | None = None
         self._found: tuple[PlaceSummary, ...] | None = None
+        self._pictures: dict[Path, NDArray[np.uint8]] = {}
 
     def attach(self, view: ShelfView) -> None:
         """Show the list in `view` from now on, and read the folder anew."""
@@ -100,9 +108,7 @@ class ShelfPresenter:
     def refresh(self) -> None:
         """Read the folder anew."""
         folder = self._services.folders.places
-        self._services.runner.submit(
-            "places", lambda token, report: list_places(folder), done=self._read
-        )
+        self._services.runner.submit("places", lambda token, report: _look(folder), done=self._read)
 
     def resolve(self) -> ShelfState:
         """Work out what the list shows now."""
@@ -118,7 +124,7 @@ class ShelfPresenter:
                     time=time_words(one.made_at, today),
                     detail=one.trouble or "",
                     trouble=one.trouble is not None,
-                    thumbnail=one.thumbnail,
+                    thumbnail=self._pictures.get(one.folder),
                     current=one.folder == current,
                 )
                 for one in self._found
@@ -166,10 +172,32 @@ class ShelfPresenter:
         here = model.place is not None and one.folder == model.place_folder
         return model.place.name if here and model.place is not None else one.name
 
-    def _read(self, found: tuple[PlaceSummary, ...]) -> None:
-        self._found = found
+    def _read(self, looked: _Looked) -> None:
+        self._found, self._pictures = looked
         self._show()
 
     def _show(self) -> None:
         if self._view is not None:
             self._view.show_state(self.resolve())
+
+
+def _look(folder: Path) -> _Looked:
+    """List the places of a folder and read their small pictures."""
+    found = list_places(folder)
+    pictures = {}
+    for one in found[:_MOST_PICTURES]:
+        picture = _thumbnail(one.thumbnail)
+        if picture is not None:
+            pictures[one.folder] = picture
+    return found, pictures
+
+
+def _thumbnail(path: Path | None) -> NDArray[np.uint8] | None:
+    try:
+        if path is None or path.stat().st_size > _MOST_BYTES:
+            return None
+        read = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    except (OSError, cv2.error):
+        # The place may have been deleted since it was listed.
+        return None
+    return None if read is None else np.asarray(cv2.cvtColor(read, cv2.COLOR_BGR2RGB), np.uint8)

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.ui.theme import theme
 from app.ui.widgets.paint import box
-from app.ui.widgets.tags import Anchor, draw_tag
+from app.ui.widgets.tags import Anchor, draw_tag, tag_size
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -211,10 +211,12 @@ class Picture(QWidget):
         self._paint_tags(painter)
 
     def _paint_tags(self, painter: QPainter) -> None:
-        inset = theme().px(_TAG_INSET)
-        area = QRectF(self.rect()).adjusted(inset, inset, -inset, -inset)
+        usual = theme().px(_TAG_INSET)
         for corner, text in self._tags.items():
             if text:
+                # A long tag on a small picture comes nearer to the edge before it is cut.
+                inset = max(min(usual, (self.width() - tag_size(text)[0]) // 2), 0)
+                area = QRectF(self.rect()).adjusted(inset, usual, -inset, -usual)
                 x = area.left() if "l" in corner else area.right()
                 y = area.top() if "t" in corner else area.bottom()
                 anchor: Anchor = corner

@@ -126,12 +126,21 @@ class Well(QWidget):
 
     def _paint_message(self, painter: QPainter) -> None:
         t = theme()
-        inset, padding = t.px(_INSET), t.px(10)
-        font = t.font(14, 500)
-        room = QRect(0, 0, self.width() - 2 * inset - 2 * padding, self.height())
         flags = int(Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignLeft)
         message = self._message.replace(" o’clock", "\u00a0o’clock")  # one word, so to speak
-        words = QFontMetrics(font).boundingRect(room, flags, message)
+        # Where the picture is small, smaller letters, and then the first sentence alone.
+        for size, edge, said in (
+            (14, _INSET, message),
+            (12, 4, message),
+            (12, 4, message.partition(". ")[0]),
+        ):
+            inset, padding = t.px(edge), t.px(min(edge, 10))
+            font = t.font(size, 500)
+            room = QRect(0, 0, self.width() - 2 * inset - 2 * padding, self.height())
+            words = QFontMetrics(font).boundingRect(room, flags, said)
+            message = said
+            if words.height() + 2 * (padding + inset) <= self.height():
+                break
         high = min(words.height() + 2 * padding, self.height() - 2 * inset)
         wide = words.width() + 2 * padding
         plate = QRect(inset, self.height() - inset - high, wide, high)
