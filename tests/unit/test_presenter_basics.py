@@ -187,6 +187,11 @@ def test_what_cannot_be_opened_is_said(tmp_path: Path, names: list[str], words: 
         sort_out([tmp_path / "folder"])
 
 
+def test_a_file_without_spaces_gives_a_place_with_them(tmp_path: Path) -> None:
+    (file,) = touch(tmp_path, "brown_photostudio_02.hdr")
+    assert sort_out([file]).name == "brown photostudio 02"
+
+
 def test_a_bracket_of_single_files_is_named_after_their_folder(tmp_path: Path) -> None:
     files = touch(tmp_path / "Café", "1.jpg", "2.jpg")
     assert sort_out(files).name == "Café"

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 __all__ = ["Desk"]
 
 _SOLVED_ANEW: Final = frozenset({"light", "head", "front_deg", "user_styles", "settings"})
+_DEMO: Final = "Demo café at the court"
 _KEPT: Final = frozenset({"results", "front_deg", "chosen", "needle_deg", "goal_deg", "head"})
 _FALLBACK_HEAD: Final = "generic"
 
@@ -143,7 +144,8 @@ class Desk:
 
     def open_demo(self) -> None:
         """Make a place of the demo location's panorama, without any camera."""
-        self.open_paths([self._services.folders.demo / "probe-1.exr"])
+        work, title = self._reading([self._services.folders.demo / "probe-1.exr"], _DEMO)
+        self._services.runner.submit("open", work, title=title, done=self._opened)
 
     def open_place(self, folder: Path) -> None:
         """Open a place that was kept.
@@ -264,7 +266,9 @@ class Desk:
 
     # -- opening and solving -------------------------------------------------------------------
 
-    def _reading(self, paths: Sequence[Path]) -> tuple[Callable[[Token, Report], Opened], str]:
+    def _reading(
+        self, paths: Sequence[Path], name: str = ""
+    ) -> tuple[Callable[[Token, Report], Opened], str]:
         """Prepare to read what there is; give it with its title."""
         given, services = tuple(paths), self._services
         places, now = services.folders.places, services.today()
@@ -272,11 +276,13 @@ class Desk:
 
         def work(token: Token, report: Report) -> Opened:
             intake = sort_out(given)
+            if name:
+                intake = replace(intake, name=name)
             if intake.place is not None:
                 return read_kept(intake.place, unkept(intake.place))
             return take_anew(intake, places, now, head, token, report)
 
-        return work, f"Opening {given[0].name if given else ''}"
+        return work, f"Opening {name or (given[0].name if given else '')}"
 
     def _opened(self, opened: Opened) -> None:
         self._keep_now()

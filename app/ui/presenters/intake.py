@@ -98,6 +98,8 @@ def _files_of(path: Path) -> list[Path]:
 
 
 def _name_of(paths: Sequence[Path], used: Sequence[Path]) -> str:
+    """Name a place after its file or folder, with spaces where file names have none."""
+    name = used[0].parent.name if used else ""
     if len(paths) == 1:
-        return paths[0].stem if not paths[0].is_dir() else paths[0].name
-    return used[0].parent.name if used else ""
+        name = paths[0].name if paths[0].is_dir() else paths[0].stem
+    return name.replace("_", " ").strip() or name

@@ -128,7 +128,8 @@ class LeftColumn(QWidget):
         row.setSpacing(t.px(8))
         short = self._compact and t.scale > _LARGE_TEXT
         title = "Background" if short else "Background of this place"
-        row.addWidget(Text(title, 16, 600, elide=True))
+        self._strip_title = Text(title, 16, 600, elide=True)
+        row.addWidget(self._strip_title)
         if not self._compact:
             row.addWidget(Text("the scale counts the turn", 14, role="dim", elide=True))
         row.addStretch(1)
@@ -231,9 +232,17 @@ class LeftColumn(QWidget):
         self.live.setFixedSize(well)
         self.goal.setFixedSize(well)
         self.strip.setFixedHeight(strip_h + theme().px(_SCALE))
+        self._fit_title()
         self._column.activate()
         self._place_question()
         self.arranged.emit()
+
+    def _fit_title(self) -> None:
+        """Leave the title out where the arc would be cut: its numbers count."""
+        t = theme()
+        needed = sum(words.sizeHint().width() for words in (self._strip_title, self._arc))
+        room = self._room.width() - 2 * self._side - self._bar - t.px(16 + 4 * 8)
+        self._strip_title.setVisible(not self._arc.text() or needed <= room)
 
     def _shared_out(self, width: int) -> tuple[QSize, int, int]:
         """Share the room among the pictures: size of a well, height of the strip, height of all."""
@@ -359,7 +368,9 @@ class LeftColumn(QWidget):
             )
         )
         self._check.setVisible(bool(scale.arc_words))
-        self._arc.set_text(scale.arc_words)
+        if self._arc.text() != scale.arc_words:
+            self._arc.set_text(scale.arc_words)
+            self._fit_title()
 
     def show_tools(self, tools: Tools) -> None:
         """Show alignment, quality of the heading, and the demo's camera."""
