@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QByteArray, QCoreApplication, QEvent, QPoint, QSize, Qt, QTimer, Signal
@@ -263,9 +264,7 @@ class Window(QWidget):
         before = self.front_presenter
         if before is not None and self._front in self._views:
             before.left()
-        if key not in self._presenters:
-            self._presenters[key] = make_presenter(key, self._services, self._desk)
-        presenter = self._presenters[key]
+        presenter = self._presenter_of(key)
         if key not in self._views:
             view = make_view(key, presenter, self._compact)
             # Keys that no control takes go to the screen.
@@ -282,7 +281,26 @@ class Window(QWidget):
         view = self._views[key]
         getattr(view, "take_focus", view.setFocus)()
 
+    def _presenter_of(self, key: ScreenKey) -> ScreenPresenter:
+        if key not in self._presenters:
+            self._presenters[key] = make_presenter(key, self._services, self._desk)
+        return self._presenters[key]
+
+    def _expect_styles(self) -> None:
+        """Get the gallery ready while the panorama is looked at; its presenter begins at once."""
+
+        def work(token: object, report: object) -> None:
+            del token, report
+            importlib.import_module("app.ui.presenters.styles")
+
+        def ready(_: None) -> None:
+            self._presenter_of("styles")
+
+        self._runner.submit("styles-ready", work, done=ready)
+
     def _model_changed(self, names: frozenset[str]) -> None:
+        if "light" in names and "styles" not in self._presenters:
+            self._expect_styles()
         if names & {"step", "painting"}:
             self._show_screen()
 

@@ -78,6 +78,9 @@ class StylesPresenter:
         self._in_front = True
         self._asked = False
         services.model.changed.connect(self._model_changed)
+        if services.model.results:
+            # Pictures are made before anybody looks.
+            self._ask_pictures()
 
     # -- what the frame calls ------------------------------------------------------------------
 
