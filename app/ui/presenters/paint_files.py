@@ -8,18 +8,13 @@ from app.core.errors import CoreError
 from app.core.painting import (
     EXPORT_ENDING,
     UserStyle,
-    delete,
-    duplicate,
-    export_style,
-    import_style,
-    rename,
-    restore,
     save_user_style,
     suggested_side,
     update_user_style,
 )
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
+from app.ui.presenters.own_styles import OwnStyles
 from app.ui.presenters.paint_drafts import find_draft
 from app.ui.presenters.paint_easel import named_style
 from app.ui.presenters.styles_sheet import plain_name
@@ -28,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from app.core.painting import Canvas, Trashed
+    from app.core.painting import Canvas
     from app.ui.presenters.desk import Desk
     from app.ui.presenters.paint_drafts import DraftKeeper
     from app.ui.presenters.paint_easel import Easel
@@ -63,6 +58,7 @@ class PaintFiles:
     ) -> None:
         self._services = services
         self._desk = desk
+        self._own_styles = OwnStyles(services, desk)
         self._keeper = keeper
         self._changed = changed
         self._view: PaintView | None = None
@@ -178,8 +174,9 @@ class PaintFiles:
         # Painted on while it was being written: that is a draft again.
         self._keeper.keep(easel.path, easel.draft())
         self._say_trouble("")
-        in_front = self._services.model.painting is not None
-        self._add(style, painting=in_front)
+        left = self._services.model.painting is None
+        # Whoever has left in the meantime is not called back.
+        self._own_styles.add(style, painting=None if left else style.name)
         self._desk.refresh_user_styles()
         self._services.notify.tell(f"{style.title} saved. It is among your styles.", kind="done")
 
@@ -207,41 +204,20 @@ class PaintFiles:
             self._say_trouble("")
             self._changed()
             return
-        folder = self._services.folders.styles
 
         def done(renamed: UserStyle) -> None:
             easel.saved_as(renamed, easel.path)
             self._say_trouble("")
-            self._replace(renamed)
             self._changed()
 
-        self._desk.file_work.submit(
-            lambda token, report: rename(folder, style, title),
-            done=done,
-            failed=self._failed_name,
-        )
-
-    def _failed_name(self, error: Exception) -> None:
-        if isinstance(error, CoreError) and self._view is not None:
-            self._say_trouble(str(error))
-        else:
-            self._services.notify.tell_error(error)
+        self._own_styles.rename(style, title, done, self._say_trouble)
 
     def duplicate(self) -> None:
         """Keep a copy of the user's style as it is saved."""
         style = self._own()
         if style is None:
             return
-        folder, model = self._services.folders.styles, self._services.model
-
-        def done(copy: UserStyle) -> None:
-            self._add(copy, chosen=False)
-            go = lambda: model.update(step=Step.STYLES, painting=copy.name)  # noqa: E731
-            self._services.notify.tell(
-                f"{copy.title} made.", kind="done", actions=(("Paint on it", go),)
-            )
-
-        self._desk.file_work.submit(lambda token, report: duplicate(folder, style), done=done)
+        self._own_styles.duplicate(style, lambda copy: self._offer(copy, f"{copy.title} made."))
 
     # -- away and back -------------------------------------------------------------------------
 
@@ -250,35 +226,18 @@ class PaintFiles:
         style, easel = self._own(), self._easel
         if style is None or easel is None:
             return
-        folder = self._services.folders.styles
-        self._desk.file_work.submit(
-            lambda token, report: delete(folder, style),
-            done=lambda trashed: self._deleted(easel, style, trashed),
-        )
 
-    def _deleted(self, easel: Easel, style: UserStyle, trashed: Trashed) -> None:
-        model = self._services.model
-        easel.forget_style()
-        left = tuple(one for one in model.user_styles if one.name != style.name)
-        was_chosen = model.chosen == style.name
-        changes = dict.fromkeys(("chosen", "needle_deg", "goal_deg")) if was_chosen else {}
-        model.update(user_styles=left, painting=None, **changes)
-        self._services.notify.tell(
-            f"{style.title} deleted",
-            kind="done",
-            actions=(("Undo", lambda: self._restore(easel, trashed)),),
-        )
+        def done() -> None:
+            easel.forget_style()
+            self._services.model.update(painting=None)
 
-    def _restore(self, easel: Easel, trashed: Trashed) -> None:
-        folder = self._services.folders.styles
-
-        def done(style: UserStyle) -> None:
-            if easel.style is None and easel.key == style.name:
-                easel.saved_as(style, easel.path)
-            self._add(style)
+        def back(kept: UserStyle) -> None:
+            if easel.style is None and easel.key == kept.name:
+                easel.saved_as(kept, easel.path)
+            self._own_styles.add(kept)
             self._changed()
 
-        self._desk.file_work.submit(lambda token, report: restore(folder, trashed), done=done)
+        self._own_styles.delete(style, done, back)
 
     # -- out and in ----------------------------------------------------------------------------
 
@@ -299,20 +258,10 @@ class PaintFiles:
         if easel is None:
             return
         canvas = easel.session.canvas
-        target = path if path.suffix == EXPORT_ENDING else path.with_name(path.name + EXPORT_ENDING)
         facts = self._facts(easel, canvas)
         weights, ignore = canvas.weights, canvas.ignore
         style = UserStyle("painted", easel.title, note="", weights=weights, ignore=ignore, **facts)  # type: ignore[arg-type]
-
-        def work() -> str:
-            # A name that the ending was added to is another file, which nobody agreed to replace.
-            export_style(style, target, replace=target == path)
-            return target.name
-
-        self._desk.file_work.submit(
-            lambda token, report: work(),
-            done=lambda name: self._services.notify.tell(f"{name} saved.", kind="done"),
-        )
+        self._own_styles.export(style, path)
 
     def ask_import(self) -> None:
         """Ask for the file of a style."""
@@ -327,35 +276,16 @@ class PaintFiles:
         path : Path
             Left as it is.
         """
-        folder, model = self._services.folders.styles, self._services.model
-
-        def done(style: UserStyle) -> None:
-            self._add(style, chosen=False)
-            go = lambda: model.update(step=Step.STYLES, painting=style.name)  # noqa: E731
-            self._services.notify.tell(
-                f"{style.title} imported.", kind="done", actions=(("Paint on it", go),)
-            )
-
-        self._desk.file_work.submit(lambda token, report: import_style(folder, path), done=done)
+        self._own_styles.take_in(path, lambda style: self._offer(style, f"{style.title} imported."))
 
     # -- helpers -------------------------------------------------------------------------------
 
-    def _add(self, style: UserStyle, *, chosen: bool = True, painting: bool = False) -> None:
-        """Put a style among the user's; choose it, and go on painting on it."""
+    def _offer(self, style: UserStyle, told: str) -> None:
+        """Put a style among the user's and offer to paint on it."""
         model = self._services.model
-        others = [one for one in model.user_styles if one.name != style.name]
-        known = tuple(sorted([*others, style], key=lambda one: one.name))
-        changes: dict[str, object] = {"user_styles": known}
-        if chosen:
-            changes |= {"chosen": style.name, "needle_deg": None, "goal_deg": None}
-        if painting:
-            changes["painting"] = style.name
-        model.update(**changes)
-
-    def _replace(self, style: UserStyle) -> None:
-        model = self._services.model
-        known = (style if one.name == style.name else one for one in model.user_styles)
-        model.update(user_styles=tuple(known))
+        self._own_styles.add(style, chosen=False)
+        go = lambda: model.update(step=Step.STYLES, painting=style.name)  # noqa: E731
+        self._services.notify.tell(told, kind="done", actions=(("Paint on it", go),))
 
     def _own(self) -> UserStyle | None:
         return None if self._easel is None else self._easel.style

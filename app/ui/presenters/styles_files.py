@@ -4,18 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from app.core.errors import CoreError
-from app.core.painting import (
-    EXPORT_ENDING,
-    UserStyle,
-    delete,
-    duplicate,
-    export_style,
-    import_style,
-    rename,
-    restore,
-)
+from app.core.painting import EXPORT_ENDING
 from app.ui.presenters.actions import Action
+from app.ui.presenters.own_styles import OwnStyles
 from app.ui.presenters.styles_detail import numbers_text
 from app.ui.presenters.styles_sheet import plain_name, save_sheet, sheet_name
 
@@ -23,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from app.core.painting import Trashed
+    from app.core.painting import UserStyle
     from app.ui.presenters.desk import Desk
     from app.ui.presenters.services import Services
     from app.ui.presenters.styles_gallery import Snapshot
@@ -51,7 +42,7 @@ class StyleFiles:
 
     def __init__(self, services: Services, desk: Desk, front: Front) -> None:
         self._services = services
-        self._desk = desk
+        self._own = OwnStyles(services, desk)
         self._front = front
         self._view: StylesView | None = None
 
@@ -125,40 +116,19 @@ class StyleFiles:
         if style is None or " ".join(title.split()) == style.title:
             self._say_trouble("")
             return
-        folder, old = self._services.folders.styles, style
-
-        def done(renamed: UserStyle) -> None:
-            self._replace(old.name, renamed)
-            self._say_trouble("")
-
-        def failed(error: Exception) -> None:
-            if isinstance(error, CoreError):
-                self._say_trouble(str(error))
-            else:
-                self._services.notify.tell_error(error)
-
-        self._desk.file_work.submit(
-            lambda token, report: rename(folder, old, title), done=done, failed=failed
-        )
+        self._own.rename(style, title, lambda _: self._say_trouble(""), self._say_trouble)
 
     def duplicate(self) -> None:
         """Keep a copy of the user's style in front, and bring it to the front."""
         style = self._own_style()
         if style is not None:
-            folder, one = self._services.folders.styles, style
-            self._desk.file_work.submit(
-                lambda token, report: duplicate(folder, one), done=self._add
-            )
+            self._own.duplicate(style, self._own.add)
 
     def delete(self) -> None:
         """Put the user's style in front away; the toast brings it back."""
         style = self._own_style()
         if style is not None:
-            folder, one = self._services.folders.styles, style
-            self._desk.file_work.submit(
-                lambda token, report: delete(folder, one),
-                done=lambda trashed: self._deleted(one, trashed),
-            )
+            self._own.delete(style, lambda: None, self._own.add)
 
     def ask_export(self) -> None:
         """Ask for the file that the user's style in front is to be written to."""
@@ -175,20 +145,8 @@ class StyleFiles:
             The user has agreed that it is replaced.
         """
         style = self._own_style()
-        if style is None:
-            return
-        one = style
-        target = path if path.suffix == EXPORT_ENDING else path.with_name(path.name + EXPORT_ENDING)
-
-        def work() -> str:
-            # A name that the ending was added to is another file, which nobody agreed to replace.
-            export_style(one, target, replace=target == path)
-            return target.name
-
-        self._desk.file_work.submit(
-            lambda token, report: work(),
-            done=lambda name: self._services.notify.tell(f"{name} saved.", kind="done"),
-        )
+        if style is not None:
+            self._own.export(style, path)
 
     def ask_import(self) -> None:
         """Ask for the file of a style."""
@@ -203,40 +161,14 @@ class StyleFiles:
         path : Path
             Left as it is.
         """
-        folder = self._services.folders.styles
 
         def done(style: UserStyle) -> None:
-            self._add(style)
+            self._own.add(style)
             self._services.notify.tell(f"{style.title} imported.", kind="done")
 
-        self._desk.file_work.submit(lambda token, report: import_style(folder, path), done=done)
+        self._own.take_in(path, done)
 
     # -- helpers -------------------------------------------------------------------------------
-
-    def _deleted(self, style: UserStyle, trashed: Trashed) -> None:
-        self._services.model.update(chosen=None, needle_deg=None, goal_deg=None)
-        self._replace(style.name, None)
-        self._services.notify.tell(
-            f"{style.title} deleted.",
-            kind="done",
-            actions=(("Undo", lambda: self._restore(trashed)),),
-        )
-
-    def _restore(self, trashed: Trashed) -> None:
-        folder = self._services.folders.styles
-        self._desk.file_work.submit(lambda token, report: restore(folder, trashed), done=self._add)
-
-    def _add(self, style: UserStyle) -> None:
-        model = self._services.model
-        others = [one for one in model.user_styles if one.name != style.name]
-        known = sorted([*others, style], key=lambda one: one.name)
-        model.update(user_styles=tuple(known), chosen=style.name, needle_deg=None, goal_deg=None)
-
-    def _replace(self, name: str, style: UserStyle | None) -> None:
-        """Put another version of a style into the model, or take it out."""
-        model = self._services.model
-        known = [style if one.name == name else one for one in model.user_styles]
-        model.update(user_styles=tuple(one for one in known if one is not None))
 
     def _own_style(self) -> UserStyle | None:
         key = self._front()[1].key
