@@ -8,6 +8,7 @@ import numpy as np
 
 from app.core.angles import difference
 from app.core.environment import reduce_radiance
+from app.core.gallery import value_at
 from app.core.portrait.flow import light_flow
 from app.core.portrait.glare import eye_light, glare
 from app.core.portrait.ratio import lighting_ratio
@@ -109,8 +110,8 @@ def assemble(
     front_deg : float, optional
         Panorama azimuth at which the photographer stands, deg.
     turn_deg : float, optional
-        Another turn than the best one, deg; match and strength are then those of the nearest
-        grid turn, and the arc is that of the peak it lies on.
+        Another turn than the best one, deg; match and strength are then read between the turns
+        of the grid, and the arc is that of the peak it lies on.
     panorama : NDArray[np.uint8], (h, 2 h, 3), optional
         SRGB picture of the environment where there is one; made of it by default.
     lamps : sequence of SheetLamp, optional
@@ -167,10 +168,11 @@ def assemble(
 def _at_turn(
     result: StyleResult, turn_deg: float | None
 ) -> tuple[float, float, tuple[float, float]]:
-    """Match, strength and arc at a turn."""
+    """Read match, strength and arc at a turn."""
     if turn_deg is None:
         return result.match, result.strength, result.arc_deg
-    count = len(result.match_curve)
-    index = round(turn_deg * count / 360.0) % count
     peak = min(result.peaks, key=lambda p: abs(difference(p.turn_refined_deg, turn_deg)))
-    return float(result.match_curve[index]), float(result.strength_curve[index]), peak.arc_deg
+    match, strength = (
+        value_at(curve, turn_deg) for curve in (result.match_curve, result.strength_curve)
+    )
+    return match, strength, peak.arc_deg

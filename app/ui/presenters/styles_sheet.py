@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from app.core.errors import CoreError
@@ -111,8 +110,6 @@ def save_sheet(
         head=question.head.title,
         notes=place.notes if place is not None else "",
     )
-    if state.match:
-        sheet = replace(sheet, match=float(state.match), strength=float(state.strength))
     token.check()
     (write_png if target.suffix.lower() == ".png" else write_pdf)(target, sheet)
     return target
