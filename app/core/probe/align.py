@@ -8,12 +8,14 @@ frames that cannot be compared: no correction is better than a wrong one.
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.probe.pixels import workers
 from app.core.probe.registration import Fit, Level, pyramid, register, usable_share
 from app.core.sphere import angle_of
 
@@ -97,12 +99,17 @@ def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[Alignment
     count = len(frames)
     if count < 2 or frames[0].shape[1] != 2 * frames[0].shape[0]:
         return (_ALONE,) * count
-    pyramids = [pyramid(frame) for frame in frames]
-    middle = _best(pyramids)
+    with ThreadPoolExecutor(workers(count)) as pool:
+        pyramids = list(pool.map(pyramid, frames))
+        middle = _best(pyramids)
+        others = [index for index in range(count) if index != middle]
+        near = [k for k in others if abs(stops[k] - stops[middle]) <= _FAR_STOPS]
+        found = pool.map(lambda k: _between(middle, k, pyramids, stops), near)
+        direct = dict(zip(near, found, strict=True))
     fits: dict[int, Fit] = {middle: Fit(np.eye(3), error_deg=0.0)}
-    others = [index for index in range(count) if index != middle]
     for index in sorted(others, key=lambda k: (abs(stops[k] - stops[middle]), k)):
-        fits[index] = _through(index, middle, fits, pyramids, stops)
+        fit = direct.get(index, Fit(np.eye(3)))
+        fits[index] = fit if fit.trusted else _through(index, middle, fit, fits, pyramids, stops)
     return tuple(_alignment(fits[index], index == middle) for index in range(count))
 
 
@@ -166,17 +173,15 @@ def _best(pyramids: Sequence[list[Level]]) -> int:
 def _through(
     index: int,
     middle: int,
+    fit: Fit,
     fits: dict[int, Fit],
     pyramids: Sequence[list[Level]],
     stops: Sequence[float],
 ) -> Fit:
-    """Fit a frame to the reference, directly or by way of the nearest frame that is fitted."""
+    """Fit a frame by way of the nearest frame that is fitted, where its direct fit is no good."""
     apart = abs(stops[index] - stops[middle])
-    fit = Fit(np.eye(3))
-    if apart <= _FAR_STOPS:
-        fit = _between(middle, index, pyramids, stops)
     others = [k for k in fits if k != middle and fits[k].trusted]
-    if fit.trusted or not others:
+    if not others:
         return fit
     near = min(others, key=lambda k: abs(stops[k] - stops[index]))
     if abs(stops[near] - stops[index]) > min(_FAR_STOPS, apart):

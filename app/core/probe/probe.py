@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Self, TypeAlias
 
@@ -229,23 +230,28 @@ def _to_light(
 ) -> _Found:
     """Go from files to light; what was opened is closed however it ends."""
     opened = open_frames(bracket, opener=opener, token=token, report=span(report, 0.0, 0.4))
-    with opened, _align(opened, token, span(report, 0.4, 0.5)) as aligned:
-        stack = aligned.stack
-        used = replace(bracket, frames=stack.frames, stops=stack.stops)
-        report(0.5, "checking the exposures")
-        response = choose_response(stack.samples, stack.stops, wishes.response)
-        motion = moved.trust(stack.proxies, response.stops, response.response)
-        level = levelling(used, aligned.first_rotation(used), aligned.picture(used))
-        merged = merge(
-            stack,
-            response.response,
-            response.stops,
-            scheme=wishes.weights,
-            trust=motion.masks,
-            size=None if wishes.full else SIZE,
-            token=token,
-            report=span(report, 0.55, 1.0),
-        )
+    choose = partial(choose_response, mode=wishes.response)
+    with opened, ThreadPoolExecutor(1) as beside:
+        early = beside.submit(choose, opened.samples, opened.stops)
+        with _align(opened, token, span(report, 0.4, 0.5)) as aligned:
+            stack = aligned.stack
+            used = replace(bracket, frames=stack.frames, stops=stack.stops)
+            report(0.5, "checking the exposures")
+            # Frames that were turned have other samples.
+            same = stack is opened
+            response = early.result() if same else choose(stack.samples, stack.stops)
+            motion = moved.trust(stack.proxies, response.stops, response.response)
+            level = levelling(used, aligned.first_rotation(used), aligned.picture(used))
+            merged = merge(
+                stack,
+                response.response,
+                response.stops,
+                scheme=wishes.weights,
+                trust=motion.masks,
+                size=None if wishes.full else SIZE,
+                token=token,
+                report=span(report, 0.55, 1.0),
+            )
     names = [frame.path.name for frame in stack.frames]
     return _Found(
         bracket=replace(used, stops=tuple(response.stops)),

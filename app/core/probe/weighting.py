@@ -87,6 +87,8 @@ class FrameTables:
         Weight by the smallest of them; the weight of the pixel is the product.
     own : NDArray[np.float32], (n,)
         Takes the place of `bright` for a channel where it is larger, by the channel's own code.
+    full : int
+        Below this code `bright` is 1.
     ramp : int
         Below this code `bright` is 1 at least where `own` is not 0, and `own` need not be asked.
     value : NDArray[np.float32], (3, n)
@@ -98,6 +100,7 @@ class FrameTables:
     bright: Float32 = field(repr=False)
     faint: Float32 = field(repr=False)
     own: Float32 = field(repr=False)
+    full: int
     ramp: int
     value: Float32 = field(repr=False)
     clipped: int
@@ -169,7 +172,8 @@ def frame_tables(
         bright=np.maximum(bright, floors[0]).astype(np.float32),
         faint=np.maximum(faint, floors[1]).astype(np.float32),
         own=own.astype(np.float32),
-        ramp=_ramp_start(bright, own),
+        full=_first(bright < 1.0),
+        ramp=_first(bright < own.max()),
         value=(linear * 2.0 ** (reference_ev - stops[index])).astype(np.float32),
         clipped=int(np.searchsorted(codes, first)),
     )
@@ -217,7 +221,8 @@ def float_tables(
         bright=np.maximum(bright, floors[0]).astype(np.float32),
         faint=np.maximum(faint, floors[1]).astype(np.float32),
         own=own.astype(np.float32),
-        ramp=_ramp_start(bright, own),
+        full=_first(bright < 1.0),
+        ramp=_first(bright < own.max()),
         value=np.stack([linear] * 3).astype(np.float32),
         clipped=65536,
     )
@@ -245,9 +250,9 @@ def neutral_end(table: Float64) -> Float64:
     return np.asarray(table * (1.0 + (gain - 1.0) * share * share * (3.0 - 2.0 * share)))
 
 
-def _ramp_start(bright: Float64, own: Float64) -> int:
-    """First code where `bright` is less than `own` may be."""
-    return int(np.argmax(bright < own.max())) if (bright < own.max()).any() else bright.size
+def _first(codes: NDArray[np.bool_]) -> int:
+    """Find the first code of which something is true, one after the last where it never is."""
+    return int(np.argmax(codes)) if codes.any() else codes.size
 
 
 def _floors(exposure: Float64, index: int) -> tuple[float, float]:
