@@ -30,6 +30,8 @@ COMMANDS: Final = {
     "merge": "merge a bracket of exposures into an environment",
     "capture": "take a bracket with a camera and make an environment of it",
     "simulate-camera": "an imitation 360 camera on this machine",
+    "locate": "where in a panorama a photograph looks",
+    "align": "how a picture lies on another, and how far there still is to turn",
     "styles": "list the styles and their lamps",
     "bake": "compute the light transport of a head",
     "bench": "time the hot paths against a plain implementation",

@@ -355,6 +355,7 @@ class Window(QWidget):
         if dropped_paths(event.mimeData()):
             event.acceptProposedAction()
             self._veil = self._veil or DropVeil(self)
+            self._veil.set_words(getattr(self.front_presenter, "drop_words", ""))
             self._veil.setGeometry(self.rect())
             self._veil.show()
             self._veil.raise_()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -19,10 +20,12 @@ from app.core.light_here import LightHere, prepare
 from app.core.settings import Settings
 from app.core.solve import solve_all
 from app.core.turning.heading import Heading
+from app.core.turning.sitter import Sitter
 from app.devices.clock import VirtualClock
 from app.devices.mailbox import Mailbox
 from app.devices.webcam import WebcamError, WebcamFrame, WebcamState
 from app.ui.presenters import turn_sight
+from app.ui.presenters.desk import Desk
 from app.ui.presenters.model import Head, Model, Step
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.turn import TurnPresenter
@@ -31,7 +34,15 @@ from app.ui.presenters.undo import UndoStack
 from app.ui.presenters.work import ImmediateRunner
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
 
-__all__ = ["FakeWebcam", "Rig", "frame_of", "lit_from", "read_heading"]
+__all__ = [
+    "FakeWebcam",
+    "Rig",
+    "frame_of",
+    "lit_from",
+    "read_heading",
+    "read_sitter",
+    "see_what_is_written",
+]
 
 UNSEEN = 999.0
 """Heading of a picture in which nothing is found."""
@@ -44,12 +55,19 @@ def lit_from(azimuth_deg: float) -> LightHere:
     return prepare(Environment(radiance, "lamp"))
 
 
-def frame_of(heading_deg: float, shape: tuple[int, int] = (72, 128)) -> NDArray[np.uint8]:
-    """Picture that says in its first pixel where the camera points; its left half is darker."""
+def frame_of(
+    heading_deg: float, shape: tuple[int, int] = (72, 128), sitter_deg: float | None = 0.0
+) -> NDArray[np.uint8]:
+    """Picture that says in two pixels where the camera points, and where the sitter is in it.
+
+    Its left half is darker. Without a sitter nobody is in it.
+    """
     picture = np.full((*shape, 3), 200, np.uint8)
     picture[:, : shape[1] // 2] = 60
     code = round((heading_deg + 180.0) * 10.0)
     picture[0, 0] = (code // 256, code % 256, 7)
+    beside = 0 if sitter_deg is None else round((sitter_deg + 100.0) * 100.0)
+    picture[0, 1] = (beside // 256, beside % 256, 7)
     return picture
 
 
@@ -58,7 +76,25 @@ def read_heading(picture: NDArray[np.uint8], *_: Any, **__: Any) -> Heading:
     heading = (int(picture[0, 0, 0]) * 256 + int(picture[0, 0, 1])) / 10.0 - 180.0
     if heading > 360.0:
         return Heading("unsure", None)
-    return Heading("found", wrap(heading), inliers=142, confidence=1.0)
+    return Heading("found", wrap(heading), inliers=142, confidence=0.97, fov_deg=60.0)
+
+
+def read_sitter(picture: NDArray[np.uint8], fov_deg: float, *_: Any) -> Sitter | None:
+    """Read where `frame_of` put the sitter."""
+    code = int(picture[0, 1, 0]) * 256 + int(picture[0, 1, 1])
+    if code == 0:
+        return None
+    angle = code / 100.0 - 100.0
+    share = math.tan(math.radians(angle)) / math.tan(math.radians(fov_deg / 2.0))
+    column = 0.5 + share / 2.0
+    return Sitter(column, angle, (column - 0.1, 0.2, column + 0.1, 0.6))
+
+
+def see_what_is_written(patch: pytest.MonkeyPatch) -> None:
+    """Let the program read what `frame_of` wrote, in place of looking at pictures."""
+    patch.setattr(turn_sight, "find_heading", read_heading)
+    patch.setattr(turn_sight, "find_sitter", read_sitter)
+    patch.setattr(turn_sight, "build_index", lambda *_: object())
 
 
 @dataclass
@@ -101,7 +137,7 @@ class Rig:
         webcams: int = 1,
         **settings: Any,
     ) -> None:
-        patch.setattr(turn_sight, "find_heading", read_heading)
+        see_what_is_written(patch)
         patch.setattr(turn_sight, "build_index", self._index)
         values = {"camera_looks": "sitter", "sounds": False, **settings}
         self.model = Model(Settings(**values))
@@ -135,7 +171,8 @@ class Rig:
             head=self.head, light=light, results=results, chosen=style, step=Step.TURN
         )
         self.view = MagicMock(spec=TurnView)
-        self.presenter = TurnPresenter(self.services, MagicMock())
+        self.desk = MagicMock(spec=Desk)
+        self.presenter = TurnPresenter(self.services, self.desk)
 
     def _index(self, *_: Any) -> object:
         if self.blank:
@@ -167,10 +204,12 @@ class Rig:
             self.presenter.tick()
         return self.state
 
-    def point(self, heading_deg: float) -> TurnState:
-        """Point the camera to a panorama azimuth."""
-        self.webcam.send(frame_of(heading_deg))
-        return self.tick(2)
+    def point(self, heading_deg: float, sitter_deg: float | None = 0.0) -> TurnState:
+        """Point the camera to a panorama azimuth; stand there until it is believed."""
+        for _ in range(3):
+            self.webcam.send(frame_of(heading_deg, sitter_deg=sitter_deg))
+            self.tick(2, 0.5)
+        return self.state
 
     def turn_to(self, turn_deg: float) -> TurnState:
         """Turn the sitter, a camera that looks at them with them."""

@@ -3,24 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QColor, QImage
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractButton, QApplication, QSlider, QWidget
+from PySide6.QtWidgets import QAbstractButton, QApplication, QFileDialog, QSlider, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.core.angles import wrap
 from app.core.paths import resources
+from app.core.turning.shot import Taken
+from app.core.turning.words import whole
 from app.devices.webcam import SimulatedWebcam
+from app.ui.presenters import turn_shots
 from app.ui.presenters.model import Step
 from app.ui.screens.turn import TurnScreen
 from app.ui.screens.turn.question import Question
+from app.ui.screens.turn.shots import ShotsSheet
 from app.ui.theme import set_theme, theme
+from app.ui.widgets.buttons import IconButton
 from app.ui.widgets.menus import Menu
 from app.ui.widgets.segmented import Segmented
+from tests.helpers.photos import write_photo
 from tests.helpers.turn_rig import Rig, frame_of
 
 FULL, COMPACT = (1352, 804), (952, 620)
@@ -142,6 +150,80 @@ def test_the_question_is_answered_by_keyboard(make: Callable[..., Shown]) -> Non
     assert chain.index(question.answers["sitter"]) < chain.index(shown.screen.left.strip)
     press(question.answers["sitter"], Qt.Key.Key_Return)
     assert shown.rig.model.settings.camera_looks == "sitter"
+
+
+def test_lost_says_what_to_do_and_left_behind_too(make: Callable[..., Shown]) -> None:
+    shown = make()
+    shown.turn_to(20.0)
+    shown.rig.webcam.send(frame_of(999.0, (360, 640)))
+    shown.tick(40)
+    column = shown.screen.column
+    assert column._pages.currentIndex() == 1
+    assert column._sentence.text() == "Point the camera past the sitter at the background."
+    assert column._advice.text().startswith("Or go by eye until Live looks like Goal: ")
+    shown.turn_to(20.0)
+    track = shown.rig.presenter._sight.track
+    assert track is not None
+    shown.rig.presenter._sight.track = replace(track, left_behind=True)
+    shown.tick()
+    assert column._sentence.text().startswith("The camera has not moved.")
+    assert shown.screen.left.quality == "The camera has not moved."
+
+
+def test_the_frame_is_what_the_camera_sees_and_the_number_the_sitters(
+    make: Callable[..., Shown],
+) -> None:
+    shown = make()
+    turn = shown.rig.goal - 20.0
+    for _ in range(3):
+        shown.rig.webcam.send(frame_of(wrap(turn + 180.0 - 10.0), (360, 640), 10.0))
+        shown.tick(2, 0.5)
+    state = shown.screen.left.strip._state
+    assert state is not None
+    assert state.now_deg == pytest.approx(turn, abs=0.6)
+    assert state.frame_deg == pytest.approx(turn - 10.0, abs=0.8)
+    assert shown.screen.left.quality == "Heading certain: 97 %"
+
+
+@pytest.mark.parametrize("size", [FULL, COMPACT])
+def test_the_photo_is_asked_for_and_told_of(
+    make: Callable[..., Shown],
+    size: tuple[int, int],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    shown = make(size)
+    place = tmp_path / "place"
+    place.mkdir()
+    shown.rig.model.update(place_folder=place)
+    shown.turn_to(20.0)
+    line = shown.screen.left.shots
+    assert line.opener.accessibleName() == "How was it? Open the photo"
+    assert "drop" in line.words
+    assert not line.lister.isVisible()
+    turn = whole(shown.rig.goal) - 3
+    taken = Taken("found", wrap(turn + 180.0), float(turn), 0.0, 60.0, 0.9)
+    monkeypatch.setattr(turn_shots, "locate_photo", lambda *_: taken)
+    photo = write_photo(tmp_path / "IMG_7.jpg", np.full((300, 400, 3), 90, np.uint8))
+    monkeypatch.setattr(QFileDialog, "getOpenFileNames", lambda *_: ([str(photo)], ""))
+    click(line.opener, Qt.MouseButton.LeftButton)
+    assert line.words.startswith(f"Taken at {turn}°, in the light, 3° short of the best: match ")
+    # All of it can be read: two lines at most, in the room that there is.
+    assert len(line._words._broken(line._words.width())) <= 2
+    assert line.lister.isVisible()
+    press(line.lister, Qt.Key.Key_Space)
+    sheet = shown.screen.window().findChild(ShotsSheet)
+    assert sheet is not None
+    assert sheet.isVisible()
+    remove = next(
+        one for one in sheet.findChildren(IconButton) if one.accessibleName() == "Remove IMG_7.jpg"
+    )
+    press(remove, Qt.Key.Key_Space)
+    assert "drop" in line.words
+    shown.rig.services.undo.undo()
+    assert line.words.startswith("Taken at")
+    press(sheet, Qt.Key.Key_Escape)
+    assert not sheet.isVisible()
 
 
 def test_alignment_by_mouse_and_opacity_by_keyboard(make: Callable[..., Shown]) -> None:

@@ -24,7 +24,6 @@ from pytestqt.qtbot import QtBot
 from app.core.angles import difference, wrap
 from app.core.images import write_exr
 from app.core.setsheet import output, pdf
-from app.ui.presenters import turn_sight
 from app.ui.presenters.model import Step
 from app.ui.robot import Robot
 from app.ui.screens.styles.card import StyleCard
@@ -36,7 +35,7 @@ from app.ui.widgets.labels import Text
 from app.ui.widgets.plots.arrow import TurnArrow
 from app.ui.widgets.plots.bigdegrees import BigDegrees
 from app.ui.widgets.segmented import Segmented
-from tests.helpers.turn_rig import FakeWebcam, frame_of, read_heading
+from tests.helpers.turn_rig import FakeWebcam, frame_of, see_what_is_written
 from tests.helpers.whole_window import OneWebcam, open_light, opened, quick_heads, say, until
 
 LAMPS = (60.0, -60.0)
@@ -92,8 +91,7 @@ def running(
     devices = OneWebcam(webcam)
     with pytest.MonkeyPatch.context() as patch:
         quick_heads(patch)
-        patch.setattr(turn_sight, "find_heading", read_heading)
-        patch.setattr(turn_sight, "build_index", lambda *_: object())
+        see_what_is_written(patch)
         with opened(home, devices, camera_looks="sitter", sounds=False) as (app, robot):
             open_light(app, robot, panorama(home / "lamp.exr", lamp_deg))
             yield app, robot

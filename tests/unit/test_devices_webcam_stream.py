@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from app.devices.clock import SystemClock, VirtualClock
 from app.devices.errors import DeviceError
 from app.devices.webcam import WebcamError, WebcamState
-from app.devices.webcam.stream import LOST_S, WebcamStream
+from app.devices.webcam.stream import LOST_S, Manner, WebcamStream
 
 Bytes = NDArray[np.uint8]
 PATIENCE_S: Final = 10.0
@@ -265,3 +265,38 @@ def test_errors_are_device_errors() -> None:
     assert isinstance(gone(), DeviceError)
     assert gone().code == "unplugged"
     assert WebcamError("Something.").code == "webcam"
+
+
+def test_a_manner_of_its_own() -> None:
+    """Words and pauses of another kind of source; and a read that is cut off by closing."""
+    clock = VirtualClock()
+    manner = Manner("folder", "Choose another", "Wait", (1.0, 4.0, 9.0), still=True)
+    missing = WebcamError("Not there.", "Wait.", "no-file")
+    script = Script(clock, [missing], [missing], [missing], [picture(0), *[None] * 200])
+    cut = threading.Event()
+    webcam = WebcamStream(script, "Trial", None, clock, manner=manner, cut=cut.set)
+    assert webcam.fov_deg is None
+    webcam.open()
+    assert script.done.wait(PATIENCE_S)
+    np.testing.assert_allclose(np.diff(script.opened[:4]), [4.0, 9.0, 9.0], atol=0.2)
+    error = webcam.error
+    assert error is not None
+    assert error.message == "The folder has sent no picture for 2 seconds."
+    assert error.hint == "Choose another; it goes on by itself."
+    finish(webcam, script)
+    assert cut.is_set()
+
+
+def test_a_wrong_password_is_not_tried_again() -> None:
+    clock = VirtualClock()
+    wrong = WebcamError("Wrong.", "Type another.", "password-refused")
+    script = Script(clock, [wrong], [wrong])
+    webcam = WebcamStream(script, "Trial", None, clock)
+    webcam.open()
+    until(lambda: webcam.error is wrong)
+    until(lambda: not any(t.name == "webcam" for t in threading.enumerate()))
+    assert state_of(webcam) is WebcamState.RETRYING
+    assert len(script.opened) == 1
+    webcam.open()
+    until(lambda: len(script.opened) == 2)
+    webcam.close(PATIENCE_S)

@@ -139,7 +139,8 @@ def test_texts_are_cleaned_to_one_line() -> None:
 
 def test_words_for_the_dialog() -> None:
     assert setting("camera_distance_m").words(1.8) == "1.8 m"
-    assert setting("webcam_fov_deg").words(65.0) == "65°"
+    angle = Setting("angle", "Angle", "Turning", "number", 65.0, "", maximum=150.0, unit="°")
+    assert angle.words(65.0) == "65°"
     assert setting("text_scale").words(1.25) == "1.25×"
     assert setting("volume").words(70.0) == "70 %"
     assert setting("theme").words("contrast") == "High contrast"

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from app.core.turning.guidance import (
     FRESH,
     HOLD_DEG,
+    LOCK_DEG,
     Goal,
     Guide,
     Memory,
@@ -78,8 +79,11 @@ def test_to_go_is_goal_minus_now_of_the_shown_degrees(
         assert signs[shown.direction] * abs(shown.to_go) == shown.to_go
         # The other way round is never 10 deg shorter than the one that is shown.
         assert 360 - abs(shown.to_go) > abs(shown.to_go) - 10
-        assert shown.hold == (min(abs(shown.to_go), 360 - abs(shown.to_go)) <= HOLD_DEG)
+        away = min(abs(shown.to_go), 360 - abs(shown.to_go))
+        assert shown.hold or away > HOLD_DEG
+        assert not shown.hold or away <= HOLD_DEG + LOCK_DEG
         assert shown.inside == (shown.until_light == 0)
+        assert shown.inside or not shown.hold
         assert (shown.arrow > 0) == (shown.to_go > HOLD_DEG)
 
 
@@ -134,7 +138,7 @@ def test_inside_and_hold() -> None:
 
 
 def test_past_the_end_of_the_arc_is_too_far() -> None:
-    seen = walk(REMBRANDT, [60.0, 78.0, 80.0, 95.0, 111.0, 112.0, 117.0, 110.0, 117.0])
+    seen = walk(REMBRANDT, [60.0, 78.0, 80.0, 95.0, 111.0, 113.0, 117.0, 110.0, 117.0])
     assert [one.phase for one in seen] == [
         Phase.TURN,
         Phase.TURN,
@@ -149,6 +153,39 @@ def test_past_the_end_of_the_arc_is_too_far() -> None:
     assert seen[6].light == "6° too far, back counter-clockwise"
     assert seen[6].walk == "Walk to your right"
     assert seen[6].to_go == -21
+
+
+def test_in_the_light_is_not_left_by_a_tremble() -> None:
+    edge = [110.0, 112.0, 110.0, 112.0, 113.0, 112.0, 111.0, 112.0]
+    inside = [True, True, True, True, False, False, True, True]
+    seen = walk(REMBRANDT, edge)
+    assert [one.inside for one in seen] == inside
+    # The number is never held back, and one who is told to be in the light gets no other words.
+    assert [one.number for one in seen] == ["14", "16", "14", "16", "17", "16", "15", "16"]
+    assert {one.light for one in seen if one.inside} == {"You are in the light"}
+    assert seen[4].light == "2° too far, back counter-clockwise"
+    holds = [one.hold for one in walk(REMBRANDT, [93.0, 94.0, 93.0, 92.0, 93.0])]
+    assert holds == [False, True, True, False, False]
+
+
+def test_another_goal_is_not_entered_by_the_old_ones_lock() -> None:
+    _, memory = guide(REMBRANDT, Reading(96.0, 0.0))
+    shown, _ = guide(Goal(112.0, (97.0, 130.0)), Reading(96.0, 0.1), memory)
+    assert (shown.inside, shown.light) == (False, "In the light in 1°")
+
+
+def test_a_camera_left_behind_says_nothing_of_the_turn() -> None:
+    shown, memory = guide(REMBRANDT, Reading(96.0, 0.0))
+    assert shown.hold
+    shown, memory = guide(REMBRANDT, Reading(96.0, 0.1, left_behind=True), memory)
+    assert shown.phase is Phase.LEFT
+    assert (shown.number, shown.now, shown.arrow, shown.inside) == ("", None, 0.0, False)
+    assert shown.headline.startswith("The camera has not moved.")
+    # It is picked up: what it sees counts from now on, and no old number comes back.
+    shown, memory = guide(REMBRANDT, Reading(None, 0.2), memory)
+    assert shown.phase is Phase.LOST
+    shown, memory = guide(REMBRANDT, Reading(93.0, 0.3), memory)
+    assert (shown.inside, shown.hold, shown.number) == (True, False, "3")
 
 
 def test_going_back_out_where_one_came_in_is_not_too_far() -> None:

@@ -50,8 +50,6 @@ class Settings:
         "ask" until the user has said it once, then "sitter" or "me".
     webcam : int
         From 0.
-    webcam_fov_deg : float
-        Horizontal, deg.
     camera_distance_m : float
         From the sitter, m.
     sounds : bool
@@ -59,6 +57,8 @@ class Settings:
         Per cent.
     places_folder : str
         "" for ``places`` in the user's data.
+    live_source, live_views : str
+        As `app.devices.webcam.sources` writes and reads them.
     tour_seen : bool
     unknown : Mapping[str, Any]
         What a newer version wrote into the file; it is written back.
@@ -88,11 +88,12 @@ class Settings:
     mode: str = _default("mode")
     camera_looks: str = _default("camera_looks")
     webcam: int = _default("webcam")
-    webcam_fov_deg: float = _default("webcam_fov_deg")
     camera_distance_m: float = _default("camera_distance_m")
     sounds: bool = _default("sounds")
     volume: float = _default("volume")
     places_folder: str = _default("places_folder")
+    live_source: str = _default("live_source")
+    live_views: str = _default("live_views")
     tour_seen: bool = _default("tour_seen")
     unknown: Mapping[str, Any] = field(default_factory=dict, repr=False, hash=False)
 

@@ -1,9 +1,9 @@
 """Laying the live view over the goal view: the best homography, and what it says about the turn.
 
 Both are perspective pictures of the place behind the sitter, one from the probe, one from the
-camera. Points are matched as for the live heading, and a homography is fitted by MAGSAC++
-(D. Barath et al., CVPR 2020). It is right for a plane only; with more depth it is the best fit, and
-what is behind the sitter, which decides the turn, is interpolated from what is around them.
+camera. Points are matched as for the live heading, and a homography is fitted to them
+(`app.core.turning.homography`). It is right for a plane only; with more depth it is the best fit,
+and what is behind the sitter, which decides the turn, is interpolated from what is around them.
 
 The live heading (`app.core.turning.heading`) is more exact, knows the whole panorama, and is what
 the numbers come from. The homography is what the overlay needs.
@@ -12,8 +12,8 @@ the numbers come from. The homography is what the overlay needs.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Final, Literal, TypeAlias
+from dataclasses import replace
+from typing import Final, TypeAlias
 
 import cv2
 import numpy as np
@@ -21,58 +21,20 @@ from numpy.typing import NDArray
 
 from app.core.turning.features import describe, pair
 from app.core.turning.headings import offset_angle
+from app.core.turning.homography import UNSURE, Alignment, Size, fit_pairs, scaled
 from app.core.turning.views import Lens
 
-__all__ = ["LEAST_INLIERS", "Alignment", "align", "laid_over", "sitter_mask"]
+__all__ = ["Alignment", "align", "laid_over", "sitter_mask"]
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 
-LEAST_INLIERS: Final = 12
-"""Fewer points in agreement may be chance."""
-
 _POINTS: Final = 1500
 _WIDTH: Final = 720
+_PIXELS: Final = 720 * 1280
 _RATIO: Final = 0.8
-_REPROJECTION: Final = 0.008  # of the picture's width
-_ITERATIONS: Final = 3000
-_CONFIDENCE: Final = 0.999
-_SCALES: Final = (0.35, 2.8)
-_STRETCH: Final = 2.2  # how much more a view may be stretched one way than the other
-_LEAST_SHARE: Final = 0.16
-_LEAST_SPREAD: Final = 0.06  # of the width, standard deviation in each direction
-_LEAST_OVERLAP: Final = 0.05
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Alignment:
-    """How a view lies on a target.
-
-    Attributes
-    ----------
-    status : str
-        ``found`` or ``unsure``.
-    homography : (3, 3) float64 or None
-        From the view's pixels to the target's, bottom right element 1; (0, 0) is the corner of the
-        first pixel. None when unsure.
-    inliers : int
-        Points that agree.
-    overlap : float
-        Share of the target that the view covers, 0 to 1.
-    turn_error_deg : float or None
-        Goal minus view: how far there still is to turn, positive clockwise, deg.
-    confidence : float
-        0 to 1.
-    """
-
-    status: Literal["found", "unsure"]
-    homography: Float64 | None
-    inliers: int
-    overlap: float
-    turn_error_deg: float | None
-    confidence: float
 
 
 def align(
@@ -111,9 +73,9 @@ def align(
         as no turn of a camera stretches it.
     """
     if min(*target.shape[:2], *view.shape[:2]) < 32:
-        return _unsure(0)
+        return UNSURE
     masks = [mask] if mask is not None else [sitter_mask(view.shape[:2]), None]
-    best = _unsure(0)
+    best = UNSURE
     for where in masks:
         found = _aligned(target, view, where, (fov_deg, sitter_deg, view_fov_deg or fov_deg))
         if found.status == "found":
@@ -186,91 +148,15 @@ def _aligned(
     there = describe(small_target, _POINTS)
     here = describe(small_view, _POINTS, small_mask)
     pairs = pair(here.descriptors, there.descriptors, there.places, 3.0, _RATIO)
-    if len(pairs.first) < LEAST_INLIERS:
-        return _unsure(0)
     start, stop = here.places[pairs.first], there.places[pairs.second]
-    found = _fitted_homography(start, stop, small_target.shape[1])
-    if found is None:
-        return _unsure(0)
-    matrix, inside = found
-    # Several points that all go to one place are one match.
-    count = len(np.unique(np.round(stop[inside]), axis=0))
-    share = float(inside.mean())
-    if not _enough(start[inside], stop[inside], count, share, small_target.shape[1]):
-        return _unsure(count)
-    size = (small_view.shape[1], small_view.shape[0])
-    overlap = _overlap(matrix, size, (small_target.shape[1], small_target.shape[0]))
-    if not _plausible(matrix, size) or overlap < _LEAST_OVERLAP:
-        return _unsure(count)
-    error = _turn_error(matrix, size, small_target.shape[1], angles)
-    whole = np.diag([1 / target_scale, 1 / target_scale, 1.0]) @ matrix
-    whole = whole @ np.diag([view_scale, view_scale, 1.0])
-    confidence = (1.0 - math.exp(-count / 25.0)) * min(1.0, share / 0.5)
-    homography = np.asarray(whole / whole[2, 2], np.float64)
-    return Alignment("found", homography, count, overlap, error, confidence)
-
-
-def _fitted_homography(start: Float32, stop: Float32, width: int) -> tuple[Float64, Mask] | None:
-    try:
-        matrix, inside = cv2.findHomography(
-            start,
-            stop,
-            cv2.USAC_MAGSAC,
-            _REPROJECTION * width,
-            maxIters=_ITERATIONS,
-            confidence=_CONFIDENCE,
-        )
-    except cv2.error:  # points on one line
-        return None
-    # None where nothing fits, whatever the types say.
-    found = np.asarray(matrix, np.float64)
-    if found.shape != (3, 3) or not np.isfinite(found).all() or abs(found[2, 2]) < 1e-9:
-        return None
-    return found / found[2, 2], np.asarray(inside).ravel() > 0
-
-
-def _enough(start: Float32, stop: Float32, count: int, share: float, width: int) -> bool:
-    if count < LEAST_INLIERS or share < _LEAST_SHARE:
-        return False
-    spread = min(float(start.std(axis=0).min()), float(stop.std(axis=0).min()))
-    return spread >= _LEAST_SPREAD * width
-
-
-def _plausible(matrix: Float64, size: tuple[int, int]) -> bool:
-    """Whether the view's middle part is neither mirrored nor folded nor stretched too much."""
-    for across in (0.25, 0.5, 0.75):
-        for down in (0.25, 0.5, 0.75):
-            slopes = _slopes(matrix, across * size[0], down * size[1])
-            if slopes is None:
-                return False
-            large, small = np.linalg.svd(slopes, compute_uv=False)
-            mean = math.sqrt(float(large * small))
-            if np.linalg.det(slopes) <= 0.0 or not _SCALES[0] < mean < _SCALES[1]:
-                return False
-            if large > _STRETCH * small:
-                return False
-    return True
-
-
-def _slopes(matrix: Float64, x: float, y: float) -> Float64 | None:
-    """Return a homography's derivative at a point, (2, 2); None where that is at infinity."""
-    u, v, w = matrix @ np.array([x, y, 1.0])
-    if w < 0.2:
-        return None
-    rows = (matrix[:2, :2] - np.outer([u / w, v / w], matrix[2, :2])) / w
-    return np.asarray(rows, np.float64)
-
-
-def _overlap(matrix: Float64, size: tuple[int, int], target: tuple[int, int]) -> float:
-    """Share of the target that is covered, by counting on a coarse grid."""
-    y, x = np.mgrid[:64, :64]
-    grid = np.stack([(x + 0.5) / 64 * target[0], (y + 0.5) / 64 * target[1], np.ones((64, 64))])
-    back = np.linalg.inv(matrix) @ grid.reshape(3, -1)
-    ahead = back[2] * np.sign(np.linalg.det(matrix)) > 1e-9
-    depth = np.where(ahead, back[2], 1.0)
-    inside = ahead & (back[0] / depth >= 0) & (back[0] / depth <= size[0])
-    inside &= (back[1] / depth >= 0) & (back[1] / depth <= size[1])
-    return float(inside.mean())
+    sizes = (_size(small_view), _size(small_target))
+    found = fit_pairs(start, stop, sizes)
+    if found.homography is None:
+        return found
+    error = _turn_error(found.homography, sizes[0], sizes[1][0], angles)
+    whole = np.diag([1 / target_scale[0], 1 / target_scale[1], 1.0]) @ found.homography
+    whole = whole @ np.diag([*view_scale, 1.0])
+    return replace(found, homography=scaled(whole), turn_error_deg=error)
 
 
 def _turn_error(
@@ -284,17 +170,19 @@ def _turn_error(
     return -offset_angle(float(place[0] / place[2]), width, fov)
 
 
-def _unsure(inliers: int) -> Alignment:
-    return Alignment("unsure", None, inliers, 0.0, None, 0.0)
+def _size(picture: Bytes) -> Size:
+    return picture.shape[1], picture.shape[0]
 
 
-def _shrunk(picture: Bytes) -> tuple[Bytes, float]:
-    """Bring a picture to at most `_WIDTH` columns; and by which factor."""
-    scale = min(_WIDTH / picture.shape[1], 1.0)
+def _shrunk(picture: Bytes) -> tuple[Bytes, tuple[float, float]]:
+    """Bring a picture to at most `_WIDTH` columns and `_PIXELS`; and by which factors."""
+    columns, rows = _size(picture)
+    scale = min(_WIDTH / columns, math.sqrt(_PIXELS / (columns * rows)), 1.0)
     if scale == 1.0:
-        return picture, 1.0
-    small = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
-    return np.asarray(small, np.uint8), scale
+        return picture, (1.0, 1.0)
+    size = (max(round(columns * scale), 1), max(round(rows * scale), 1))
+    small = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+    return np.asarray(small, np.uint8), (size[0] / columns, size[1] / rows)
 
 
 def _fitted(mask: Mask, shape: tuple[int, ...]) -> Mask:

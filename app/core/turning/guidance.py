@@ -24,6 +24,7 @@ __all__ = [
     "FRESH",
     "HOLD_DEG",
     "KEEP_DEG",
+    "LOCK_DEG",
     "LOST_AFTER_S",
     "Goal",
     "Guide",
@@ -40,6 +41,9 @@ HOLD_DEG: Final = 2
 KEEP_DEG: Final = 10
 """The other way round has to be shorter by so much before the way changes."""
 
+LOCK_DEG: Final = 1
+"""Whoever is in the light has left it only when they are further out than this."""
+
 LOST_AFTER_S: Final = 1.0
 """So long the last number stays when no heading is found."""
 
@@ -49,6 +53,7 @@ _FULL_ARROW_DEG: Final = 90.0
 _LEAST_ARROW: Final = 0.12
 
 _POINT: Final = "Point the camera past the sitter at the background."
+_LEFT: Final = "The camera has not moved. Take it along and point it past the sitter."
 _AWAY: Final = "The webcam went away. Plug it in and it goes on by itself."
 _STARTING: Final = "Starting the webcam."
 
@@ -69,6 +74,7 @@ class Phase(StrEnum):
     STARTING = "starting"
     AWAY = "away"
     LOST = "lost"
+    LEFT = "left behind"
     TURN = "turn"
     INSIDE = "inside"
     HOLD = "hold"
@@ -105,11 +111,15 @@ class Reading:
         The moment, on any clock that only goes forward.
     source : Source
         The webcam.
+    left_behind : bool
+        The camera stands where it stood while the photographer walks: what it sees says nothing of
+        how far the sitter has turned.
     """
 
     turn_deg: float | None
     time_s: float
     source: Source = Source.LIVE
+    left_behind: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,6 +138,8 @@ class Memory:
         Whole degrees of the turn that was shown last.
     seen_s : float or None
         When a heading was found last.
+    inside, hold : bool
+        What was shown last: in the arc, at the goal.
     """
 
     goal: tuple[int, ...] | None = None
@@ -135,6 +147,8 @@ class Memory:
     approach: int | None = None
     shown: int | None = None
     seen_s: float | None = None
+    inside: bool = False
+    hold: bool = False
 
 
 FRESH: Final = Memory()
@@ -177,7 +191,7 @@ class Guide:
     arrow : float
         What share of its full sweep the arrow has, positive clockwise, in [-1, 1]; 0 for none.
     until_light : int or None
-        Whole degrees to the arc on the way shown; 0 inside.
+        Whole degrees to the arc on the way shown; 0 inside, and until it has been left.
     spoken : str
         All of it in one sentence or two, for screen readers and voices.
     """
@@ -253,6 +267,9 @@ def guide(
     target = _target(goal)
     if memory.goal != target.key:
         memory = Memory(goal=target.key, shown=memory.shown, seen_s=memory.seen_s)
+    if reading.source is Source.LIVE and reading.left_behind:
+        forgotten = replace(memory, shown=None, seen_s=None, inside=False, hold=False)
+        return _silent(target, Phase.LEFT, _LEFT), forgotten
     if reading.source is Source.LIVE and reading.turn_deg is not None:
         shown = _settled(reading.turn_deg, memory.shown)
         return _turning(target, replace(memory, shown=shown, seen_s=reading.time_s), shown, mode)
@@ -300,12 +317,13 @@ def _turning(target: _Target, memory: Memory, now: int, mode: Mode) -> tuple[Gui
     way = _way(clockwise, memory.way)
     left = clockwise if way >= 0 else 360 - clockwise
     until = target.outside(way, left)
-    inside = until == 0
+    inside, hold = _locked(memory, until, min(left, 360 - left))
+    until = 0 if inside else until
     beyond, approach = _passed(memory.approach, way, left, inside)
-    next_memory = replace(memory, way=way, approach=approach)
+    next_memory = replace(memory, way=way, approach=approach, inside=inside, hold=hold)
     phase = Phase.TURN
     if inside:
-        phase = Phase.HOLD if min(left, 360 - left) <= HOLD_DEG else Phase.INSIDE
+        phase = Phase.HOLD if hold else Phase.INSIDE
     elif beyond:
         phase = Phase.BEYOND
     shown = Guide(
@@ -325,6 +343,12 @@ def _turning(target: _Target, memory: Memory, now: int, mode: Mode) -> tuple[Gui
         arrow=_arrow(way * left),
     )
     return _worded(shown, mode), next_memory
+
+
+def _locked(memory: Memory, until: int, away: int) -> tuple[bool, bool]:
+    """Tell whether one is in the light, and at the goal; both are left later than entered."""
+    inside = until <= (LOCK_DEG if memory.inside else 0)
+    return inside, inside and away <= HOLD_DEG + (LOCK_DEG if memory.hold else 0)
 
 
 def _passed(approach: int | None, way: int, left: int, inside: bool) -> tuple[bool, int | None]:

@@ -1,10 +1,10 @@
 """The live heading: where in the panorama a camera's picture is.
 
-Once for a place, `build_index` cuts views out of the panorama, 70 deg wide, every 40 deg and at two
-elevations, and describes their points; each point is kept from the view that shows it most
-squarely. A picture of the camera is then described, matched with all of them, or with those near
-the last heading, and `app.core.turning.rotation` finds the rotation, knowing that the camera stands
-away from where the probe stood.
+A picture of the camera is described and matched with the points of the panorama
+(`app.core.turning.heading_index`), all of them or those near the last heading;
+`app.core.turning.rotation` finds the rotation, knowing that the camera stands away from where the
+probe stood; `app.core.turning.support` asks the rest of the picture, and
+`app.core.turning.confidence` says how likely it is to be right.
 
 A heading that cannot be trusted is `unsure`, without a number: better none than a wrong one.
 """
@@ -12,79 +12,78 @@ A heading that cannot be trusted is `unsure`, without a number: better none than
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.angles import wrap
-from app.core.errors import CoreError
-from app.core.progress import Report, Token, silent
 from app.core.turning import rotation
+from app.core.turning.confidence import LEAST_CONFIDENCE, Evidence, trust
 from app.core.turning.features import Features, describe, pair
-from app.core.turning.views import Lens, bearings, look
+from app.core.turning.field import assumed_fov, lens_factor
+from app.core.turning.heading_index import HeadingIndex, build_index
+from app.core.turning.rotation import Outlook
+from app.core.turning.support import support
+from app.core.turning.views import Lens
 
 if TYPE_CHECKING:
     from app.core.turning.rotation import Pose
 
-__all__ = ["LEAST_INLIERS", "UNSURE", "Heading", "HeadingIndex", "build_index", "find_heading"]
+__all__ = [
+    "SEARCHING",
+    "UNSURE",
+    "Effort",
+    "Found",
+    "Heading",
+    "HeadingIndex",
+    "Sight",
+    "build_index",
+    "compare",
+    "find_heading",
+    "judged",
+    "see",
+]
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 
-LEAST_INLIERS: Final = 12
-"""Fewer points in agreement may be chance."""
+_LEAST_SIDE: Final = 32
 
-_EVERY_DEG: Final = 40
-_VIEW_DEG: Final = 70.0
-_PITCHES_DEG: Final = (17.0, -17.0)
-_VIEW_SHAPE: Final = (60.0, 70.0)  # degrees, tall and wide: each view reaches over the horizon
-_PER_DEG: Final = 10.0  # pixels of a view, at most
-_VIEW_POINTS: Final = 900
-_SEARCHING: Final = (640, 1000)  # columns of the picture, and points in it
-_TRACKING: Final = (480, 700)  # as exact, and three times as quick
 _SAME: Final = math.radians(1.5)
+_RATIO: Final = 0.9  # generous: the fit and the whole picture decide
 _NEAR_DEG: Final = 75.0
-_WORST_DEG: Final = 1.5
-_LEAST_SPREAD: Final = 0.10  # of the picture's half width, standard deviation in each direction
-_LEAST_SHARE: Final = 0.16
+_TRIES: Final = 1200
+_SITTER_SPREAD: Final = 0.015  # of the picture plane, some 1 deg: how well a face is placed
+_NO_SITTER_SPREAD: Final = 0.04  # more would let the fit step aside to explain depth
+_AIM_DEG: Final = 5.0  # how far beside the sitter a camera is aimed
+_CERTAIN: Final = 0.8  # ratio of a match that is seldom wrong
+_BESIDE_DEG: Final = 5.0
+_CLEARLY: Final = 1.05  # so many times as many points
+_SITTER_SHARE: Final = 0.3  # of the angle itself, where the lens is not known
+_ZOOM: Final = (0.8, 2.4)  # 1 + d / D, and a field of view that is not quite what is said
+_LIKELY: Final = (1.3, 0.3)
+_ANY_ZOOM: Final = (0.5, 3.2)
+_LIKELY_ANY: Final = (1.3, 0.6)
+_FIELDS: Final = (25.0, 110.0)
+_LENS_ERROR: Final = 0.1  # of an angle, where the lens is estimated
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class HeadingIndex:
-    """The points of a panorama, described.
+class Effort(NamedTuple):
+    """Pixels of a picture that are looked at, and points in them."""
 
-    Attributes
-    ----------
-    descriptors : (N, 128) float32
-        RootSIFT.
-    bearings : (N, 3) float32
-        Unit vectors in the panorama's axes.
-    azimuths : (N,) float32
-        Deg, ascending.
-    """
+    pixels: int
+    points: int
 
-    descriptors: Float32 = field(repr=False)
-    bearings: Float32 = field(repr=False)
-    azimuths: Float32 = field(repr=False)
 
-    def __len__(self) -> int:
-        """Return how many points there are."""
-        return len(self.azimuths)
+SEARCHING: Final = Effort(640 * 480, 1000)
+"""For a live picture, anywhere."""
 
-    def near(self, azimuth_deg: float, reach_deg: float) -> NDArray[np.int64]:
-        """Return the indices of the points around an azimuth.
-
-        Parameters
-        ----------
-        azimuth_deg, reach_deg : float
-            The middle, and how far to both sides, deg.
-        """
-        away = np.abs((self.azimuths - azimuth_deg + 180.0) % 360.0 - 180.0)
-        return np.flatnonzero(away <= reach_deg)
+_TRACKING: Final = Effort(400 * 300, 500)  # as exact, and three times as quick
+_FINE: Final = Effort(1200 * 900, 2500)
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,10 +101,12 @@ class Heading:
     inliers : int
         Points that agree.
     confidence : float
-        0 to 1.
+        Probability that the heading is within 3 deg of the truth, 0 to 1.
     zoom : float
         How much larger things near the sitter are in the panorama, as angles, than in the picture;
         it shows how far behind the sitter the background is. 1 when unsure.
+    fov_deg : float
+        Horizontal field of view, deg: as given, or estimated; 0 when unsure.
     """
 
     status: Literal["found", "unsure"]
@@ -115,6 +116,7 @@ class Heading:
     inliers: int = 0
     confidence: float = 0.0
     zoom: float = 1.0
+    fov_deg: float = 0.0
 
     @property
     def words(self) -> str:
@@ -128,120 +130,242 @@ UNSURE: Final = Heading("unsure", None)
 """Nothing was found."""
 
 
-def build_index(
-    panorama: Bytes, token: Token | None = None, report: Report = silent
-) -> HeadingIndex:
-    """Describe a panorama's points.
+@dataclass(frozen=True, slots=True, eq=False)
+class Sight:
+    """A camera's picture, described.
 
-    Parameters
+    Attributes
     ----------
-    panorama : (H, W, 3) uint8
-        Equirectangular, 2:1, sRGB as shown (`app.core.probe.display.display_panorama`); 2,048 to
-        4,096 columns are best.
-    token : Token, optional
-        Stops it.
-    report : Report, optional
-        Progress.
-
-    Returns
-    -------
-    HeadingIndex
-        Some thousand points.
-
-    Raises
-    ------
-    CoreError
-        When it has next to none: a blank wall all around.
-    Cancelled
+    features : Features
+        Its points.
+    size : tuple of int
+        Columns and rows that they are in.
     """
-    per_degree = min(_PER_DEG, panorama.shape[1] / 360.0 * 1.3)
-    focal = per_degree * 180.0 / math.pi
-    tall, wide = (round(2 * focal * math.tan(math.radians(a) / 2)) for a in _VIEW_SHAPE)
-    lens = Lens(_VIEW_DEG, (wide, tall))
-    parts: list[tuple[Features, Float64]] = []
-    views = [(a, p) for a in range(-180, 180, _EVERY_DEG) for p in _PITCHES_DEG]
-    for done, (azimuth, pitch) in enumerate(views):
-        if token is not None:
-            token.check()
-        report(done / len(views), "Learning the background")
-        found = describe(look(panorama, float(azimuth), lens, pitch), _VIEW_POINTS)
-        parts.append(_squarely_seen(found, lens, float(azimuth), pitch))
-    report(1.0, "Learning the background")
-    descriptors = np.concatenate([features.descriptors for features, _ in parts])
-    vectors = np.concatenate([vectors for _, vectors in parts])
-    if len(vectors) < 4 * LEAST_INLIERS:
-        raise CoreError(
-            "There is nothing in this panorama that a camera could be found by.",
-            "Turn by the number of degrees, or capture it again with more light.",
-        )
-    azimuths = np.degrees(np.arctan2(-vectors[:, 0], vectors[:, 2]))
-    order = np.argsort(azimuths)
-    arrays = (descriptors[order], vectors[order], azimuths[order])
-    return HeadingIndex(*(np.ascontiguousarray(a, np.float32) for a in arrays))
+
+    features: Features
+    size: tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """A pose and what speaks for it.
+
+    Attributes
+    ----------
+    pose : Pose
+        How the camera is turned.
+    evidence : Evidence
+        For it.
+    fov_deg : float
+        Horizontal field of view, given or estimated, deg.
+    """
+
+    pose: Pose
+    evidence: Evidence
+    fov_deg: float
 
 
 def find_heading(
     frame: Bytes,
     index: HeadingIndex,
-    fov_deg: float,
+    fov_deg: float | None,
     *,
     near_deg: float | None = None,
-    sitter_deg: float = 0.0,
+    sitter_deg: float | None = 0.0,
     mask: NDArray[np.bool_] | None = None,
+    fine: bool = False,
 ) -> Heading:
     """Find where a camera points.
 
     Parameters
     ----------
     frame : (H, W, 3) uint8
-        sRGB, not mirrored, of any size.
+        sRGB, not mirrored, upright, of any size.
     index : HeadingIndex
         Of the panorama.
-    fov_deg : float
-        The camera's horizontal field of view, deg; 20 % off does no harm.
+    fov_deg : float or None
+        The camera's horizontal field of view, deg; 20 % off does no harm. None when it is not
+        known: it is estimated.
     near_deg : float, optional
         The last heading, deg: only what lies around it is searched, which is quicker and more
         certain. Without it, and when that fails, everything should be.
-    sitter_deg : float, optional
-        Where the sitter is from the axis, deg, positive to the right.
+    sitter_deg : float or None, optional
+        Where the sitter is from the axis, deg, positive to the right: where the field of view is
+        not known, as if it were `app.core.turning.field.ASSUMED_DEG` along the longer side. None
+        when that is not known either.
     mask : (H, W) bool, optional
         Where the background is; by default all of it, since points on the sitter match nothing.
+    fine : bool, optional
+        Look closer, at up to a million pixels: for photographs, which need not be quick.
 
     Returns
     -------
     Heading
     """
-    if frame.ndim != 3 or min(frame.shape[:2]) < 32:
-        return UNSURE
-    width, points = _SEARCHING if near_deg is None else _TRACKING
-    small, small_mask = _shrunk(frame, mask, width)
-    features = describe(small, points, small_mask)
+    effort = _TRACKING if near_deg is not None else _FINE if fine else SEARCHING
+    found = compare(see(frame, mask, effort), index, fov_deg, near_deg, sitter_deg)
+    return UNSURE if found is None else judged(found)
+
+
+def see(frame: Bytes, mask: NDArray[np.bool_] | None = None, effort: Effort = SEARCHING) -> Sight:
+    """Describe a camera's picture.
+
+    Parameters
+    ----------
+    frame : (H, W, 3) uint8
+        As in `find_heading`.
+    mask : (H, W) bool, optional
+        As in `find_heading`.
+    effort : Effort, optional
+        How closely to look.
+    """
+    if frame.ndim != 3 or min(frame.shape[:2]) < _LEAST_SIDE:
+        return Sight(describe(np.zeros((64, 64), np.uint8), 1), (64, 64))
+    small, small_mask = _shrunk(frame, mask, effort.pixels)
+    return Sight(describe(small, effort.points, small_mask), (small.shape[1], small.shape[0]))
+
+
+def compare(
+    sight: Sight,
+    index: HeadingIndex,
+    fov_deg: float | None,
+    near_deg: float | None = None,
+    sitter_deg: float | None = 0.0,
+) -> Found | None:
+    """Find the pose that explains a picture best, whether it can be trusted or not.
+
+    Parameters
+    ----------
+    sight : Sight
+        The picture, described.
+    index : HeadingIndex
+        Of the panorama.
+    fov_deg, near_deg, sitter_deg : float or None
+        As in `find_heading`.
+
+    Returns
+    -------
+    Found or None
+        None where nothing fits at all.
+    """
     chosen = np.arange(len(index)) if near_deg is None else index.near(near_deg, _NEAR_DEG)
-    spots = index.bearings[chosen]
-    pairs = pair(features.descriptors, index.descriptors[chosen], spots, _SAME)
-    lens = Lens(fov_deg, (small.shape[1], small.shape[0]))
-    rays = _rays(features.places[pairs.first], lens, sitter_deg)
-    pose = rotation.fit(rays, spots[pairs.second].astype(np.float64))
-    return UNSURE if pose is None else _judged(pose, rays, pairs.second, lens, sitter_deg)
+    spots, known = index.bearings[chosen], index.descriptors[chosen]
+    described = sight.features.descriptors
+    pairs = pair(described, known, spots, _SAME, _RATIO)
+    lens = _lens(fov_deg, sight.size)
+    rays = _rays(sight.features.places, lens)
+    asked, there = rays[pairs.first], spots[pairs.second].astype(np.float64)
+    tries = _TRIES if near_deg is None else _TRIES // 3
+    pose, outlook = _fitted(asked, there, fov_deg, sitter_deg, tries)
+    factor = 1.0
+    if pose is not None and fov_deg is None:
+        factor = lens_factor(pose.zooms(asked, there)[pose.inside])
+        pose = rotation.rescaled(pose, asked, there, factor, _narrowed(outlook, factor))
+    if pose is None:
+        return None
+    evidence = Evidence(
+        # One thing in the panorama that several points look like counts once.
+        points=len(np.unique(pairs.second[pose.inside])),
+        share=_share(pose.inside[pairs.ratio < _CERTAIN]),
+        spread=_spread(asked[pose.inside], lens),
+        support=support(rays * factor, described, spots, known, pose),
+        error_deg=_error_deg(pose, outlook, fov_deg is None),
+        tilt=float(np.linalg.norm(pose.plane[1:])),
+        zoom=pose.zoom,
+    )
+    return Found(pose, evidence, fov_deg or _field(lens, factor))
 
 
-def _squarely_seen(
-    found: Features, lens: Lens, azimuth_deg: float, pitch_deg: float
-) -> tuple[Features, Float64]:
-    """Keep the points that no other view shows more squarely."""
-    vectors = bearings(lens, azimuth_deg, pitch_deg, found.places.astype(np.float64))
-    azimuth = np.degrees(np.arctan2(-vectors[:, 0], vectors[:, 2]))
-    away = np.abs((azimuth - azimuth_deg + 180.0) % 360.0 - 180.0)
-    keep = (away <= _EVERY_DEG / 2) & ((vectors[:, 1] >= 0.0) == (pitch_deg > 0.0))
-    return Features(found.places[keep], found.descriptors[keep]), vectors[keep]
+def judged(found: Found) -> Heading:
+    """Trust a pose, or not.
+
+    Parameters
+    ----------
+    found : Found
+        By `compare`.
+    """
+    confidence = trust(found.evidence)
+    points = found.evidence.points
+    heading, pitch, roll = found.pose.angles_deg
+    absurd = abs(pitch) > rotation.MOST_PITCH_DEG or abs(roll) > rotation.MOST_ROLL_DEG
+    if absurd or confidence < LEAST_CONFIDENCE:
+        return Heading("unsure", None, inliers=points, confidence=0.0 if absurd else confidence)
+    zoom, fov = found.pose.zoom, round(found.fov_deg, 2)
+    return Heading("found", wrap(heading), pitch, roll, points, confidence, zoom, fov)
+
+
+def _fitted(
+    asked: Float64, there: Float64, fov_deg: float | None, sitter_deg: float | None, tries: int
+) -> tuple[Pose | None, Outlook]:
+    """Fit with the sitter where they are said to be; without, where that fits clearly better.
+
+    A face on a poster is found like one of flesh, and would be taken for the place of the probe.
+    """
+    told = _outlook(fov_deg, sitter_deg)
+    pose = rotation.fit(asked, there, told, tries)
+    if sitter_deg is None or abs(sitter_deg) < _BESIDE_DEG:
+        return pose, told
+    untold = _outlook(fov_deg, None)
+    other = rotation.fit(asked, there, untold, tries)
+    agree = [0 if p is None else int(p.inside.sum()) for p in (pose, other)]
+    return (other, untold) if agree[1] > _CLEARLY * agree[0] else (pose, told)
+
+
+def _outlook(fov_deg: float | None, sitter_deg: float | None) -> Outlook:
+    sitter = math.tan(math.radians(min(max(sitter_deg or 0.0, -60.0), 60.0)))
+    spread = _SITTER_SPREAD if sitter_deg is not None else _NO_SITTER_SPREAD
+    if fov_deg is not None:
+        return Outlook(sitter, spread, _ZOOM, _LIKELY, sitter_deg is not None)
+    spread = math.hypot(spread, _SITTER_SHARE * sitter)
+    return Outlook(sitter, spread, _ANY_ZOOM, _LIKELY_ANY, sitter_deg is not None)
+
+
+def _narrowed(outlook: Outlook, factor: float) -> Outlook:
+    """Say what is known of a camera once its lens is."""
+    return Outlook(outlook.sitter * factor, outlook.sitter_spread * factor, _ZOOM, _LIKELY)
+
+
+def _lens(fov_deg: float | None, size: tuple[int, int]) -> Lens:
+    return Lens(assumed_fov(size) if fov_deg is None else min(max(fov_deg, 1.0), 170.0), size)
+
+
+def _field(lens: Lens, factor: float) -> float:
+    half = factor * lens.size[0] / 2.0 / lens.focal_px
+    return min(max(math.degrees(2.0 * math.atan(half)), _FIELDS[0]), _FIELDS[1])
+
+
+def _share(inside: NDArray[np.bool_]) -> float:
+    """Return how many of the certain matches agree, as if two more were undecided."""
+    return (float(inside.sum()) + 1.0) / (len(inside) + 2.0)
+
+
+def _error_deg(pose: Pose, outlook: Outlook, estimated: bool) -> float:
+    """Return the standard error of the heading, of the points and of what is not known.
+
+    With a wrong lens what is behind the sitter stays where it is, and the axis, beside it, moves;
+    and where nobody knows where the sitter is, a step aside looks like a turn of things nearby.
+    """
+    aside = math.degrees(math.atan(float(pose.sitter[0])))
+    lens = _LENS_ERROR * aside if estimated else 0.0
+    step = 0.0 if outlook.sitter_known else _AIM_DEG * (pose.zoom - 1.0)
+    return math.hypot(math.degrees(pose.error_rad), lens, step)
+
+
+def _spread(rays: Float64, lens: Lens) -> float:
+    """Return the least standard deviation of points in any direction, in half widths."""
+    if len(rays) < 2:
+        return 0.0
+    least = float(np.linalg.eigvalsh(np.cov(rays.T))[0])
+    return math.sqrt(max(least, 0.0)) * lens.focal_px * 2.0 / max(lens.size)
 
 
 def _shrunk(
-    frame: Bytes, mask: NDArray[np.bool_] | None, width: int
+    frame: Bytes, mask: NDArray[np.bool_] | None, pixels: int
 ) -> tuple[Bytes, NDArray[np.bool_] | None]:
-    if frame.shape[1] <= width:
+    scale = math.sqrt(pixels / (frame.shape[0] * frame.shape[1]))
+    if scale >= 1.0:
         return frame, mask
-    size = (width, max(round(frame.shape[0] * width / frame.shape[1]), 1))
+    size = (max(round(frame.shape[1] * scale), 1), max(round(frame.shape[0] * scale), 1))
     small = np.asarray(cv2.resize(frame, size, interpolation=cv2.INTER_AREA), np.uint8)
     if mask is None:
         return small, None
@@ -249,31 +373,7 @@ def _shrunk(
     return small, np.asarray(shrunk, np.uint8) > 0
 
 
-def _rays(places: Float32, lens: Lens, sitter_deg: float) -> Float64:
-    """Picture plane of a camera turned so that the sitter is on its axis, (N, 2)."""
-    x = (places[:, 0].astype(np.float64) - lens.size[0] / 2.0) / lens.focal_px
-    y = (places[:, 1].astype(np.float64) - lens.size[1] / 2.0) / lens.focal_px
-    angle = math.radians(sitter_deg)
-    front = math.cos(angle) + x * math.sin(angle)
-    side = x * math.cos(angle) - math.sin(angle)
-    return np.stack([side / front, y / front], axis=1)
-
-
-def _judged(
-    pose: Pose, rays: Float64, found: NDArray[np.int64], lens: Lens, sitter_deg: float
-) -> Heading:
-    """Trust a pose, or not."""
-    inside = pose.inside
-    # One thing in the panorama that several points look like counts once.
-    count = len(np.unique(found[inside]))
-    heading, pitch, roll = pose.angles_deg
-    half = lens.size[0] / 2.0 / lens.focal_px
-    spread = float(rays[inside].std(axis=0).min()) / half if count > 1 else 0.0
-    share = float(inside.mean())
-    error = math.degrees(pose.error_rad)
-    sure = count >= LEAST_INLIERS and spread >= _LEAST_SPREAD and share >= _LEAST_SHARE
-    sure = sure and error <= _WORST_DEG and abs(pitch) < 35.0 and abs(roll) < 15.0
-    if not sure:
-        return Heading("unsure", None, inliers=count)
-    confidence = (1.0 - math.exp(-count / 20.0)) * (1.0 - 0.3 * error / _WORST_DEG)
-    return Heading("found", wrap(heading - sitter_deg), pitch, roll, count, confidence, pose.zoom)
+def _rays(places: Float32, lens: Lens) -> Float64:
+    """Points in the picture plane, right and down, (N, 2)."""
+    middle = np.array(lens.size, np.float64) / 2.0
+    return np.asarray((places.astype(np.float64) - middle) / lens.focal_px)

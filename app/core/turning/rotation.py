@@ -6,15 +6,16 @@ the scene, the probe and the camera span a plane that contains this line; seen a
 sitter, a point therefore stays *in the same direction from the sitter* and only comes nearer to
 them, by the factor z / (z + d) for a point z behind the sitter and a camera d in front. For the
 points of one plane 1 + d / z is a linear function of the place in the picture. The fit knows this:
-six unknowns, a rotation and that linear function, from residuals that are trusted across the line
-to the sitter and hardly along it, where the depth of each point may differ from the plane's.
+a rotation, that linear function, and where in the picture the line to the sitter is, which is known
+about as well as a detector finds a face. Residuals are trusted across the line to the sitter and
+hardly along it, where the depth of each point may differ from the plane's.
 
 Axes of the camera are right, down, front.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, TypeAlias
 
 import numpy as np
@@ -22,27 +23,55 @@ from numpy.typing import NDArray
 
 from app.core import sphere
 
-__all__ = ["Pose", "fit"]
+__all__ = ["MOST_PITCH_DEG", "MOST_ROLL_DEG", "Outlook", "Pose", "fit", "rescaled"]
 
 Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 
+MOST_PITCH_DEG: Final = 40.0
+MOST_ROLL_DEG: Final = 25.0
+"""Nobody holds a camera more askew who takes a portrait."""
+
 _AXES: Final = np.diag([-1.0, -1.0, 1.0])  # camera axes from those of a panorama, and back
 
-_TRIES: Final = 700
 _LEAST_PAIRS: Final = 6
-_ZOOM: Final = (0.8, 2.4)  # the panorama's angles over the camera's: 1 + d / D, and a wrong field
 _SPREAD: Final = 0.06  # radians: closer pairs fix no rotation
 _LOOSE: Final = 0.05  # radians, about 3 deg, of a hypothesis
-_MOST_PITCH_DEG: Final = 35.0
-_MOST_ROLL_DEG: Final = 15.0
 
 _ACROSS: Final = 0.0035  # radians: noise of a point across the line to the sitter
 _ALONG: Final = 0.12  # of its distance from the sitter: depth that is not the plane's
 _ROUNDS: Final = 12
 _INSIDE: Final = 3.0  # standard deviations
-_PLANE_MEAN: Final = np.array([0.3, 0.0, 0.0])
-_PLANE_SPREAD: Final = np.array([0.3, 0.4, 0.4])
+_TILT_SPREAD: Final = 0.4  # of the plane, per unit of the picture plane
+_AHEAD: Final = 0.2  # cosine: what is further to the side is taken to be behind the camera
+_UNKNOWNS: Final = 8
+_LEVEL_SPREAD: Final = 0.1  # radians: how far the camera is above or below the probe's height
+
+
+@dataclass(frozen=True, slots=True)
+class Outlook:
+    """What is known of a camera before a point is compared.
+
+    Attributes
+    ----------
+    sitter : float
+        Where the line to the probe's place is in the picture plane, x / z, positive to the right.
+    sitter_spread : float
+        Its standard deviation, in the same unit.
+    zoom : tuple of float
+        Least and greatest enlargement of the picture plane: 1 + d / z, times whatever the field
+        of view is wrong by.
+    likely : tuple of float
+        Mean and standard deviation of the enlargement.
+    sitter_known : bool
+        Whether anybody has looked where the sitter is.
+    """
+
+    sitter: float = 0.0
+    sitter_spread: float = 0.04
+    zoom: tuple[float, float] = (0.8, 2.4)
+    likely: tuple[float, float] = (1.3, 0.3)
+    sitter_known: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,35 +82,96 @@ class Pose:
     ----------
     rotation : (3, 3) float64
         From the camera's axes (right, down, front) to the panorama's.
+    sitter : (2,) float64
+        Where the line to the probe's place is in the picture plane.
+    plane : (3,) float64
+        Enlargement less 1 in the middle of the picture, and its slopes to the right and down.
     inside : (N,) bool
         Points that agree.
     error_rad : float
         Standard error of the heading, from the residuals.
-    zoom : float
-        Angles in the panorama over those in the picture, near the sitter: 1 + d / D, and whatever
-        the field of view is wrong by.
     """
 
     rotation: Float64
-    inside: Mask
+    sitter: Float64
+    plane: Float64
+    inside: Mask = field(repr=False)
     error_rad: float
-    zoom: float
+
+    @property
+    def zoom(self) -> float:
+        """Angles in the panorama over those in the picture, in its middle."""
+        return 1.0 + float(self.plane[0])
 
     @property
     def angles_deg(self) -> tuple[float, float, float]:
         """Heading, pitch up and roll clockwise, deg."""
         return sphere.angles_of(self.rotation @ _AXES)
 
+    def zooms(self, rays: Float64, bearings: Float64) -> Float64:
+        """Return how much each point is enlarged, away from the sitter; nan near them.
 
-def fit(rays: Float64, bearings: Float64, seed: int = 0) -> Pose | None:
-    """Find the rotation of a camera that looks at the sitter.
+        Parameters
+        ----------
+        rays : (N, 2) float64
+            As in `fit`.
+        bearings : (N, 3) float64
+            As in `fit`.
+
+        Returns
+        -------
+        (N,) float64
+        """
+        there = _projected(bearings @ self.rotation)
+        along, _, far = _directions(rays - self.sitter)
+        reach = np.einsum("nk,nk->n", there - self.sitter, along)
+        return np.where(far > _SPREAD, reach / np.maximum(far, _SPREAD), np.nan)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Start:
+    """The best of the samples: for a camera that has the sitter on its axis."""
+
+    rotation: Float64
+    zoom: float
+    inside: Mask
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _State:
+    """What the fit moves."""
+
+    rotation: Float64
+    sitter: Float64
+    plane: Float64
+
+    def moved(self, change: Float64) -> _State:
+        return _State(
+            self.rotation @ sphere.from_vector(change[:3]),
+            self.sitter + change[6:],
+            self.plane + change[3:6],
+        )
+
+
+def fit(
+    rays: Float64,
+    bearings: Float64,
+    outlook: Outlook | None = None,
+    tries: int = 1200,
+    seed: int = 0,
+) -> Pose | None:
+    """Find the rotation of a camera that looks at the sitter, or beside them.
 
     Parameters
     ----------
     rays : (N, 2) float64
-        Points in the camera's picture plane, x / z and y / z (right and down), the sitter at 0, 0.
+        Points in the camera's picture plane, x / z and y / z (right and down).
     bearings : (N, 3) float64
         The same points in the panorama, unit vectors in its axes.
+    outlook : Outlook, optional
+        What is known before; by default that the sitter is in the middle.
+    tries : int, optional
+        How many pairs of points are tried.
     seed : int, optional
         Of the random samples; the same input always gives the same result.
 
@@ -92,25 +182,70 @@ def fit(rays: Float64, bearings: Float64, seed: int = 0) -> Pose | None:
     """
     if len(rays) < _LEAST_PAIRS:
         return None
-    start = _search(rays, bearings, np.random.default_rng(seed))
+    known = outlook or Outlook()
+    facing = _facing(known.sitter)
+    start = _search(_turned(rays, facing), bearings, known.zoom, _pairs(len(rays), tries, seed))
     if start is None:
         return None
-    rotation, inside = start
-    return _refine(rays, bearings, rotation, inside)
+    sitter = np.array([known.sitter, 0.0])
+    state = _State(start.rotation @ facing, sitter, np.array([start.zoom - 1.0, 0.0, 0.0]))
+    return _refine(rays, bearings, state, start, known)
+
+
+def rescaled(
+    pose: Pose, rays: Float64, bearings: Float64, factor: float, outlook: Outlook
+) -> Pose | None:
+    """Fit again, from a pose, once the lens is known better.
+
+    Parameters
+    ----------
+    pose : Pose
+        What `fit` found.
+    rays : (N, 2) float64
+        What it was found with.
+    bearings : (N, 3) float64
+        As in `fit`.
+    factor : float
+        By which the picture plane is larger than was thought.
+    outlook : Outlook
+        What is known of the camera with the better lens.
+
+    Returns
+    -------
+    Pose or None
+        None where it fits no longer.
+    """
+    plane = np.array([pose.zoom / factor - 1.0, *(pose.plane[1:] / factor**2)])
+    state = _State(pose.rotation, np.array([outlook.sitter, pose.sitter[1] * factor]), plane)
+    start = _Start(pose.rotation, pose.zoom / factor, pose.inside)
+    return _refine(rays * factor, bearings, state, start, outlook)
+
+
+def _facing(sitter: float) -> Float64:
+    """Rotation from a camera's axes to those of one that has the sitter on its axis."""
+    return sphere.from_vector(np.array([0.0, -np.arctan(sitter), 0.0]))
+
+
+def _turned(rays: Float64, rotation: Float64) -> Float64:
+    full = np.concatenate([rays, np.ones((len(rays), 1))], axis=1) @ rotation.T
+    return np.asarray(full[:, :2] / np.maximum(full[:, 2:], 0.1))
+
+
+def _pairs(count: int, tries: int, seed: int) -> NDArray[np.int64]:
+    return np.random.default_rng(seed).integers(0, count, (tries, 2))
 
 
 def _search(
-    rays: Float64, bearings: Float64, chance: np.random.Generator
-) -> tuple[Float64, Mask] | None:
+    rays: Float64, bearings: Float64, limits: tuple[float, float], pairs: NDArray[np.int64]
+) -> _Start | None:
     """Try pairs of points: two of them fix a rotation and a zoom."""
-    pairs = chance.integers(0, len(rays), (_TRIES, 2))
     first, second = pairs.T
     seen = _angle(bearings[first], bearings[second])
     zoom = np.ones(len(pairs))
-    for _ in range(3):
+    for _ in range(4):
         angle = _angle(_unit(rays[first], zoom), _unit(rays[second], zoom))
         zoom = np.clip(zoom * seen / np.maximum(angle, 1e-6), 0.3, 5.0)
-    good = (seen > _SPREAD) & (zoom > _ZOOM[0]) & (zoom < _ZOOM[1])
+    good = (seen > _SPREAD) & (zoom > limits[0]) & (zoom < limits[1])
     if not good.any():
         return None
     first, second, zoom = first[good], second[good], zoom[good]
@@ -121,85 +256,104 @@ def _search(
     if not upright.any():
         return None
     rotations, zoom = rotations[upright], zoom[upright]
+    return _best(rotations, zoom, rays, bearings)
+
+
+def _best(rotations: Float64, zoom: Float64, rays: Float64, bearings: Float64) -> _Start:
+    """Choose the rotation that most points agree with."""
     zoomed = _unit(rays[None], zoom[:, None])
-    seen_there = np.einsum("kij,knj->kni", rotations, zoomed)
-    away = np.linalg.norm(seen_there - bearings[None], axis=2)
-    scores = np.maximum(1.0 - (away / _LOOSE) ** 2, 0.0).sum(axis=1)
+    away_squared = 2.0 - 2.0 * (zoomed * (bearings[None] @ rotations)).sum(axis=2)
+    scores = np.maximum(1.0 - away_squared / _LOOSE**2, 0.0).sum(axis=1)
     best = int(np.argmax(scores))
-    return rotations[best], away[best] < _LOOSE
+    inside = away_squared[best] < _LOOSE**2
+    return _Start(rotations[best], float(zoom[best]), inside)
 
 
-def _refine(rays: Float64, bearings: Float64, rotation: Float64, inside: Mask) -> Pose | None:
+def _refine(
+    rays: Float64, bearings: Float64, state: _State, start: _Start, known: Outlook
+) -> Pose | None:
     """Gauss-Newton with weights that fall off for points that do not agree."""
-    plane = _PLANE_MEAN.copy()
-    weights = inside.astype(float)
-    normal = np.eye(6)
+    weights = start.inside.astype(float)
+    normal = np.eye(_UNKNOWNS)
     for step in range(_ROUNDS):
-        turned = bearings @ rotation
-        ahead = turned[:, 2] > 0.2
+        turned = bearings @ state.rotation
+        ahead = turned[:, 2] > _AHEAD
         if int((ahead & (weights > 0.05)).sum()) < _LEAST_PAIRS:
             return None
-        rows, left = _equations(rays, turned, plane)
+        rows, left = _equations(rays, turned, state)
         held = np.repeat(np.where(ahead, weights, 0.0), 2)
         normal = rows.T @ (rows * held[:, None])
         right = rows.T @ (left * held)
-        normal[3:, 3:] += np.diag(_PLANE_SPREAD**-2)
-        right[3:] += (_PLANE_MEAN - plane) / _PLANE_SPREAD**2
+        mean, spread = _expected(state, known)
+        normal[3:, 3:] += np.diag(spread**-2)
+        right[3:] += (mean - np.concatenate([state.plane, state.sitter])) / spread**2
         normal[:3, :3] += 1e-6 * np.eye(3)
-        change = np.linalg.solve(normal, right)
-        rotation = rotation @ sphere.from_vector(change[:3])
-        plane = plane + change[3:]
-        deviation = _deviation(rays, bearings @ rotation, plane)
+        state = state.moved(np.linalg.solve(normal, right))
+        deviation = _deviation(rays, bearings @ state.rotation, state)
         scale = max(6.0 - step, 1.5)
         weights = 1.0 / (1.0 + (deviation / scale) ** 2) ** 2
         weights[deviation > 4.0 * scale] = 0.0
-    agree = _deviation(rays, bearings @ rotation, plane) < _INSIDE
+    agree = _deviation(rays, bearings @ state.rotation, state) < _INSIDE
     error = float(np.sqrt(max(np.linalg.inv(normal)[1, 1], 0.0)))
-    return Pose(rotation, agree, error, 1.0 + float(plane[0]))
+    return Pose(state.rotation, state.sitter, state.plane, agree, error)
 
 
-def _equations(rays: Float64, turned: Float64, plane: Float64) -> tuple[Float64, Float64]:
-    """Linearise: rows of unknowns (three of the rotation, three of the plane), and right side.
+def _expected(state: _State, known: Outlook) -> tuple[Float64, Float64]:
+    """Mean and standard deviation of plane and sitter: the sitter is about at the horizon."""
+    level = float(np.clip(state.rotation[1, 2], -0.7, 0.7))
+    horizon = level / np.sqrt(1.0 - level * level)  # up in the world is down in the picture
+    mean = np.array([known.likely[0] - 1.0, 0.0, 0.0, known.sitter, horizon])
+    tilt, height = _TILT_SPREAD, _LEVEL_SPREAD
+    return mean, np.array([known.likely[1], tilt, tilt, known.sitter_spread, height])
+
+
+def _equations(rays: Float64, turned: Float64, state: _State) -> tuple[Float64, Float64]:
+    """Linearise: rows of unknowns (rotation, plane, sitter), and right side.
 
     Two rows a point, across and along the line to the sitter, each divided by its deviation.
     """
-    depth = np.maximum(turned[:, 2], 0.2)
-    px, py = turned[:, 0] / depth, turned[:, 1] / depth
+    px, py = _projected(turned).T
     x, y = rays.T
-    spread = 1.0 + plane[0] + plane[1] * x + plane[2] * y
-    miss = np.stack([x * spread - px, y * spread - py])
-    one = np.ones_like(px)
+    apart = rays - state.sitter
+    more = state.plane[0] + state.plane[1] * x + state.plane[2] * y
+    miss = (state.sitter + apart * (1.0 + more)[:, None]).T - np.stack([px, py])
+    one, none = np.ones_like(px), np.zeros_like(px)
     # Derivatives of (px, py) by a small rotation of the camera about its three axes.
     by_rotation = np.stack([[px * py, -(one + px * px), py], [one + py * py, -px * py, -px]])
-    by_plane = np.stack([[-x, -x * x, -x * y], [-y, -x * y, -y * y]])
-    slopes = np.concatenate([by_rotation, by_plane], axis=1)  # (2, 6, N)
-    along, across, far = _directions(rays)
-    rows = np.empty((len(x), 2, 6))
+    by_plane = -apart.T[:, None] * np.stack([one, x, y])[None]
+    by_sitter = np.stack([[more, none], [none, more]])
+    slopes = np.concatenate([by_rotation, by_plane, by_sitter], axis=1)  # (2, unknowns, N)
+    along, across, far = _directions(apart)
+    rows = np.empty((len(x), 2, _UNKNOWNS))
     left = np.empty((len(x), 2))
     for place, (way, deviation) in enumerate(
         ((across, np.full_like(far, _ACROSS)), (along, _along(far)))
     ):
         rows[:, place] = (np.einsum("nk,kcn->cn", way, slopes) / deviation).T
         left[:, place] = np.einsum("nk,kn->n", way, miss) / deviation
-    return rows.reshape(-1, 6), left.reshape(-1)
+    return rows.reshape(-1, _UNKNOWNS), left.reshape(-1)
 
 
-def _deviation(rays: Float64, turned: Float64, plane: Float64) -> Float64:
+def _deviation(rays: Float64, turned: Float64, state: _State) -> Float64:
     """How many standard deviations each point is off; infinite behind the camera."""
-    depth = np.maximum(turned[:, 2], 0.2)
-    there = turned[:, :2] / depth[:, None]
-    spread = 1.0 + plane[0] + rays @ plane[1:]
-    miss = there - rays * spread[:, None]
-    along, across, far = _directions(rays)
+    apart = rays - state.sitter
+    spread = 1.0 + state.plane[0] + rays @ state.plane[1:]
+    miss = _projected(turned) - state.sitter - apart * spread[:, None]
+    along, across, far = _directions(apart)
     side = np.einsum("nk,nk->n", across, miss) / _ACROSS
     line = np.einsum("nk,nk->n", along, miss) / _along(far)
-    return np.where(turned[:, 2] > 0.2, np.hypot(side, line), np.inf)
+    return np.where((turned[:, 2] > _AHEAD) & (spread > 0.0), np.hypot(side, line), np.inf)
 
 
-def _directions(rays: Float64) -> tuple[Float64, Float64, Float64]:
+def _projected(turned: Float64) -> Float64:
+    """Vectors in camera axes in its picture plane, (N, 2)."""
+    return np.asarray(turned[:, :2] / np.maximum(turned[:, 2:], _AHEAD))
+
+
+def _directions(apart: Float64) -> tuple[Float64, Float64, Float64]:
     """Return unit vectors outward from the sitter and across, (N, 2); distances, (N,)."""
-    far = np.linalg.norm(rays, axis=1)
-    along = rays / np.maximum(far, 1e-9)[:, None]
+    far = np.linalg.norm(apart, axis=1)
+    along = apart / np.maximum(far, 1e-9)[:, None]
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
     return along, across, far
 
@@ -233,4 +387,4 @@ def _upright(rotations: Float64) -> Mask:
     """Which of the cameras a person might hold: nobody films upside down or at the ceiling."""
     pitch = np.degrees(np.arcsin(np.clip(rotations[:, 1, 2], -1.0, 1.0)))
     roll = np.degrees(np.arctan2(-rotations[:, 1, 0], -rotations[:, 1, 1]))
-    return np.asarray((np.abs(pitch) < _MOST_PITCH_DEG) & (np.abs(roll) < _MOST_ROLL_DEG))
+    return np.asarray((np.abs(pitch) < MOST_PITCH_DEG) & (np.abs(roll) < MOST_ROLL_DEG))

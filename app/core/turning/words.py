@@ -30,6 +30,7 @@ __all__ = [
     "signed",
     "size_words",
     "strip_arc_words",
+    "taken_words",
     "turn_words",
     "walking_words",
     "whole",
@@ -37,6 +38,8 @@ __all__ = [
 
 Direction: TypeAlias = Literal["clockwise", "counter-clockwise", "none"]
 """Of a turn, seen from above."""
+
+_FAR_DEG: Final = 90  # further off, nobody has stopped short or gone too far
 
 _SIDES: Final = {
     "left": "Light from the sitter’s left (camera right)",
@@ -303,3 +306,47 @@ def walking_words(direction: Direction, mode: Mode) -> tuple[str, str]:
         return "", ""
     clockwise, back, company = _WALKING[mode]
     return (clockwise if direction == "clockwise" else back), company
+
+
+def taken_words(
+    turn: int, goal: int, outside: int, match: int, best: int, *, rough: bool = False
+) -> str:
+    """Write how far off the light a photograph was taken.
+
+    Parameters
+    ----------
+    turn, goal : int
+        Whole degrees of turn.
+    outside : int
+        Whole degrees from the light; 0 in it.
+    match, best : int
+        Of 100: at that turn, and of the style here.
+    rough : bool, optional
+        The turn is not known to the degree.
+
+    Examples
+    --------
+    >>> taken_words(93, 96, 0, 81, 82)
+    'Taken at 93°, in the light, 3° short of the best: match 81 of best 82'
+    >>> taken_words(73, 96, 6, 60, 82)
+    'Taken at 73°, 6° short of the light: match 60 of best 82'
+    >>> taken_words(96, 96, 0, 82, 82)
+    'Taken at 96°, in the best light: match 82 of best 82'
+    """
+    to_go = int(wrap(goal - turn))
+    if to_go == 0:
+        where = "in the best light"
+    elif outside:
+        where = f"{outside}° {_beside(to_go, goal)} the light"
+    else:
+        where = f"in the light, {abs(to_go)}° {_beside(to_go, goal)} the best"
+    # Where another turn than the best is the better likeness, but its light is too flat.
+    than = f"match {match} of best {best}" if match <= best else f"match {match}, chosen {best}"
+    return f"Taken at {'about ' if rough else ''}{signed(turn)}, {where}: {than}"
+
+
+def _beside(to_go: int, goal: int) -> str:
+    """Say on which side of the goal a turn is: before it, past it, or far from it."""
+    if goal == 0 or abs(to_go) > _FAR_DEG:
+        return "counter-clockwise of" if to_go > 0 else "clockwise of"
+    return "short of" if (to_go > 0) == (goal > 0) else "past"

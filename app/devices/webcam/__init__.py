@@ -1,17 +1,31 @@
-"""Webcams: what they are to the program, real ones, and one that stands at the demo location."""
+"""Live pictures: webcams, network cameras, files and folders, and imitations of all of them."""
 
 from __future__ import annotations
 
 from app.devices.webcam.opencv import OpenCvWebcam, list_webcams
-from app.devices.webcam.protocol import Webcam, WebcamError, WebcamFrame, WebcamState
+from app.devices.webcam.panorama_webcam import PanoramaWebcam
+from app.devices.webcam.protocol import (
+    GUESS_FOV_DEG,
+    Webcam,
+    WebcamError,
+    WebcamFrame,
+    WebcamState,
+)
 from app.devices.webcam.simulated import SimulatedWebcam
+from app.devices.webcam.sources import LiveSource, SourceView, SourceViews, make_source
 
 __all__ = [
+    "GUESS_FOV_DEG",
+    "LiveSource",
     "OpenCvWebcam",
+    "PanoramaWebcam",
     "SimulatedWebcam",
+    "SourceView",
+    "SourceViews",
     "Webcam",
     "WebcamError",
     "WebcamFrame",
     "WebcamState",
     "list_webcams",
+    "make_source",
 ]

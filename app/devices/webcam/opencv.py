@@ -3,36 +3,35 @@
 from __future__ import annotations
 
 import sys
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import cv2
-import numpy as np
 
+from app.devices.webcam.names import LINUX, linux_names, shown_names
+from app.devices.webcam.pictures import as_rgb
 from app.devices.webcam.protocol import WebcamError
+from app.devices.webcam.quiet import quiet
 from app.devices.webcam.stream import WebcamStream
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
     from app.devices.clock import Clock
     from app.devices.webcam.protocol import Bytes
 
-__all__ = ["FOV_DEG", "SIZE", "OpenCvWebcam", "list_webcams"]
-
-FOV_DEG: Final = 65.0
-"""Horizontal field of view of a webcam of which nothing is known: most have 60 to 78 deg."""
+__all__ = ["SIZE", "SIZES", "OpenCvWebcam", "list_webcams"]
 
 SIZE: Final = (1280, 720)
 """Columns and rows that a webcam is asked for; it may give others."""
 
+SIZES: Final[dict[int, tuple[int, int]]] = {640: (640, 480), 1280: SIZE, 1920: (1920, 1080)}
+"""Columns and rows that may be asked for, by columns; every webcam has some of them."""
+
 _FPS: Final = 30
 _FAILED_READS: Final = 10  # some give nothing for their first reads
 _MOST_INDEX: Final = 5
-_LARGEST: Final = 8192  # pixels a side
 _SYSTEM: str = sys.platform  # a variable, so that each system's branch is checked on all
-_LINUX: Final = Path("/sys/class/video4linux")
 
 
 class Capture(Protocol):
@@ -41,6 +40,7 @@ class Capture(Protocol):
     def isOpened(self) -> bool: ...
     def read(self) -> tuple[bool, Any]: ...
     def set(self, propId: int, value: float) -> bool: ...
+    def get(self, propId: int) -> float: ...
     def release(self) -> None: ...
 
 
@@ -56,7 +56,9 @@ class OpenCvWebcam(WebcamStream):
     name : str, optional
         To show.
     fov_deg : float, optional
-        Horizontal field of view, deg: nothing in a webcam tells it.
+        Horizontal field of view, deg, where it is known: nothing in a webcam tells it.
+    width : int, optional
+        Columns to ask for, one of `SIZES`; it may give others.
     capture : callable, optional
         Opens the device of an index.
     is_there : callable, optional
@@ -69,12 +71,24 @@ class OpenCvWebcam(WebcamStream):
         clock: Clock,
         *,
         name: str = "",
-        fov_deg: float = FOV_DEG,
+        fov_deg: float | None = None,
+        width: int = SIZE[0],
         capture: Callable[[int], Capture] | None = None,
         is_there: Callable[[int], bool | None] | None = None,
     ) -> None:
-        source = _Device(index, capture or _opened, is_there or _is_there)
-        super().__init__(source, name or _name(index), fov_deg, clock)
+        self._device = _Device(index, capture or _opened, is_there or _is_there)
+        self._device.size = SIZES.get(width, SIZE)
+        super().__init__(self._device, name or _name(index), fov_deg, clock)
+
+    def ask_width(self, width: int) -> None:
+        """Ask for pictures of another size, from when it is next opened.
+
+        Parameters
+        ----------
+        width : int
+            Columns, one of `SIZES`; any other number stands for the usual size.
+        """
+        self._device.size = SIZES.get(width, SIZE)
 
 
 class _Device:
@@ -91,6 +105,7 @@ class _Device:
         self._is_there = is_there
         self._capture: Capture | None = None
         self._failed = 0
+        self.size = SIZE
 
     def open(self) -> None:
         """Get hold of the device."""
@@ -107,6 +122,9 @@ class _Device:
             if capture is not None:
                 capture.release()
             raise _busy() if there else _not_opened()
+        if self.size != SIZE:
+            capture.set(cv2.CAP_PROP_FRAME_WIDTH, self.size[0])
+            capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self.size[1])
         self._capture, self._failed = capture, 0
 
     def read(self) -> Bytes | None:
@@ -120,7 +138,7 @@ class _Device:
             done, picture = False, None
         if done and picture is not None:
             self._failed = 0
-            return _as_rgb(picture)
+            return as_rgb(picture)
         self._failed += 1
         if self._failed >= _FAILED_READS or self._is_there(self._index) is False:
             raise _unplugged()
@@ -134,7 +152,7 @@ class _Device:
 
 
 def list_webcams() -> tuple[tuple[int, str], ...]:
-    """Find the webcams of this computer.
+    """Find the webcams of this computer, and what captures HDMI.
 
     On Linux the system lists them. Elsewhere the first few are opened one after the other, which
     takes seconds and lights their lamps: not for the thread of the screens.
@@ -142,23 +160,14 @@ def list_webcams() -> tuple[tuple[int, str], ...]:
     Returns
     -------
     tuple of (index, name)
-        By index; none where there is none.
+        By index, no name twice; none where there is none.
     """
-    return _listed(_LINUX) if _SYSTEM == "linux" else _tried(_opened)
+    if _SYSTEM == "linux":
+        return linux_names(LINUX)
+    return shown_names(_tried(_opened), _SYSTEM)
 
 
-def _listed(folder: Path) -> tuple[tuple[int, str], ...]:
-    """Read the list that Linux keeps; further nodes of one device carry no pictures."""
-    found = []
-    for node in folder.glob("video*"):
-        number = node.name.removeprefix("video")
-        if number.isdecimal() and _first_line(node / "index") in ("0", ""):
-            name = _first_line(node / "name")
-            found.append((int(number), name.partition(":")[0].strip() or f"Webcam {number}"))
-    return tuple(sorted(found))
-
-
-def _tried(capture: Callable[[int], Capture]) -> tuple[tuple[int, str], ...]:
+def _tried(capture: Callable[[int], Capture]) -> tuple[int, ...]:
     found = []
     for index in range(_MOST_INDEX + 1):
         try:
@@ -166,20 +175,15 @@ def _tried(capture: Callable[[int], Capture]) -> tuple[tuple[int, str], ...]:
         except cv2.error:
             continue
         if device.isOpened():
-            found.append((index, _name(index)))
+            found.append(index)
         device.release()
     return tuple(found)
 
 
-def _first_line(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8", errors="replace")[:200].partition("\n")[0].strip()
-    except OSError:
-        return ""
-
-
 def _name(index: int) -> str:
-    return f"Webcam {index + 1}"
+    """Give the name the system has for it, where that is quickly asked."""
+    known = dict(linux_names(LINUX)) if _SYSTEM == "linux" else {}
+    return known.get(index, f"Webcam {index + 1}")
 
 
 def _is_there(index: int) -> bool | None:
@@ -188,7 +192,7 @@ def _is_there(index: int) -> bool | None:
 
 def _opened(index: int) -> Capture:
     """Open a device with what is best for looking: enough pixels, at full speed, none old."""
-    with _quiet():
+    with quiet():
         capture = cv2.VideoCapture(index)
         if capture.isOpened():
             # Uncompressed, most webcams reach this size at a few pictures a second only.
@@ -198,32 +202,6 @@ def _opened(index: int) -> Capture:
             capture.set(cv2.CAP_PROP_FPS, _FPS)
             capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
         return capture
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep OpenCV from writing to the terminal that a device cannot be opened."""
-    logging = cv2.utils.logging
-    before = logging.getLogLevel()
-    logging.setLogLevel(logging.LOG_LEVEL_SILENT)
-    try:
-        yield
-    finally:
-        logging.setLogLevel(before)
-
-
-def _as_rgb(picture: Any) -> Bytes | None:
-    """Turn what OpenCV gives into sRGB; None for what is no picture."""
-    given = np.asarray(picture)
-    if given.dtype != np.uint8 or given.ndim not in (2, 3) or min(given.shape[:2]) < 16:
-        return None
-    if max(given.shape[:2]) > _LARGEST:
-        return None
-    if given.ndim == 2 or given.shape[2] == 1:
-        return np.asarray(cv2.cvtColor(given, cv2.COLOR_GRAY2RGB), np.uint8)
-    if given.shape[2] != 3:
-        return None
-    return np.asarray(cv2.cvtColor(given, cv2.COLOR_BGR2RGB), np.uint8)
 
 
 def _busy() -> WebcamError:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,16 +14,22 @@ from app.devices.errors import DeviceError
 if TYPE_CHECKING:
     from app.devices.mailbox import Mailbox
 
-__all__ = ["Bytes", "Source", "Webcam", "WebcamError", "WebcamFrame", "WebcamState"]
+__all__ = ["GUESS_FOV_DEG", "Bytes", "Source", "Webcam", "WebcamError", "WebcamFrame"]
+__all__ += ["WebcamState"]
 
 Bytes: TypeAlias = NDArray[np.uint8]
+
+GUESS_FOV_DEG: Final = 65.0
+"""Horizontal field of view to draw with while nothing is known: most webcams have 60 to 78 deg."""
 
 
 class WebcamError(DeviceError):
     """A webcam cannot be used, or its picture is of no use.
 
     Codes: ``no-webcam``, ``busy``, ``unplugged``, ``silent`` (no picture comes), ``black``,
-    ``frozen``, ``slow``, ``no-views`` (the demo's pictures are missing).
+    ``frozen``, ``slow``, ``no-views`` (the demo's pictures are missing). Of network cameras:
+    ``bad-address``, ``unreachable``, ``not-a-stream``, ``password``, ``password-refused``. Of
+    files and folders: ``no-file``, ``bad-file``.
     """
 
     default_code = "webcam"
@@ -33,7 +39,8 @@ class WebcamState(StrEnum):
     """What a webcam is doing.
 
     ``off`` until it is opened; ``connecting`` for the first time; ``live`` while pictures come;
-    ``lost`` when they just stopped; ``retrying`` while it is opened again, however often.
+    ``lost`` when they just stopped; ``retrying`` while it is opened again, however often, and
+    while it waits for a password.
     """
 
     OFF = "off"
@@ -70,8 +77,8 @@ class Webcam(Protocol):
         """Name to show."""
 
     @property
-    def fov_deg(self) -> float:
-        """Horizontal field of view of its pictures, deg; of a real one, what was set."""
+    def fov_deg(self) -> float | None:
+        """Horizontal field of view of its pictures, deg; None while nobody knows it."""
 
     @property
     def frames(self) -> Mailbox[WebcamFrame]:

@@ -11,6 +11,7 @@ from app.core.angles import wrap
 from app.core.turning.headings import heading_of_turn
 from app.devices.clock import SystemClock
 from app.devices.webcam.demo_views import DemoViews
+from app.devices.webcam.pictures import Grain
 from app.devices.webcam.protocol import WebcamError
 from app.devices.webcam.stream import WebcamStream
 
@@ -30,8 +31,6 @@ SIZE: Final = (1280, 720)
 
 FOV_DEG: Final = 60.0
 """Horizontal field of view: the views' whole width; top and bottom are cut to 36 deg."""
-
-_SEED: Final = 7
 
 
 class SimulatedWebcam(WebcamStream):
@@ -121,8 +120,7 @@ class _Scene:
         self._views: DemoViews | None = None
         self._last: tuple[float, Bytes] | None = None
         self._next_s = 0.0
-        self._grain = _grain(size, noise) if noise > 0.0 else None
-        self._chance = np.random.default_rng(_SEED)
+        self._grain = Grain(size, noise) if noise > 0.0 else None
         self.distance_m = distance_m
         self.turn_deg = 0.0
         self.plugged = True
@@ -154,7 +152,8 @@ class _Scene:
             return None
         if self.black:
             return np.zeros((self._size[1], self._size[0], 3), np.uint8)
-        return self._grained(self._shown(self.turn_deg))
+        shown = self._shown(self.turn_deg)
+        return shown if self._grain is None else self._grain.on(shown)
 
     def close(self) -> None:
         """Nothing is held."""
@@ -170,20 +169,3 @@ class _Scene:
         )
         self._last = (turn_deg, shown)
         return shown
-
-    def _grained(self, picture: Bytes) -> Bytes:
-        if self._grain is None:
-            return picture
-        plus, minus = self._grain
-        left, top = (int(n) for n in self._chance.integers(0, 64, 2))
-        rows, columns = picture.shape[:2]
-        box = (slice(top, top + rows), slice(left, left + columns))
-        return np.asarray(cv2.subtract(cv2.add(picture, plus[box]), minus[box]), np.uint8)
-
-
-def _grain(size: tuple[int, int], noise: float) -> tuple[Bytes, Bytes]:
-    """Noise to add and to subtract, a little larger than the picture, to be shifted about."""
-    chance = np.random.default_rng(_SEED)
-    values = chance.normal(0.0, noise, (size[1] + 64, size[0] + 64, 3))
-    plus = np.clip(np.round(values), 0, 255).astype(np.uint8)
-    return plus, np.clip(np.round(-values), 0, 255).astype(np.uint8)

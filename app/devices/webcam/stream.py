@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import threading
 from collections import deque
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -16,22 +17,54 @@ from app.devices.mailbox import Mailbox
 from app.devices.webcam.protocol import WebcamError, WebcamFrame, WebcamState
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from app.devices.clock import Clock
     from app.devices.webcam.protocol import Bytes, Source
 
-__all__ = ["LOST_S", "WebcamStream"]
+__all__ = ["LOST_S", "WEBCAM", "Manner", "WebcamStream"]
 
 LOST_S: Final = 2.0
 """A webcam counts as lost after so many seconds without a picture."""
 
 _OVER_S: Final = 2.0  # pictures are counted over so long
 _MOST: Final = 400
-_PAUSES_S: Final = (0.5, 1.0, 2.0)
 _NOTHING_S: Final = 0.02
 _FROZEN_S: Final = 4.0
 _BLACK: Final = 12
 _SLOW_FPS: Final = 5.0
 _SLOW_AFTER_S: Final = 4.0
+_FINAL: Final = frozenset({"password", "password-refused"})
+
+
+@dataclass(frozen=True, slots=True)
+class Manner:
+    """What a kind of source is called, and how patient one is with it.
+
+    Attributes
+    ----------
+    noun : str
+        "webcam".
+    revive : str
+        What to do when it is silent or stands still; a sentence without its end.
+    quicken : str
+        What makes it quicker; a sentence.
+    pauses_s : tuple of float
+        Seconds before it is opened again: after pictures had come, after the first failure, and
+        so on; the last one from then on.
+    still : bool
+        Whether one and the same picture over and over is as it should be.
+    """
+
+    noun: str = "webcam"
+    revive: str = "Unplug it and plug it in again"
+    quicken: str = "More light makes it quicker; so does another USB socket."
+    pauses_s: tuple[float, ...] = (0.5, 1.0, 2.0)
+    still: bool = False
+
+
+WEBCAM: Final = Manner()
+"""Of what is plugged into this computer."""
 
 
 class WebcamStream:
@@ -43,22 +76,36 @@ class WebcamStream:
         The device.
     name : str
         To show.
-    fov_deg : float
-        Horizontal field of view, deg.
+    fov_deg : float or None
+        Horizontal field of view, deg; None where nobody knows it.
     clock : Clock
         For pauses and rates.
     still : bool, optional
-        Whether one and the same picture over and over is as it should be.
+        Whether one and the same picture over and over is as it should be; else as `manner` says.
+    manner : Manner, optional
+        What it is called, and how patient one is with it.
+    cut : callable, optional
+        Makes a read that waits, or the next one, end soon; called from another thread.
     """
 
     def __init__(
-        self, source: Source, name: str, fov_deg: float, clock: Clock, *, still: bool = False
+        self,
+        source: Source,
+        name: str,
+        fov_deg: float | None,
+        clock: Clock,
+        *,
+        still: bool = False,
+        manner: Manner = WEBCAM,
+        cut: Callable[[], None] = lambda: None,
     ) -> None:
         self._source = source
         self._name = name
         self._fov_deg = fov_deg
         self._clock = clock
-        self._still = still
+        self._still = still or manner.still
+        self._manner = manner
+        self._cut = cut
         self._frames: Mailbox[WebcamFrame] = Mailbox()
         self._lock = threading.Lock()  # of what the properties tell
         self._switching = threading.Lock()  # of opening and closing
@@ -80,8 +127,8 @@ class WebcamStream:
         return self._name
 
     @property
-    def fov_deg(self) -> float:
-        """Horizontal field of view of its pictures, deg."""
+    def fov_deg(self) -> float | None:
+        """Horizontal field of view of its pictures, deg; None where nobody knows it."""
         return self._fov_deg
 
     @property
@@ -100,7 +147,7 @@ class WebcamStream:
     def error(self) -> WebcamError | None:
         """What is wrong, until it is mended."""
         if self.state is WebcamState.LOST and self._error is None:
-            return _silent()
+            return self._silent()
         return self._error
 
     @property
@@ -138,6 +185,7 @@ class WebcamStream:
         with self._switching:
             thread, self._thread = self._thread, None
             self._token.cancel()
+            self._cut()
             if thread is not None and thread is not threading.current_thread():
                 thread.join(wait_s)
             with self._lock:
@@ -151,9 +199,14 @@ class WebcamStream:
                 before = self._count
                 error = self._attempt(token)
                 failures = 0 if self._count > before else failures + 1
+                if error.code in _FINAL:
+                    # Asking again and again with a wrong password locks some cameras for all.
+                    self._note(token, WebcamState.RETRYING, error)
+                    return
                 lost = failures == 0 or (failures == 1 and before > 0)
                 self._note(token, WebcamState.LOST if lost else WebcamState.RETRYING, error)
-                wait(self._clock, _PAUSES_S[min(failures, len(_PAUSES_S) - 1)], token)
+                pauses = self._manner.pauses_s
+                wait(self._clock, pauses[min(failures, len(pauses) - 1)], token)
                 self._note(token, WebcamState.RETRYING, error)
 
     def _attempt(self, token: Token) -> WebcamError:
@@ -178,7 +231,7 @@ class WebcamStream:
                 self._put(picture, now, token)
                 continue
             if now - last > LOST_S:
-                raise _silent()
+                raise self._silent()
             wait(self._clock, _NOTHING_S, token)
 
     def _put(self, picture: Bytes, now: float, token: Token) -> None:
@@ -197,22 +250,25 @@ class WebcamStream:
 
     def _trouble(self, picture: Bytes, now: float) -> WebcamError | None:
         """Look whether a picture is of any use."""
+        manner = self._manner
         few = picture[8::16, 8::16]
         mark = few.tobytes()
         if mark != self._print:
             self._print, self._print_s = mark, now
         if int(np.max(few)) <= _BLACK:
             return WebcamError(
-                "The webcam’s picture is black.", "Open its cover, or make some light.", "black"
+                f"The {manner.noun}’s picture is black.",
+                "Open its cover, or make some light.",
+                "black",
             )
         if not self._still and now - self._print_s > _FROZEN_S:
             return WebcamError(
-                "The webcam’s picture stands still.", "Unplug it and plug it in again.", "frozen"
+                f"The {manner.noun}’s picture stands still.", f"{manner.revive}.", "frozen"
             )
         if now - self._live_s > _SLOW_AFTER_S and self._rate(now) < _SLOW_FPS:
             return WebcamError(
-                f"The webcam sends only {max(self._rate(now), 0.5):.0f} pictures a second.",
-                "More light makes it quicker; so does another USB socket.",
+                f"The {manner.noun} sends only {max(self._rate(now), 0.5):.0f} pictures a second.",
+                manner.quicken,
                 "slow",
             )
         return None
@@ -225,10 +281,9 @@ class WebcamStream:
             if not token.cancelled:
                 self._state, self._error = state, error
 
-
-def _silent() -> WebcamError:
-    return WebcamError(
-        f"The webcam has sent no picture for {LOST_S:.0f} seconds.",
-        "Unplug it and plug it in again; it goes on by itself.",
-        "silent",
-    )
+    def _silent(self) -> WebcamError:
+        return WebcamError(
+            f"The {self._manner.noun} has sent no picture for {LOST_S:.0f} seconds.",
+            f"{self._manner.revive}; it goes on by itself.",
+            "silent",
+        )

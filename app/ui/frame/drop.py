@@ -44,7 +44,20 @@ class DropVeil(QWidget):
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self._words = _WORDS
         self.setAccessibleName(_WORDS)
+
+    def set_words(self, words: str) -> None:
+        """Say what may be dropped.
+
+        Parameters
+        ----------
+        words : str
+            Empty for what may be dropped anywhere.
+        """
+        self._words = words or _WORDS
+        self.setAccessibleName(self._words)
+        self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw it."""
@@ -67,4 +80,4 @@ class DropVeil(QWidget):
         )
         painter.setPen(t.c.text)
         painter.setFont(t.font(20, 600))
-        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, _WORDS)
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self._words)

@@ -52,6 +52,9 @@ class Desk:
     ----------
     file_work : InTurn
         For whatever changes the user's files, on any screen.
+    photo_taker : callable or None
+        Takes files that may be photographs of the sitter, while a screen in front has a use for
+        them; gives whether it did.
     """
 
     def __init__(self, services: Services) -> None:
@@ -60,6 +63,7 @@ class Desk:
         self._keeper = Keeper(services)
         self._arrivals = InTurn(services, "open-arrived")
         self.file_work = InTurn(services, "files")
+        self.photo_taker: Callable[[Sequence[Path]], bool] | None = None
         services.model.changed.connect(self._model_changed)
 
     # -- start and end -------------------------------------------------------------------------
@@ -123,10 +127,23 @@ class Desk:
     def open_paths(self, paths: Sequence[Path]) -> None:
         """Open whatever it is: a place, a panorama, a bracket, or a folder with one of these.
 
+        While the sitter turns, a photograph of them is looked at instead.
+
         Parameters
         ----------
         paths : sequence of Path
             As dropped or chosen.
+        """
+        if self.photo_taker is None or not self.photo_taker(paths):
+            self.open_as_place(paths)
+
+    def open_as_place(self, paths: Sequence[Path]) -> None:
+        """Open a place, or make one of a panorama or a bracket.
+
+        Parameters
+        ----------
+        paths : sequence of Path
+            Nothing that a screen has another use for.
         """
         work, title = self._reading(paths)
         self._services.runner.submit("open", work, title=title, done=self._opened)

@@ -6,50 +6,63 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from app.core.angles import wrap
-from app.core.turning.guidance import FRESH, Guide, Phase, Reading, Source, guide
-from app.core.turning.headings import Looks, turn_of_heading
+from app.core.turning.guidance import Guide, Phase, Source
 from app.core.turning.words import Mode, whole
-from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
+from app.ui.presenters.turn_actions import turn_actions
 from app.ui.presenters.turn_album import Album
 from app.ui.presenters.turn_camera import LiveCamera
 from app.ui.presenters.turn_pictures import Overlay, Scene
+from app.ui.presenters.turn_pilot import Pilot
+from app.ui.presenters.turn_shots import DROP_WORDS, Shots
 from app.ui.presenters.turn_sight import Aligner, Sight
 from app.ui.presenters.turn_sounds import Beeper
+from app.ui.presenters.turn_sources import SourcesPresenter
 from app.ui.presenters.turn_state import (
     ASPECT,
     LiveWords,
     Pictures,
-    StyleWords,
     Tools,
     TurnSizes,
     TurnState,
 )
+from app.ui.presenters.turn_told import Teller
 from app.ui.presenters.turn_words import (
+    advice_of,
     goal_of,
     guidance_of,
     live_words,
-    match_words,
+    own_style,
     quality_words,
     scale_of,
+    style_words,
 )
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
-    from app.core.painting import UserStyle
-    from app.core.turning.guidance import Goal
+    from app.ui.presenters.actions import Action
     from app.ui.presenters.desk import Desk
     from app.ui.presenters.services import Services
     from app.ui.presenters.turn_state import Guidance, TurnView
-    from app.ui.presenters.turn_words import Hindrance
 
 __all__ = ["TurnPresenter"]
 
 _SHOWN: Final = frozenset(
-    {"light", "front_deg", "head", "results", "user_styles", "chosen", "goal_deg", "settings"}
+    {
+        "place_folder",
+        "light",
+        "front_deg",
+        "head",
+        "results",
+        "user_styles",
+        "chosen",
+        "goal_deg",
+        "settings",
+    }
 )
-_ANNOUNCE_S: Final = 3.0
+_BESIDE: Final = "Side by side until the background is found"
 
 
 class TurnPresenter:
@@ -61,25 +74,34 @@ class TurnPresenter:
         The window's.
     desk : Desk
         The open place.
+
+    Attributes
+    ----------
+    drop_words : str
+        What may be dropped on the window while this is in front.
+    sources : SourcesPresenter
+        For whoever chooses another live camera.
     """
 
+    drop_words = DROP_WORDS
+
     def __init__(self, services: Services, desk: Desk) -> None:
-        del desk
         self._services = services
+        self._desk = desk
         self._view: TurnView | None = None
         self._sizes = TurnSizes()
         self._on = False
-        self._memory = FRESH
-        self._guide: Guide | None = None
-        self._hindrance: Hindrance = "none"
         self._aspect = ASPECT
         self._opacity = 0.45
-        self._announced: tuple[Phase | None, str, float] = (None, "", -_ANNOUNCE_S)
+        self._teller = Teller()
         self._camera = LiveCamera(services, self._show)
         self._sight = Sight(services, self._show)
+        self._pilot = Pilot(services, self._camera, self._sight)
         self._aligner = Aligner(services, self._show)
         self._album = Album(services, self._show)
         self._beeper = Beeper(services)
+        self.sources = SourcesPresenter(services, self._camera, self._source_taken)
+        self._shots = Shots(services, desk, lambda: self._sight.index, self._show)
         services.model.changed.connect(self._model_changed)
 
     # -- as every screen's presenter -----------------------------------------------------------
@@ -96,6 +118,7 @@ class TurnPresenter:
     def entered(self) -> None:
         """Start the webcam and get to know the panorama."""
         self._on = True
+        self._desk.photo_taker = self._shots.take
         self._sight.start()
         self._begin()
         self._show()
@@ -103,48 +126,17 @@ class TurnPresenter:
     def left(self) -> None:
         """Give the webcam back and be quiet."""
         self._on = False
+        self._desk.photo_taker = None
         self._beeper.stop()
         self._camera.stop()
         self._sight.stop()
         self._aligner.switch(on=False)
         self._album.drop_live()
-        self._memory = FRESH
+        self._pilot.forget()
 
     def actions(self) -> Sequence[Action]:
         """Give what can be done here."""
-        actions = [
-            Action(
-                "turn-align",
-                "Lay the live picture over the goal",
-                self.toggle_align,
-                "layers",
-                "Space",
-                self._can_align,
-                "align",
-            ),
-            Action("turn-sound", "Sound on or off", self.toggle_sounds, "sound", "M", hint="sound"),
-            Action(
-                "turn-selfie",
-                "Selfie: I turn myself, or back",
-                self.toggle_mode,
-                "selfie",
-                "S",
-                hint="selfie",
-            ),
-            Action("turn-back", "Back to the styles", self.back, "styles", "Esc", hint="styles"),
-        ]
-        if self._empty()[0]:
-            return [Action("turn-fill", self._empty()[1], self.fill, "", "Return; Enter"), *actions]
-        for index, name in self._camera.listed:
-            actions.append(
-                Action(
-                    f"turn-webcam-{index}",
-                    f"Webcam: {name}",
-                    lambda index=index: self.choose_webcam(index),  # type: ignore[misc]
-                    "webcam",
-                )
-            )
-        return actions
+        return turn_actions(self, self._empty()[1])
 
     def measure(self, sizes: TurnSizes) -> None:
         """Make pictures of these sizes from now on."""
@@ -157,15 +149,24 @@ class TurnPresenter:
         if not self._on or self._empty()[0]:
             return
         self._camera.tick()
+        self.sources.tick()
         frame = self._camera.frame
         if frame is not None and self._camera.source is Source.LIVE:
             rows, columns = frame.picture.shape[:2]
             self._aspect = max(columns / rows, ASPECT)
-            self._sight.look(frame, self._camera.fov_deg)
+            self._sight.look(
+                frame,
+                self._camera.fov_deg,
+                sees_sitter=self._pilot.sees_sitter,
+                asked_deg=self._pilot.asked_deg,
+            )
+            self._learn_fov()
             self._look_aligned()
-            self._album.want_live(frame.picture, self._sizes.well, self._mode, self._overlay())
+            self._album.want_live(
+                frame.picture, self._sizes.well, self._pilot.mode, self._overlay()
+            )
         self._show()
-        self._beeper.tick(self._guide)
+        self._beeper.tick(self._pilot.guide)
 
     # -- what the user does --------------------------------------------------------------------
 
@@ -175,7 +176,7 @@ class TurnPresenter:
 
     def toggle_mode(self) -> None:
         """Change over between walking and selfie."""
-        self.set_mode("walk" if self._mode is Mode.SELFIE else "selfie")
+        self.set_mode("walk" if self._pilot.mode is Mode.SELFIE else "selfie")
 
     def toggle_sounds(self) -> None:
         """Be heard, or be quiet."""
@@ -189,7 +190,7 @@ class TurnPresenter:
 
     def toggle_align(self) -> None:
         """Lay the live picture over the goal, or show it alone again."""
-        if self._aligner.on or self._can_align():
+        if self._aligner.on or self.can_align:
             self._aligner.switch(on=not self._aligner.on)
             self._show()
 
@@ -200,9 +201,27 @@ class TurnPresenter:
 
     def choose_webcam(self, index: int) -> None:
         """Take another webcam."""
-        self._sight.forget()
-        self._album.drop_live()
+        self._source_taken()
         self._camera.choose(index)
+
+    def ask_source(self) -> None:
+        """Let another live camera be chosen."""
+        if self._view is not None:
+            self._view.ask_source()
+
+    def ask_photos(self) -> None:
+        """Let the photograph that was taken be chosen."""
+        if self._view is not None:
+            self._view.ask_photos()
+
+    def open_photos(self, paths: Sequence[Path]) -> None:
+        """Say how far off the light photographs were taken; a panorama is opened as a place."""
+        if not self._shots.take(paths):
+            self._desk.open_paths(paths)
+
+    def remove_shot(self, key: str) -> None:
+        """Take a photograph off the list; can be undone."""
+        self._shots.remove(key)
 
     def back(self) -> None:
         """Go back to the styles."""
@@ -239,9 +258,9 @@ class TurnPresenter:
         empty, action = self._empty()
         goal = goal_of(model.result, model.target_turn_deg)
         if empty or goal is None or model.light is None:
-            self._guide = None
-            return TurnState(empty, action, self._mode.value)
-        shown = self._advance(goal)
+            self._pilot.guide = None
+            return TurnState(empty, action, self._pilot.mode.value)
+        shown = self._pilot.advance(goal)
         scene = self._scene(shown)
         self._album.want_views(model.light, scene)
         self._want_portraits(shown)
@@ -250,38 +269,47 @@ class TurnPresenter:
             source,
             self._camera.error,
             shown.goal,
-            self._camera.fov_deg,
-            self._mode is Mode.SELFIE,
+            self._fov_deg,
+            self._pilot.mode is Mode.SELFIE,
         )
         return TurnState(
-            mode=self._mode.value,
-            guidance=self._announce(guidance_of(shown, self._hindrance, self._camera.error)),
-            style=self._style_words(shown),
+            mode=self._pilot.mode.value,
+            guidance=self._teller.tell(self._guidance(shown), self._services.clock.now()),
+            style=style_words(self._services.model, shown),
             live=self._with_camera(words),
-            scale=scale_of(shown, goal, scene.panorama_fov_deg),
+            scale=scale_of(shown, goal, scene.panorama_fov_deg, self._pilot.axis_turn(shown)),
             tools=self._tools(shown),
+            shots=self._shots.resolve(),
             pictures=self._pictures(source),
         )
 
     @property
-    def _mode(self) -> Mode:
-        return Mode(self._services.model.settings.mode)
+    def _fov_deg(self) -> float:
+        """Of the camera, for words and pictures, deg."""
+        return self._camera.fov_guess_deg
 
     @property
-    def _looks(self) -> Looks:
-        return Looks.PHOTOGRAPHER if self._camera.looks == "me" else Looks.SITTER
+    def can_align(self) -> bool:
+        """Whether there is a live picture to lay over the goal."""
+        return self._camera.source is Source.LIVE and not self._pilot.asking
 
     @property
-    def _asking(self) -> bool:
-        """In a selfie the photographer is the sitter, and either answer would be the same."""
-        live = self._camera.source is Source.LIVE
-        return live and self._mode is Mode.WALK and self._camera.looks == "ask"
+    def webcams(self) -> tuple[tuple[int, str], ...]:
+        """Index and name of those there are."""
+        return self._camera.listed
+
+    def _source_taken(self) -> None:
+        """Forget what another camera showed."""
+        self._sight.forget()
+        self._album.drop_live()
+        self._show()
 
     def _show(self) -> None:
         if self._view is not None:
             self._view.show_state(self.resolve())
 
     def _begin(self) -> None:
+        self._shots.follow()
         light = self._services.model.light
         if self._on and light is not None and not self._empty()[0]:
             self._sight.learn(light)
@@ -305,86 +333,41 @@ class TurnPresenter:
             return "No style chosen yet.", "Choose a style"
         return "", ""
 
-    def _advance(self, goal: Goal) -> Guide:
-        """Work out the guide of this moment, and remember what the next one needs."""
-        self._hindrance, reading = self._reading()
-        self._guide, self._memory = guide(goal, reading, self._memory, self._mode)
-        return self._guide
-
-    def _reading(self) -> tuple[Hindrance, Reading]:
-        now, source = self._services.clock.now(), self._camera.source
-        if source is Source.LIVE and self._asking:
-            return "asking", Reading(None, now, Source.NONE)
-        if source is Source.LIVE and self._sight.error is not None:
-            return "blank", Reading(None, now, Source.NONE)
-        if source is Source.LIVE and (self._sight.learning or self._sight.heading is None):
-            return "learning", Reading(None, now, Source.STARTING)
-        return "none", Reading(self._turn(), now, source)
-
-    def _turn(self) -> float | None:
-        heading = self._sight.heading
-        if heading is None or heading.heading_deg is None:
-            return None
-        return turn_of_heading(
-            heading.heading_deg,
-            looks=self._looks,
-            mode=self._mode,
-            front_deg=self._services.model.front_deg,
-        )
+    def _guidance(self, shown: Guide) -> Guidance:
+        words = guidance_of(shown, self._pilot.hindrance, self._camera.error)
+        if not words.sentence or self._camera.error is not None or self._pilot.hindrance != "none":
+            return words
+        return replace(words, advice=advice_of(shown, self._pilot.track))
 
     def _scene(self, shown: Guide) -> Scene:
         return Scene(
             goal_deg=float(shown.goal),
             front_deg=self._services.model.front_deg,
-            looks=self._looks,
-            mode=self._mode,
-            fov_deg=self._camera.fov_deg,
+            looks=self._pilot.looks,
+            mode=self._pilot.mode,
+            fov_deg=self._fov_deg,
             camera_m=self._camera.distance_m,
             well=self._sizes.well,
             strip=self._sizes.strip,
         )
 
-    def _announce(self, guidance: Guidance) -> Guidance:
-        """Do not talk without a pause: one sentence in some seconds, or a new state."""
-        now = self._services.clock.now()
-        phase, told, since = self._announced
-        if guidance.phase is not phase or (guidance.spoken != told and now - since >= _ANNOUNCE_S):
-            self._announced = (guidance.phase, guidance.spoken, now)
-        return replace(guidance, announced=self._announced[1])
-
-    def _style_words(self, shown: Guide) -> StyleWords:
-        model = self._services.model
-        result, own = model.result, self._own()
-        if result is None:
-            return StyleWords()
-        built_in = model.head.pack.styles if model.head is not None else ()
-        style = next((one for one in built_in if one.name == result.name), None)
-        title = own.title if own is not None else result.title
-        side = own.side_words if own is not None else style.side_words if style else ""
-        match, at_goal = match_words(result, model.goal_deg, shown.now)
-        tag = "Now" if shown.now is not None else "At the goal"
-        return StyleWords(title, side.replace(" (", "\n(") or "painted", match, at_goal, tag)
-
-    def _own(self) -> UserStyle | None:
-        model = self._services.model
-        return next((one for one in model.user_styles if one.name == model.chosen), None)
-
     def _want_portraits(self, shown: Guide) -> None:
         model, size = self._services.model, self._sizes.portrait
         if model.head is None or model.light is None or model.chosen is None:
             return
-        self._album.want_target(model.head, self._own(), model.chosen, size)
+        self._album.want_target(model.head, own_style(model), model.chosen, size)
         turn = float(shown.goal if shown.now is None else shown.now)
         self._album.want_now(model.head, model.light, model.azimuth_of(turn), size)
 
     def _with_camera(self, words: LiveWords) -> LiveWords:
         tag = ""
-        if self._aligner.on and self._can_align():
+        if self._aligner.on and self.can_align:
             found = self._aligner.alignment
             agreed = found is not None and found.status == "found"
             tag = "Live lies on the goal" if agreed else "Live over the goal, not yet aligned"
+            tag = _BESIDE if self._unsure else tag
         return replace(
-            words, name=self._camera.name, tag=tag, asking=self._asking, aspect=self._aspect
+            words, name=self._camera.name, tag=tag, asking=self._pilot.asking, aspect=self._aspect
         )
 
     def _pictures(self, source: Source) -> Pictures:
@@ -396,8 +379,8 @@ class TurnPresenter:
         quality, icon, bad = self._quality(shown)
         settings = self._services.model.settings
         return Tools(
-            aligning=self._aligner.on and self._can_align(),
-            can_align=self._can_align(),
+            aligning=self._aligner.on and self.can_align,
+            can_align=self.can_align,
             opacity=round(100.0 * self._opacity),
             quality=quality,
             quality_icon=icon,
@@ -413,22 +396,38 @@ class TurnPresenter:
         sight = self._sight
         wrong = self._camera.error
         lost = ""
-        if shown.phase is Phase.LOST:
+        if shown.phase in (Phase.LOST, Phase.LEFT):
             lost = shown.headline if wrong is None else wrong.message
-        return quality_words(self._camera.source, sight.error, sight.learning, lost, sight.heading)
+        return quality_words(
+            self._camera.source,
+            sight.error,
+            sight.learning,
+            lost,
+            self._pilot.track,
+            self._pilot.sees_sitter,
+        )
 
-    def _can_align(self) -> bool:
-        return self._camera.source is Source.LIVE and not self._asking
+    def _learn_fov(self) -> None:
+        track = self._pilot.track
+        if track is not None and track.fov_deg is not None and track.status == "tracking":
+            self._camera.learn_fov(track.fov_deg)
 
     def _look_aligned(self) -> None:
         views, frame = self._album.views, self._camera.frame
         if views is not None and frame is not None and self._aligner.on:
-            fovs = (views.scene.panorama_fov_deg, self._camera.fov_deg)
+            fovs = (views.scene.panorama_fov_deg, self._fov_deg)
             self._aligner.look(frame.picture, views.target, fovs)
+
+    @property
+    def _unsure(self) -> bool:
+        """Whether nobody knows how live would lie on the goal: then they are shown side by side."""
+        found, shown = self._aligner.alignment, self._pilot.guide
+        laid = found is not None and found.status == "found"
+        return not laid and shown is not None and shown.phase in (Phase.LOST, Phase.LEFT)
 
     def _overlay(self) -> Overlay | None:
         views, found = self._album.views, self._aligner.alignment
-        if not self._aligner.on or views is None or not self._can_align():
+        if not self._aligner.on or views is None or not self.can_align or self._unsure:
             return None
         homography = found.homography if found is not None else None
         return Overlay(views.goal, homography, self._opacity)

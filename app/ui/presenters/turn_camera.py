@@ -5,66 +5,85 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from app.core.turning.guidance import Source
-from app.devices.webcam import WebcamState
+from app.devices.osc.digest import Credentials
+from app.devices.webcam import GUESS_FOV_DEG, LiveSource, SourceViews, WebcamError, WebcamState
+from app.devices.webcam.sources import FOV_RANGE_DEG, WIDTHS, make_source
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from app.devices.webcam import Webcam, WebcamError, WebcamFrame
+    from app.devices.webcam import SourceView, Webcam, WebcamFrame
     from app.ui.presenters.services import Services
 
 __all__ = ["LiveCamera"]
 
 _LIST: Final = "turn-webcams"
+_KEEP: Final = "turn-camera-password"
 _LOOK_AGAIN_S: Final = 5.0
 _LARGEST_INDEX: Final = 15
+_LEARN_DEG: Final = 1.0  # what changes less is the same estimate
 
 
 class LiveCamera:
-    """Runs one webcam while the screen is in front.
+    """Runs one live source while the screen is in front.
 
     Parameters
     ----------
     services : Services
         The window's.
     changed : callable
-        Called when webcams were listed or another one was taken.
+        Called when webcams were listed or another source was taken.
+    make : callable, optional
+        Makes a source that is no webcam; see `app.devices.webcam.make_source`.
 
     Attributes
     ----------
     listed : tuple of (index, name)
         Webcams of this computer, as found last.
     frame : WebcamFrame or None
-        The newest picture; it stays when the webcam goes away.
-    index : int
-        Of the webcam in use.
+        The newest picture; it stays when the source goes away.
+    chosen : LiveSource
+        What is in use, or would be.
     """
 
-    def __init__(self, services: Services, changed: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        services: Services,
+        changed: Callable[[], None],
+        make: Callable[..., Webcam] = make_source,
+    ) -> None:
         self._services = services
         self._changed = changed
+        self._make = make
         self._webcam: Webcam | None = None
         self._wanted = False
         self._looked = False
         self._again_s = 0.0
+        self._signed: dict[str, Credentials] = {}  # by host, until the program ends
+        self._unkept: tuple[str, Credentials] | None = None
         self.listed: tuple[tuple[int, str], ...] = ()
         self.frame: WebcamFrame | None = None
-        self.index = 0
+        settings = services.model.settings
+        self.chosen = _source_of(settings.live_source, settings.webcam)
+        self._views = SourceViews.parse(settings.live_views)
 
     # -- beginning and end ---------------------------------------------------------------------
 
     def start(self) -> None:
-        """Look for webcams and open one; does nothing while it runs."""
+        """Look for webcams and open the source; does nothing while it runs."""
         if self._wanted:
             return
         self._wanted, self._looked = True, False
+        if self.chosen.kind != "webcam":
+            self._open(self.chosen)
         self._list()
 
     def stop(self) -> None:
-        """Give the webcam back, without waiting for it."""
+        """Give the source back, without waiting for it."""
         self._wanted = False
         self._services.runner.cancel(_LIST)
         self._release()
+        self._keep_views()
 
     def choose(self, index: int) -> None:
         """Take another webcam from now on.
@@ -75,11 +94,33 @@ class LiveCamera:
             Of one that was listed.
         """
         if 0 <= index <= _LARGEST_INDEX:
-            model = self._services.model
-            model.update(settings=model.settings.with_("webcam", index))
-        if self._wanted and (index != self.index or self._webcam is None):
-            self._open(index)
+            self.use(LiveSource.webcam(index))
+
+    def use(self, source: LiveSource) -> None:
+        """Take another source from now on, and at the next start.
+
+        Parameters
+        ----------
+        source : LiveSource
+            Any; one whose address holds a password is not kept.
+        """
+        same = source == self.chosen and self._webcam is not None
+        self._keep_source(source)
+        self.chosen = source
+        if self._wanted and not same:
+            self._open(source)
+        self._changed()
+
+    def again(self) -> None:
+        """Open the source anew, at once; nothing happens while the screen is not in front."""
+        if self._wanted:
+            self._open(self.chosen)
             self._changed()
+
+    def list_again(self) -> None:
+        """Look for webcams now."""
+        if self._wanted and not self._services.runner.running(_LIST):
+            self._list()
 
     def tick(self) -> bool:
         """Take the newest picture; look for a webcam from time to time where there is none.
@@ -99,6 +140,7 @@ class LiveCamera:
         if newest is None:
             return False
         self.frame = newest
+        self._keep_password()
         return True
 
     def _list(self) -> None:
@@ -120,13 +162,26 @@ class LiveCamera:
         indices = [index for index, _ in self.listed]
         if indices and self._webcam is None:
             chosen = self._services.model.settings.webcam
-            self._open(chosen if chosen in indices else indices[0])
+            self.chosen = LiveSource.webcam(chosen if chosen in indices else indices[0])
+            self._open(self.chosen)
         self._changed()
 
-    def _open(self, index: int) -> None:
+    def _open(self, source: LiveSource) -> None:
         self._release()
-        self.index = index
-        self._webcam = self._services.devices.webcam(index)
+        if source.kind == "webcam":
+            self._webcam = self._services.devices.webcam(source.index)
+            ask = getattr(self._webcam, "ask_width", None)
+            if ask is not None:
+                ask(self.view.width)
+        else:
+            address = source.address
+            host = "" if address is None else address.host
+            self._webcam = self._make(
+                source,
+                self._services.clock,
+                width=self.view.width,
+                keys=lambda: self._keys(host),
+            )
         self._webcam.open()
 
     def _release(self) -> None:
@@ -136,16 +191,116 @@ class LiveCamera:
             # Its thread ends by itself; waiting for it would hold up the screens.
             webcam.close(0.0)
 
+    # -- what is kept --------------------------------------------------------------------------
+
+    @property
+    def index(self) -> int:
+        """Of the webcam in use; -1 where something else is."""
+        return self.chosen.index if self.chosen.kind == "webcam" else -1
+
+    @property
+    def view(self) -> SourceView:
+        """Field of view and resolution that are set for the source in use."""
+        return self._views.of(self.chosen)
+
+    def set_fov(self, fov_deg: float | None) -> None:
+        """Say what the field of view of the source in use is.
+
+        Parameters
+        ----------
+        fov_deg : float or None
+            Horizontal, deg; None has it estimated.
+        """
+        if fov_deg is None or FOV_RANGE_DEG[0] <= fov_deg <= FOV_RANGE_DEG[1]:
+            self._views = self._views.with_(self.chosen, fov_deg=fov_deg)
+            self._keep_views()
+            self._changed()
+
+    def set_width(self, width: int) -> None:
+        """Ask for pictures of so many columns from the source in use; 0 for what is usual."""
+        if width != self.view.width and width in (0, *WIDTHS):
+            self._views = self._views.with_(self.chosen, width=width)
+            self._keep_views()
+            self.again()
+
+    def learn_fov(self, fov_deg: float) -> None:
+        """Remember what the field of view of the source in use was estimated to be.
+
+        Parameters
+        ----------
+        fov_deg : float
+            Horizontal, deg. It is used to draw with, and never taken for known.
+        """
+        before = self.view.learnt_deg
+        inside = FOV_RANGE_DEG[0] <= fov_deg <= FOV_RANGE_DEG[1]
+        if inside and (before is None or abs(fov_deg - before) >= _LEARN_DEG):
+            self._views = self._views.with_(self.chosen, learnt_deg=fov_deg)
+
+    def sign_in(self, user: str, password: str) -> None:
+        """Try a user name and a password at the network camera in use.
+
+        Parameters
+        ----------
+        user, password : str
+            Kept in the system's keyring, and nowhere else, once pictures come with them.
+        """
+        address = self.chosen.address
+        if address is not None:
+            keys = Credentials(user, password)
+            self._signed[address.host], self._unkept = keys, (address.host, keys)
+            self.again()
+
+    def _keys(self, host: str) -> Credentials | None:
+        """Look up how to sign in; in the source's own thread."""
+        known = self._signed.get(host)
+        if known is not None:
+            return known
+        kept = self._services.devices.passwords().get(host)
+        user, colon, password = (kept or "").partition(":")
+        return Credentials(user, password) if colon else None
+
+    def _keep_password(self) -> None:
+        if self._unkept is None:
+            return
+        (host, keys), self._unkept = self._unkept, None
+        address = self.chosen.address
+        if address is not None and address.host == host:
+            devices = self._services.devices
+            self._services.runner.submit(
+                _KEEP,
+                lambda token, report: devices.passwords().set(host, f"{keys.user}:{keys.password}"),
+            )
+
+    def _keep_source(self, source: LiveSource) -> None:
+        model = self._services.model
+        settings = model.settings
+        if source.kind == "webcam":
+            settings = settings.with_("webcam", source.index).with_("live_source", "")
+        elif source.keepable:
+            settings = settings.with_("live_source", source.text)
+        if settings != model.settings:
+            model.update(settings=settings)
+
+    def _keep_views(self) -> None:
+        model = self._services.model
+        text = self._views.kept(self.chosen).text
+        if text != model.settings.live_views:
+            model.update(settings=model.settings.with_("live_views", text))
+
     # -- how it is -----------------------------------------------------------------------------
 
     @property
     def simulated(self) -> Any:
-        """The demo's camera, which can be moved; None for a real one."""
+        """A camera that can be moved from here: the demo's, or one in a panorama; else None."""
+        if getattr(self._webcam, "set_turn", None) is not None:
+            return self._webcam
+        if self.chosen.kind != "webcam":
+            return None
         return getattr(self._services.devices, "simulated", None)
 
     @property
     def source(self) -> Source:
-        """How the webcam is, as the guidance wants to know it."""
+        """How the source is, as the guidance wants to know it."""
         if not self._wanted or self._webcam is None:
             return Source.NONE if self._looked or not self._wanted else Source.STARTING
         state = self._webcam.state
@@ -161,17 +316,36 @@ class LiveCamera:
         return None if self._webcam is None else self._webcam.error
 
     @property
-    def name(self) -> str:
-        """Its name; empty without one."""
-        return "" if self._webcam is None else self._webcam.name
+    def fps(self) -> float:
+        """Pictures per second, lately."""
+        return 0.0 if self._webcam is None else self._webcam.fps
 
     @property
-    def fov_deg(self) -> float:
-        """Horizontal field of view: its own where it knows it, else the one that is set, deg."""
-        webcam = self._webcam
-        if webcam is not None and (webcam is self.simulated or getattr(webcam, "knows_fov", False)):
-            return webcam.fov_deg
-        return self._services.model.settings.webcam_fov_deg
+    def name(self) -> str:
+        """Its name; empty without one."""
+        if self._webcam is None:
+            return ""
+        listed = dict(self.listed) if self.chosen.kind == "webcam" else {}
+        return listed.get(self.chosen.index, self._webcam.name)
+
+    @property
+    def fov_deg(self) -> float | None:
+        """Horizontal field of view, deg: as it was set, or as the source knows it; else None.
+
+        None is to be estimated from the pictures.
+        """
+        set_deg = self.view.fov_deg
+        return self.own_fov_deg if set_deg is None else set_deg
+
+    @property
+    def own_fov_deg(self) -> float | None:
+        """Horizontal field of view that the source knows by itself, deg; None where it does not."""
+        return None if self._webcam is None else self._webcam.fov_deg
+
+    @property
+    def fov_guess_deg(self) -> float:
+        """Field of view to draw with: what is known, else the last estimate, else the usual one."""
+        return self.fov_deg or self.view.learnt_deg or GUESS_FOV_DEG
 
     @property
     def distance_m(self) -> float:
@@ -188,3 +362,11 @@ class LiveCamera:
         if self._webcam is not None and self._webcam is self.simulated:
             return "sitter"
         return self._services.model.settings.camera_looks
+
+
+def _source_of(text: str, index: int) -> LiveSource:
+    """Read what was kept; a webcam where that is damaged."""
+    try:
+        return LiveSource.parse(text) if text else LiveSource.webcam(index)
+    except WebcamError:
+        return LiveSource.webcam(index)

@@ -16,6 +16,8 @@ __all__ = [
     "LiveWords",
     "Pictures",
     "Scale",
+    "ShotRow",
+    "ShotsState",
     "Sign",
     "StyleWords",
     "Tools",
@@ -68,6 +70,8 @@ class Guidance:
         In the light: green, with a check.
     sentence, sentence_icon : str
         In place of all of that, where there is no number to show.
+    advice : str
+        Under that sentence: what can be done all the same; may be empty.
     spoken : str
         All of it in one sentence.
     announced : str
@@ -87,6 +91,7 @@ class Guidance:
     inside: bool = False
     sentence: str = ""
     sentence_icon: str = "webcam"
+    advice: str = ""
     spoken: str = ""
     announced: str = ""
 
@@ -154,6 +159,9 @@ class Scale:
         Goal.
     now_deg : float or None
         Now; None while it is not known.
+    camera_deg : float or None
+        Where the camera's axis points, as a turn: beside `now_deg` where the sitter is not in the
+        middle of the picture; None for `now_deg`.
     fov_deg : float
         Width of the frames, degrees of the panorama.
     arc_deg : tuple of float or None
@@ -166,6 +174,7 @@ class Scale:
 
     goal_deg: float = 0.0
     now_deg: float | None = None
+    camera_deg: float | None = None
     fov_deg: float = 60.0
     arc_deg: tuple[float, float] | None = None
     goal_words: str = ""
@@ -187,7 +196,7 @@ class Tools:
     opacity : int
         Of the live picture, per cent.
     quality, quality_icon : str
-        How well the heading is known.
+        How well the heading is known, in words and per cent.
     quality_bad : bool
         Something is to be done about it.
     demo_deg : int or None
@@ -213,6 +222,59 @@ class Tools:
     webcam: int = 0
     looks: str = "ask"
     sounds: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class ShotRow:
+    """One photograph that was taken here.
+
+    Attributes
+    ----------
+    key : str
+        Its own name.
+    name : str
+        Of its file.
+    sentence : str
+        "Taken at 93°, in the light, 3° short of the best: match 81 of best 82".
+    detail : str
+        Style, time, file, and how sure it is.
+    icon : str
+        Before the sentence.
+    inside : bool
+        In the light.
+    new : bool
+        It was opened just now.
+    pictured : bool
+        Whether there is a picture.
+    thumbnail : (h, w, 3) uint8 or None
+        sRGB.
+    """
+
+    key: str
+    name: str
+    sentence: str
+    detail: str
+    icon: str = "target"
+    inside: bool = False
+    new: bool = False
+    pictured: bool = False
+    thumbnail: Bytes | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class ShotsState:
+    """The photographs of the open place.
+
+    Attributes
+    ----------
+    rows : tuple of ShotRow
+        The last one first.
+    busy : str
+        What is being done; empty for nothing.
+    """
+
+    rows: tuple[ShotRow, ...] = ()
+    busy: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -256,6 +318,7 @@ class TurnState:
     live: LiveWords = field(default_factory=LiveWords)
     scale: Scale = field(default_factory=Scale)
     tools: Tools = field(default_factory=Tools)
+    shots: ShotsState = field(default_factory=ShotsState)
     pictures: Pictures = field(default_factory=Pictures)
 
 
@@ -264,3 +327,9 @@ class TurnView(Protocol):
 
     def show_state(self, state: TurnState) -> None:
         """Show it."""
+
+    def ask_photos(self) -> None:
+        """Ask which photographs were taken."""
+
+    def ask_source(self) -> None:
+        """Ask for another live camera."""

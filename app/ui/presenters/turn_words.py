@@ -9,26 +9,33 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 from app.core.angles import difference, lies_on_arc
 from app.core.gallery import value_at
 from app.core.turning.guidance import Goal, Guide, Phase, Source
-from app.core.turning.words import arc_words, goal_words, signed, whole
-from app.ui.presenters.turn_state import Guidance, LiveWords, Scale, Sign
+from app.core.turning.sitter import background_mask
+from app.core.turning.words import arc_words, goal_words, signed, turn_words, whole
+from app.ui.presenters.turn_state import Guidance, LiveWords, Scale, Sign, StyleWords
 
 if TYPE_CHECKING:
     from app.core.errors import CoreError
+    from app.core.painting import UserStyle
     from app.core.solve import StyleResult
-    from app.core.turning.heading import Heading
+    from app.core.turning.tracking import Track
     from app.devices.errors import DeviceError
+    from app.ui.presenters.model import Model
 
 __all__ = [
     "ASKED",
     "LEARNING",
     "Hindrance",
+    "advice_of",
     "arc_of",
+    "confidence_words",
     "goal_of",
     "guidance_of",
     "live_words",
     "match_words",
+    "own_style",
     "quality_words",
     "scale_of",
+    "style_words",
 ]
 
 LEARNING: Final = "Learning the background of this place"
@@ -37,17 +44,31 @@ LEARNING: Final = "Learning the background of this place"
 ASKED: Final = "Say which way the camera looks"
 """While the answer is awaited: without it left and right could be mistaken."""
 
-Hindrance: TypeAlias = Literal["none", "learning", "asking", "blank"]
-"""Why there is no heading: the panorama is being learnt, it is not known which way the camera
-looks, or there is nothing in the panorama to find it by."""
+Hindrance: TypeAlias = Literal["none", "learning", "looking", "asking", "blank"]
+"""Why there is no heading: the panorama is being learnt, no picture was looked at yet, it is not
+known which way the camera looks, or there is nothing in the panorama to find it by."""
 
+_WAITING: Final[dict[Hindrance, str]] = {
+    "learning": f"{LEARNING}.",
+    "looking": "Looking for the background.",
+}
 _PILLS: Final[dict[Hindrance, tuple[str, str]]] = {
     "none": ("No webcam", "webcam"),
     "learning": ("No webcam", "webcam"),
+    "looking": ("No webcam", "webcam"),
     "asking": (ASKED, "help"),
     "blank": ("No heading here", "warning"),
 }
-_ICONS: Final = {Phase.LOST: "target", Phase.AWAY: "warning", Phase.STARTING: "webcam"}
+_ICONS: Final = {
+    Phase.LOST: "target",
+    Phase.LEFT: "walk",
+    Phase.AWAY: "warning",
+    Phase.STARTING: "webcam",
+}
+_SURENESS: Final = ((0.9, "certain"), (0.7, "likely"), (0.0, "doubtful"))
+_COARSE: Final = (36, 48)
+_MOST_SURE: Final = 99  # per cent; nobody is surer than that
+_HIDING: Final = 0.55  # of the picture: a sitter who is larger leaves too little of the background
 
 
 def arc_of(result: StyleResult | None, goal_deg: float) -> tuple[float, float] | None:
@@ -104,13 +125,14 @@ def guidance_of(
         return _whole_turn(shown, hindrance)
     if shown.number == "":
         sentence = shown.headline
-        if hindrance == "learning" and shown.phase is Phase.STARTING:
-            sentence = f"{LEARNING}."
+        waiting = hindrance in _WAITING and shown.phase is Phase.STARTING
+        if waiting:
+            sentence = _WAITING[hindrance]
         if error is not None and shown.phase is Phase.LOST:
             return Guidance(
                 shown.phase, sentence=str(error), sentence_icon="warning", spoken=str(error)
             )
-        icon = "target" if hindrance == "learning" else _ICONS.get(shown.phase, "webcam")
+        icon = "target" if waiting else _ICONS.get(shown.phase, "webcam")
         return Guidance(shown.phase, sentence=sentence, sentence_icon=icon, spoken=sentence)
     base = Guidance(
         phase=shown.phase,
@@ -139,6 +161,50 @@ def guidance_of(
     return replace(base, pill_icon="warning") if shown.beyond else base
 
 
+def advice_of(shown: Guide, track: Track | None) -> str:
+    """Say what can be done while the heading is not known: the pictures are there to go by.
+
+    Parameters
+    ----------
+    shown : Guide
+        Without a number.
+    track : Track or None
+        What was found in the last picture.
+
+    Returns
+    -------
+    str
+        Empty where there is nothing to advise.
+    """
+    if shown.phase is Phase.LEFT:
+        return "What it sees does not say how far the sitter has turned."
+    if shown.phase is not Phase.LOST:
+        return ""
+    turn = turn_words(float(shown.goal))
+    by_eye = f"Or go by eye until Live looks like Goal: {turn} from the start, {shown.clock}."
+    sitter = None if track is None else track.sitter
+    if sitter is not None and background_mask(sitter, _COARSE).mean() <= 1.0 - _HIDING:
+        return f"The sitter hides it: step back, or aim a little beside them. {by_eye}"
+    return by_eye
+
+
+def confidence_words(confidence: float) -> str:
+    """Write how sure a heading is, in a word and in per cent.
+
+    Parameters
+    ----------
+    confidence : float
+        0 to 1.
+
+    Examples
+    --------
+    >>> confidence_words(0.999), confidence_words(0.84), confidence_words(0.4)
+    ('certain: 99 %', 'likely: 84 %', 'doubtful: 40 %')
+    """
+    word = next(word for least, word in _SURENESS if confidence >= least)
+    return f"{word}: {min(math.floor(100.0 * confidence + 1e-9), _MOST_SURE)} %"
+
+
 def _whole_turn(shown: Guide, hindrance: Hindrance) -> Guidance:
     """Without a heading the whole turn is shown, to be made by eye."""
     words, icon = _PILLS[hindrance]
@@ -161,7 +227,7 @@ def _sign(shown: Guide) -> Sign:
     return "check" if shown.inside else shown.direction
 
 
-def scale_of(shown: Guide, goal: Goal, fov_deg: float) -> Scale:
+def scale_of(shown: Guide, goal: Goal, fov_deg: float, camera_deg: float | None = None) -> Scale:
     """Say where goal, camera and arc are on the strip.
 
     Parameters
@@ -172,6 +238,8 @@ def scale_of(shown: Guide, goal: Goal, fov_deg: float) -> Scale:
         Where to.
     fov_deg : float
         How much of the panorama fills the camera's picture, deg.
+    camera_deg : float, optional
+        Where the camera's axis points, as a turn; None where the sitter is in the middle.
 
     Returns
     -------
@@ -192,6 +260,7 @@ def scale_of(shown: Guide, goal: Goal, fov_deg: float) -> Scale:
     return Scale(
         goal_deg=float(shown.goal),
         now_deg=None if now is None else float(now),
+        camera_deg=None if now is None else camera_deg,
         fov_deg=fov_deg,
         arc_deg=arc,
         goal_words=goal_text,
@@ -245,7 +314,8 @@ def quality_words(
     error: CoreError | DeviceError | None,
     learning: bool,
     lost: str,
-    heading: Heading | None,
+    track: Track | None,
+    sees_sitter: bool = True,
 ) -> tuple[str, str, bool]:
     """Say how well the heading is known.
 
@@ -259,8 +329,10 @@ def quality_words(
         The panorama is not yet known.
     lost : str
         What to do, when none was found for a while; else empty.
-    heading : Heading or None
-        The last one.
+    track : Track or None
+        What was found in the last picture.
+    sees_sitter : bool, optional
+        Whether the sitter should be in the picture.
 
     Returns
     -------
@@ -278,10 +350,13 @@ def quality_words(
     if learning:
         return f"{LEARNING}…", "refresh", False
     if lost:
-        return lost, "target", True
-    if heading is None:
+        return lost.partition(". ")[0].rstrip(".") + ".", "target", True
+    if track is None or track.heading_deg is None:
         return "Looking for the background", "target", False
-    return heading.words, "target", False
+    sure = confidence_words(track.confidence)
+    if sees_sitter and track.sitter is None:
+        return f"Heading {sure}, no sitter seen", "target", False
+    return f"Heading {sure}", "target", False
 
 
 def match_words(result: StyleResult, goal_deg: float | None, now: int | None) -> tuple[str, str]:
@@ -313,6 +388,37 @@ def match_words(result: StyleResult, goal_deg: float | None, now: int | None) ->
         # Between the turns of the grid the curve may rise a little above its best.
         here = min(here, goal)
     return f"Match now {_floored(here)}", f"{_floored(goal)} at the goal"
+
+
+def own_style(model: Model) -> UserStyle | None:
+    """Give the chosen style where it is one of the user's own."""
+    return next((one for one in model.user_styles if one.name == model.chosen), None)
+
+
+def style_words(model: Model, shown: Guide) -> StyleWords:
+    """Write what stands beside target and picture.
+
+    Parameters
+    ----------
+    model : Model
+        The window's.
+    shown : Guide
+        What is to be done.
+
+    Returns
+    -------
+    StyleWords
+    """
+    result, own = model.result, own_style(model)
+    if result is None:
+        return StyleWords()
+    built_in = model.head.pack.styles if model.head is not None else ()
+    style = next((one for one in built_in if one.name == result.name), None)
+    title = own.title if own is not None else result.title
+    side = own.side_words if own is not None else style.side_words if style else ""
+    match, at_goal = match_words(result, model.goal_deg, shown.now)
+    tag = "Now" if shown.now is not None else "At the goal"
+    return StyleWords(title, side.replace(" (", "\n(") or "painted", match, at_goal, tag)
 
 
 def _floored(match: float) -> int:

@@ -108,16 +108,19 @@ class GuideColumn(QWidget):
         self._sentence_icon = Icon("target", self._size(64, 32))
         self._sentence = Text("", self._size(28, 18), 600, wrap=True, align=middle)
         self._sentence.setMaximumWidth(self._px(400))
+        self._advice = Text("", self._size(20, 14), role="dim", wrap=True, align=middle)
+        self._advice.setMaximumWidth(self._px(400))
         column = QVBoxLayout(page)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(self._px(24, 12))
         column.addStretch(1)
         column.addWidget(self._sentence_icon, 0, middle)
-        line = QHBoxLayout()
-        line.addStretch(1)
-        line.addWidget(self._sentence, 100)
-        line.addStretch(1)
-        column.addLayout(line)
+        for words in (self._sentence, self._advice):
+            line = QHBoxLayout()
+            line.addStretch(1)
+            line.addWidget(words, 100)
+            line.addStretch(1)
+            column.addLayout(line)
         column.addStretch(2)
         return page
 
@@ -173,6 +176,8 @@ class GuideColumn(QWidget):
         self._pages.setCurrentIndex(1 if shown.sentence else 0)
         self._sentence.set_text(shown.sentence)
         self._sentence_icon.set(shown.sentence_icon)
+        # One word, so to speak: the hour is not left alone at the end of a line.
+        self._advice.set_text(shown.advice.replace(" o’clock", "\u00a0o’clock"))
         if shown.sign != self._arrow.sign:
             self._arrow.set_sign(shown.sign)
         number = (shown.number, shown.number_words)

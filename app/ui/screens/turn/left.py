@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
 from app.core.turning.words import signed
 from app.ui.presenters.turn_state import ASPECT
 from app.ui.screens.turn.question import LEAST_HEIGHT, Question
+from app.ui.screens.turn.shots import ShotsLine
 from app.ui.screens.turn.well import Well
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button, IconButton
@@ -57,6 +58,8 @@ class LeftColumn(QWidget):
 
     arranged = Signal()
     """Pictures have another size now."""
+    source_asked = Signal()
+    """Another camera is to be chosen."""
 
     def __init__(self, presenter: TurnPresenter, compact: bool) -> None:
         super().__init__()
@@ -87,6 +90,9 @@ class LeftColumn(QWidget):
         column.addWidget(self.strip)
         column.addSpacing(t.px(8 if compact else 20))
         column.addLayout(self._tools_row())
+        column.addSpacing(t.px(8 if compact else 12))
+        self.shots = ShotsLine()
+        column.addWidget(self.shots)
         self._demo: LabelledSlider | None = None
         self._demo_needs = 0
         self._column = column
@@ -176,7 +182,7 @@ class LeftColumn(QWidget):
             self._demo = self._make_demo(short=False)
             self._column.insertSpacing(self._column.count() - 1, theme().px(8))
             self._column.insertWidget(self._column.count() - 1, self._demo)
-            QWidget.setTabOrder(self._overlay, self._demo)
+            QWidget.setTabOrder(self.shots.lister, self._demo)
             self._fit()
         return self._demo
 
@@ -200,7 +206,7 @@ class LeftColumn(QWidget):
         self._demo.set_value(old.amount)
         self._column.replaceWidget(old, self._demo)
         self._demo.show()
-        QWidget.setTabOrder(self._overlay, self._demo)
+        QWidget.setTabOrder(self.shots.lister, self._demo)
         old.hide()
         old.deleteLater()
 
@@ -278,6 +284,7 @@ class LeftColumn(QWidget):
         tools = self._align.sizeHint().height()
         if not one_row:
             tools += t.px(8 if self._compact else 16) + t.px(20)
+        tools += t.px(8 if self._compact else 12) + self.shots.height()
         demo = t.px(8) + self._demo.sizeHint().height() if self._demo is not None else 0
         return t.px(2 * 16 + 32 + 6 + gaps + 24 + _SCALE) + tools + demo
 
@@ -365,6 +372,7 @@ class LeftColumn(QWidget):
                 goal_words=scale.goal_words,
                 now_words=scale.now_words,
                 description=scale.description,
+                camera_deg=scale.camera_deg,
             )
         )
         self._check.setVisible(bool(scale.arc_words))
@@ -404,6 +412,7 @@ class LeftColumn(QWidget):
             )
         if not tools.webcams:
             menu.add("No webcam found", lambda: None, "webcam", why="Plug one in.")
+        menu.add("Other camera, field of view…", self.source_asked.emit, "settings")
         menu.addSeparator()
         for looks, words in (("sitter", "It looks at the sitter"), ("me", "It looks at me")):
             menu.add(

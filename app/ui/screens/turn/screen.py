@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QSize, Qt, QTimer
-from PySide6.QtWidgets import QApplication, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QApplication,
+    QFileDialog,
+    QHBoxLayout,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
 
+from app.ui.presenters.turn_shots import PHOTO_FILTER
 from app.ui.presenters.turn_state import TurnSizes, TurnState
 from app.ui.screens.turn.column import DESIGNED, GuideColumn
 from app.ui.screens.turn.left import LeftColumn
+from app.ui.screens.turn.shots import ShotsSheet
 from app.ui.theme import theme
 from app.ui.widgets.banner import Empty
 from app.ui.widgets.surfaces import Scroll, Surface
@@ -18,10 +28,12 @@ if TYPE_CHECKING:
     from PySide6.QtGui import QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
 
     from app.ui.presenters.turn import TurnPresenter
+    from app.ui.widgets.dialogs import Sheet
 
 __all__ = ["TurnScreen"]
 
 _TICK_MS: Final = 40
+_OPEN_PHOTO: Final = "Open the photo you took"
 _COLUMN: Final = 480
 _COMPACT_COLUMN: Final = 400
 _WIDEST_SIDE: Final = 560
@@ -61,6 +73,10 @@ class TurnScreen(QWidget):
         row.setSpacing(0)
         self.left = LeftColumn(presenter, compact)
         self.left.arranged.connect(self._measure)
+        self.left.source_asked.connect(self.ask_source)
+        self.left.shots.asked.connect(self.ask_photos)
+        self.left.shots.listed.connect(self._list_shots)
+        self._sheet: Sheet | None = None
         self._left_scroll = Scroll(self.left)
         self._right = Surface("amberfill" if theme().contrast else "panel", ("left",))
         self._right_scroll = Scroll()
@@ -100,6 +116,9 @@ class TurnScreen(QWidget):
             self.left.show_scale(state.scale, state.pictures)
         if before is None or state.tools != before.tools:
             self.left.show_tools(state.tools)
+        self.left.shots.show_shots(state.shots)
+        if isinstance(self._sheet, ShotsSheet):
+            self._sheet.show_shots(state.shots)
 
     def _show_right(self, state: TurnState, before: TurnState | None) -> None:
         if before is None or state.mode != before.mode:
@@ -107,6 +126,41 @@ class TurnScreen(QWidget):
         if before is None or state.guidance != before.guidance:
             self.column.show_guidance(state.guidance)
         self.column.show_style(state.style, state.pictures)
+
+    # -- over the screen -----------------------------------------------------------------------
+
+    def ask_photos(self) -> None:
+        """Ask which photographs were taken, and open them."""
+        names, _ = QFileDialog.getOpenFileNames(self.window(), _OPEN_PHOTO, "", PHOTO_FILTER)
+        if names:
+            self._presenter.open_photos([Path(name) for name in names])
+
+    def _list_shots(self) -> None:
+        sheet = ShotsSheet(self.window(), self._presenter.remove_shot)
+        if self._state is not None:
+            sheet.show_shots(self._state.shots)
+        self._put_over(sheet)
+
+    def ask_source(self) -> None:
+        """Ask for another live camera, and how wide it sees."""
+        from app.ui.screens.turn.source import SourceSheet
+
+        self._put_over(SourceSheet(self.window(), self._presenter.sources))
+
+    def _put_over(self, sheet: Sheet) -> None:
+        self._take_back()
+        self._sheet = sheet
+        sheet.closed.connect(self._sheet_closed)
+        sheet.open()
+
+    def _sheet_closed(self) -> None:
+        sheet, self._sheet = self._sheet, None
+        if sheet is not None:
+            sheet.deleteLater()
+
+    def _take_back(self) -> None:
+        if self._sheet is not None:
+            self._sheet.shut()
 
     # -- size ----------------------------------------------------------------------------------
 
@@ -179,6 +233,7 @@ class TurnScreen(QWidget):
         """Nothing goes on where nobody looks."""
         super().hideEvent(event)
         self._clock.stop()
+        self._take_back()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Arrows that nobody else wants move the demo's camera."""

@@ -59,6 +59,9 @@ class StripState:
         On the frames.
     description : str
         What a screen reader says.
+    camera_deg : float or None
+        Turn at which the camera's axis would have the sitter in the middle, deg; None for
+        `now_deg`.
     """
 
     picture: Bytes | None
@@ -71,6 +74,13 @@ class StripState:
     goal_tag: str = "Goal"
     now_tag: str = "Camera now"
     description: str = ""
+    camera_deg: float | None = None
+
+    @property
+    def frame_deg(self) -> float | None:
+        """Where the frame of the camera is: what is behind the sitter may be beside its middle."""
+        beside = self.now_deg is not None and self.camera_deg is not None
+        return self.camera_deg if beside else self.now_deg
 
 
 class BackgroundStrip(Plot):
@@ -194,7 +204,8 @@ class BackgroundStrip(Plot):
         return QRectF(round(left), 2.5, round(right) - round(left), area.height() - 5.0)
 
     def _frames(self, state: StripState) -> list[QRectF]:
-        turns = [state.goal_deg] if state.now_deg is None else [state.goal_deg, state.now_deg]
+        camera = state.frame_deg
+        turns = [state.goal_deg] if camera is None else [state.goal_deg, camera]
         frames = [self._frame(turn, state.fov_deg) for turn in turns]
         return [frame for frame in frames if frame.width() > 0.0]
 
@@ -222,9 +233,9 @@ class BackgroundStrip(Plot):
         painter.drawRoundedRect(frame, 4.0, 4.0)
 
     def _draw_now(self, painter: QPainter, t: Theme, state: StripState) -> None:
-        if state.now_deg is None:
+        if state.frame_deg is None:
             return
-        frame = self._frame(state.now_deg, state.fov_deg)
+        frame = self._frame(state.frame_deg, state.fov_deg)
         if frame.width() <= 0.0:
             return
         painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -266,7 +277,7 @@ class BackgroundStrip(Plot):
         if now_deg is not None and self.scale.beyond(now_deg):
             now = self._draw_edge(painter, t, state)
         elif now_deg is not None:
-            frame = self._frame(now_deg, state.fov_deg)
+            frame = self._frame(state.frame_deg or 0.0, state.fov_deg)
             now = self._tag_area(frame, state.now_tag, 0.0 if right else 1.0)
             place = (now.x(), now.y())
             draw_label(painter, place, state.now_tag, fill=white, ink=black, weight=600)

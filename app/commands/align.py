@@ -1,0 +1,198 @@
+"""``turnlight align``: how a picture lies on another, and how far there still is to turn."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from app.core.errors import CoreError
+from app.core.files import atomic_write, check_target
+from app.core.images import write_png
+from app.core.turning.align import align, laid_over
+from app.core.turning.picture_file import read_picture
+from app.core.turning.sitter import background_mask, find_sitter
+from app.core.turning.words import direction_of
+
+if TYPE_CHECKING:
+    import argparse
+
+    from app.core.turning.align import Alignment
+    from app.core.turning.picture_file import PictureFile
+    from app.core.turning.sitter import Sitter
+
+__all__ = ["add_parser", "run"]
+
+_USUAL_FOV_DEG: Final = 60.0
+_FIELDS_DEG: Final = (5.0, 170.0)
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the ``align`` command to the command line.
+
+    Parameters
+    ----------
+    subparsers : argparse._SubParsersAction
+        Where commands are added.
+    """
+    parser = subparsers.add_parser(
+        "align",
+        help="how a picture lies on another, and how far there still is to turn",
+        description="Find the homography that lays VIEW, what the camera sees, on TARGET, what it "
+        "should see with the goal in its middle.",
+    )
+    parser.add_argument("target", metavar="TARGET", type=Path, help="what the camera should see")
+    parser.add_argument("view", metavar="VIEW", type=Path, help="what it sees, not mirrored")
+    parser.add_argument(
+        "-o",
+        "--output",
+        metavar="OVERLAY.png",
+        type=Path,
+        help="write TARGET with VIEW laid over it",
+    )
+    parser.add_argument(
+        "--opacity",
+        metavar="PERCENT",
+        type=float,
+        default=50.0,
+        help="of VIEW in the overlay (default: 50)",
+    )
+    parser.add_argument(
+        "--fov",
+        metavar="DEG",
+        type=float,
+        help="horizontal field of view of TARGET (default: what the file says, else 60)",
+    )
+    parser.add_argument(
+        "--view-fov",
+        metavar="DEG",
+        type=float,
+        help="horizontal field of view of VIEW (default: what the file says, else that of TARGET)",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Align two pictures; write the overlay whole or not at all, and over neither of them.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        With ``target``, ``view``, ``output``, ``opacity``, ``fov``, ``view_fov`` and ``json``.
+
+    Returns
+    -------
+    int
+        0, also when it is unsure how VIEW lies: that is an answer.
+
+    Raises
+    ------
+    CoreError
+        When an argument or a picture is of no use; nothing is written then.
+    """
+    started = time.perf_counter()
+    _check(args)
+    target, view = read_picture(args.target), read_picture(args.view)
+    fov = args.fov or target.fov_deg or _USUAL_FOV_DEG
+    view_fov = args.view_fov or view.fov_deg or fov
+    sitter = _sitter_in(view, view_fov)
+    mask = None if sitter is None else background_mask(sitter, view.picture.shape[:2])
+    found = align(
+        target.picture,
+        view.picture,
+        fov_deg=fov,
+        sitter_deg=0.0 if sitter is None else sitter.angle_deg,
+        view_fov_deg=view_fov,
+        mask=mask,
+    )
+    if found.status != "found" and mask is not None:
+        # Whoever was seen may be as much in the one picture as in the other.
+        found = align(target.picture, view.picture, fov_deg=fov, view_fov_deg=view_fov)
+    written = _written(args, found, target, view)
+    _say(args, found, written, sitter, time.perf_counter() - started)
+    return 0
+
+
+def _check(args: argparse.Namespace) -> None:
+    """Everything that can be wrong with the words is said before anything is computed."""
+    for name, value in (("--fov", args.fov), ("--view-fov", args.view_fov)):
+        if value is not None and not _FIELDS_DEG[0] <= value <= _FIELDS_DEG[1]:
+            raise CoreError(f"{name} is a number of degrees from 5 to 170, not {value:g}.")
+    if not (math.isfinite(args.opacity) and 0.0 <= args.opacity <= 100.0):
+        raise CoreError(f"--opacity is a number from 0 to 100, not {args.opacity:g}.")
+    if args.output is None:
+        return
+    if args.output.suffix.lower() != ".png":
+        raise CoreError(
+            f"Cannot write {args.output.name}: overlays are .png.", "Change the ending."
+        )
+    check_target(args.output)
+    for path in (args.target, args.view):
+        if args.output.exists() and path.exists() and args.output.samefile(path):
+            raise CoreError(
+                f"Cannot write {args.output.name}: it is one of the two pictures.",
+                "Choose another name.",
+            )
+
+
+def _sitter_in(view: PictureFile, fov_deg: float) -> Sitter | None:
+    try:
+        return find_sitter(view.picture, fov_deg)
+    except CoreError as error:
+        print(error, file=sys.stderr)
+        return None
+
+
+def _written(
+    args: argparse.Namespace, found: Alignment, target: PictureFile, view: PictureFile
+) -> bool:
+    if args.output is None:
+        return False
+    if found.homography is None:
+        print("No overlay was written: it is not known how VIEW lies.", file=sys.stderr)
+        return False
+    share = args.opacity / 100.0
+    picture = laid_over(target.picture, view.picture, found.homography, share)
+    atomic_write(args.output, lambda path: write_png(path, picture))
+    return True
+
+
+def _say(
+    args: argparse.Namespace,
+    found: Alignment,
+    written: bool,
+    sitter: Sitter | None,
+    seconds: float,
+) -> None:
+    if args.json:
+        matrix, error = found.homography, found.turn_error_deg
+        facts = {
+            "status": found.status,
+            "homography": None if matrix is None else [[float(v) for v in row] for row in matrix],
+            "inliers": found.inliers,
+            "overlap": round(found.overlap, 4),
+            "turn_error_deg": None if error is None else round(error, 3),
+            "confidence": round(found.confidence, 4),
+            "sitter_deg": None if sitter is None else round(sitter.angle_deg, 2),
+            "overlay": str(args.output) if written else None,
+            "seconds": round(seconds, 3),
+        }
+        print(json.dumps(facts, ensure_ascii=False))
+        return
+    if found.turn_error_deg is None:
+        print(f"Unsure how VIEW lies on TARGET: {found.inliers} points agree.")
+        return
+    print(f"To go:     {_degrees(found.turn_error_deg)}")
+    print(f"Points:    {found.inliers} agree")
+    print(f"Overlap:   {100.0 * found.overlap:.0f} % of TARGET")
+    if written:
+        print(f"Overlay:   {args.output}")
+
+
+def _degrees(angle: float) -> str:
+    words = direction_of(angle)
+    return f"{abs(angle):.1f}°" if words == "none" else f"{abs(angle):.1f}° {words}"

@@ -1,0 +1,173 @@
+"""``turnlight locate``: where in a panorama a photograph looks."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from app.commands.telling import Teller
+from app.core.errors import CoreError
+from app.core.turning.field import assumed_fov
+from app.core.turning.heading import UNSURE, Heading, build_index, find_heading
+from app.core.turning.headings import offset_angle
+from app.core.turning.panorama_file import read_shown_panorama
+from app.core.turning.shot import read_photo
+from app.core.turning.sitter import background_mask, find_sitter
+
+if TYPE_CHECKING:
+    from app.core.turning.heading import HeadingIndex
+    from app.core.turning.shot import Photo
+    from app.core.turning.sitter import Sitter
+
+__all__ = ["add_parser", "run"]
+
+_FOV_DEG: Final = (10.0, 150.0)
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the ``locate`` command to the command line.
+
+    Parameters
+    ----------
+    subparsers : argparse._SubParsersAction
+        Where commands are added.
+    """
+    parser = subparsers.add_parser(
+        "locate",
+        help="where in a panorama a photograph looks",
+        description="Find the heading of a photograph in a panorama of the place: the azimuth of "
+        "the middle of the picture, 0 at the panorama's centre column, positive clockwise seen "
+        "from above. It says 'unsure' rather than a wrong number.",
+    )
+    parser.add_argument(
+        "panorama", metavar="PANORAMA", type=Path, help="OpenEXR, Radiance, JPEG, PNG or TIFF"
+    )
+    parser.add_argument("photo", metavar="PHOTO", type=Path, help="JPEG, PNG or TIFF")
+    parser.add_argument(
+        "--fov",
+        metavar="DEG",
+        type=_fov,
+        help="horizontal field of view of the upright photograph (default: by its EXIF focal "
+        "length, else estimated)",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=run)
+
+
+def _fov(text: str) -> float:
+    value = float(text)
+    if not (math.isfinite(value) and _FOV_DEG[0] <= value <= _FOV_DEG[1]):
+        raise argparse.ArgumentTypeError(
+            f"{text} is not a field of view between {_FOV_DEG[0]:g} and {_FOV_DEG[1]:g} degrees"
+        )
+    return value
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the command.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        As parsed by `add_parser`.
+
+    Returns
+    -------
+    int
+        Exit code 0, found or not.
+
+    Raises
+    ------
+    CoreError
+        For anything the user can put right.
+    """
+    start = time.perf_counter()
+    photo = read_photo(args.photo)
+    index = build_index(read_shown_panorama(args.panorama), report=Teller())
+    heading = _located(photo, index, args.fov)
+    seconds = time.perf_counter() - start
+    if args.json:
+        print(json.dumps(_as_dict(heading, seconds), indent=1))
+    else:
+        _print_table(heading)
+    return 0
+
+
+def _located(photo: Photo, index: HeadingIndex, fov_deg: float | None) -> Heading:
+    """Try what is known of the lens first; EXIF may be of the picture before it was cut."""
+    stated = fov_deg or photo.fov_deg
+    sitter = _sitter_in(photo, stated)
+    tries = [(stated, sitter)]
+    if sitter is not None:
+        tries.append((stated, None))
+    if fov_deg is None and stated is not None:
+        tries.append((None, None))
+    heading = UNSURE
+    for fov, who in tries:
+        found = _found(photo, index, fov, who)
+        if found.status == "found":
+            return found
+        heading = max(heading, found, key=lambda h: (h.confidence, h.inliers))
+    return heading
+
+
+def _found(
+    photo: Photo, index: HeadingIndex, fov_deg: float | None, sitter: Sitter | None
+) -> Heading:
+    if sitter is None:
+        return find_heading(photo.picture, index, fov_deg, sitter_deg=None, fine=True)
+    angle = offset_angle(sitter.column, 1, fov_deg or _assumed_deg(photo))
+    mask = background_mask(sitter, photo.picture.shape[:2])
+    return find_heading(photo.picture, index, fov_deg, sitter_deg=angle, mask=mask, fine=True)
+
+
+def _sitter_in(photo: Photo, fov_deg: float | None) -> Sitter | None:
+    try:
+        return find_sitter(photo.picture, fov_deg or _assumed_deg(photo))
+    except CoreError:
+        # Without the network that finds people the background still can be found.
+        return None
+
+
+def _assumed_deg(photo: Photo) -> float:
+    rows, columns = photo.picture.shape[:2]
+    return assumed_fov((columns, rows))
+
+
+def _as_dict(heading: Heading, seconds: float) -> dict[str, Any]:
+    found = heading.status == "found"
+    angles = (heading.heading_deg, heading.pitch_deg, heading.roll_deg, heading.fov_deg)
+    names = ("heading_deg", "pitch_deg", "roll_deg", "fov_deg")
+    numbers = {
+        name: round(value, 3) if found and value is not None else None
+        for name, value in zip(names, angles, strict=True)
+    }
+    return {
+        "status": heading.status,
+        **numbers,
+        "inliers": heading.inliers,
+        "confidence": round(heading.confidence, 4),
+        "seconds": round(seconds, 3),
+    }
+
+
+def _print_table(heading: Heading) -> None:
+    if heading.heading_deg is None:
+        print("Unsure: the photograph could not be found in the panorama.")
+        print(f"  points that agree  {heading.inliers}")
+        print(f"  confidence         {math.floor(100 * heading.confidence)} %")
+        return
+    print(f"  heading            {_degrees(heading.heading_deg)}")
+    print(f"  pitch              {_degrees(heading.pitch_deg)} up")
+    print(f"  roll               {_degrees(heading.roll_deg)} clockwise")
+    print(f"  field of view      {_degrees(heading.fov_deg)}")
+    print(f"  points that agree  {heading.inliers}")
+    print(f"  confidence         {math.floor(100 * heading.confidence)} %")
+
+
+def _degrees(value: float) -> str:
+    return f"{value:.1f}°".replace("-", "−")

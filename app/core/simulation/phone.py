@@ -1,0 +1,182 @@
+"""What a phone or webcam does to a picture that it should only hand over.
+
+In the order in which it happens to light: the lens darkens the corners and blurs, exposure and
+white balance scale the linear light, white clips, the sensor and its processing leave noise, and
+JPEG forgets the rest. Noise is that of the finished picture, in display values, where it is about
+the same in darks and lights.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.colour import srgb_decode, srgb_encode
+
+__all__ = ["CLEAN", "Disturbance", "disturbed", "random_disturbance", "swept"]
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float32: TypeAlias = NDArray[np.float32]
+
+_MOST_EV: Final = 2.0
+_WHITE: Final = (0.8, 1.25)
+_MOST_BLUR_PX: Final = 1.5
+_MOST_NOISE: Final = 0.04
+_JPEG: Final = (50, 95)
+_MOST_VIGNETTE: Final = 0.3
+_STEPS: Final = 65535  # of linear light; the steepest part of the curve moves by 0.05 byte
+_LEAST_BLUR_PX: Final = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Disturbance:
+    """How a picture differs from what was there to be seen.
+
+    Attributes
+    ----------
+    ev : float
+        Brighter (positive) or darker, stops.
+    white : tuple of float
+        Gains of red and of blue, in linear light; green is 1.
+    blur_px : float
+        Standard deviation of the lens's and the focus's blur, pixels.
+    noise : float
+        Standard deviation of the noise, as a share of white in display values.
+    jpeg : int
+        Quality, 1 to 100; 0 leaves the picture uncompressed.
+    vignette : float
+        Share of the light that is lost in the corners.
+    """
+
+    ev: float = 0.0
+    white: tuple[float, float] = (1.0, 1.0)
+    blur_px: float = 0.0
+    noise: float = 0.0
+    jpeg: int = 0
+    vignette: float = 0.0
+
+
+CLEAN: Final = Disturbance()
+"""Nothing differs."""
+
+
+def random_disturbance(chance: np.random.Generator) -> Disturbance:
+    """Draw what a phone might do, each part evenly over its range.
+
+    Parameters
+    ----------
+    chance : np.random.Generator
+        The dice.
+
+    Returns
+    -------
+    Disturbance
+        Exposure within 2 EV, gains 0.8 to 1.25 (evenly in their logarithm), blur to 1.5 px, noise
+        to 4 %, JPEG 50 to 95, corners darker by up to 30 %.
+    """
+    red, blue = np.exp(chance.uniform(np.log(_WHITE[0]), np.log(_WHITE[1]), 2))
+    return Disturbance(
+        ev=float(chance.uniform(-_MOST_EV, _MOST_EV)),
+        white=(float(red), float(blue)),
+        blur_px=float(chance.uniform(0.0, _MOST_BLUR_PX)),
+        noise=float(chance.uniform(0.0, _MOST_NOISE)),
+        jpeg=int(chance.integers(_JPEG[0], _JPEG[1] + 1)),
+        vignette=float(chance.uniform(0.0, _MOST_VIGNETTE)),
+    )
+
+
+def disturbed(picture: Bytes, disturbance: Disturbance, chance: np.random.Generator) -> Bytes:
+    """Take a picture as a phone would have.
+
+    Parameters
+    ----------
+    picture : (H, W, 3) uint8
+        What there is to be seen, sRGB.
+    disturbance : Disturbance
+        What the phone does.
+    chance : np.random.Generator
+        For the noise.
+
+    Returns
+    -------
+    (H, W, 3) uint8
+        SRGB, a new array; with `CLEAN` the same values.
+    """
+    light = _lit(picture, disturbance)
+    if disturbance.vignette > 0.0:
+        light *= _corners(picture.shape[0], picture.shape[1], disturbance.vignette)[..., None]
+    if disturbance.blur_px >= _LEAST_BLUR_PX:
+        light = np.asarray(cv2.GaussianBlur(light, (0, 0), disturbance.blur_px), np.float32)
+    np.clip(light, 0.0, 1.0, out=light)
+    shown = _encoding()[(light * np.float32(_STEPS) + np.float32(0.5)).astype(np.uint16)]
+    if disturbance.noise > 0.0:
+        grain = chance.standard_normal(shown.shape, np.float32)
+        shown = shown + grain * np.float32(disturbance.noise * 255.0)
+    finished = np.clip(shown + np.float32(0.5), 0.0, 255.0).astype(np.uint8)
+    return _compressed(finished, disturbance.jpeg) if disturbance.jpeg > 0 else finished
+
+
+def _lit(picture: Bytes, disturbance: Disturbance) -> Float32:
+    """Linear light after exposure and white balance, not yet clipped."""
+    gains = np.array([disturbance.white[0], 1.0, disturbance.white[1]]) * 2.0**disturbance.ev
+    table = (_decoding()[:, None] * gains).astype(np.float32)
+    planes = [table[:, channel][picture[..., channel]] for channel in range(3)]
+    return np.stack(planes, axis=-1)
+
+
+@lru_cache(maxsize=1)
+def _decoding() -> Float32:
+    """(256,) float32: the linear light of each byte."""
+    return srgb_decode(np.arange(256) / 255.0)
+
+
+@lru_cache(maxsize=1)
+def _encoding() -> Float32:
+    """(65536,) float32: display values, 0 to 255, of linear light in even steps."""
+    return srgb_encode(np.arange(_STEPS + 1) / _STEPS) * np.float32(255.0)
+
+
+@lru_cache(maxsize=4)
+def _corners(rows: int, columns: int, vignette: float) -> Float32:
+    """(H, W) float32: the share of light that arrives, by the square of the way to a corner."""
+    x = (np.arange(columns) + 0.5) * 2.0 / columns - 1.0
+    y = (np.arange(rows) + 0.5) * 2.0 / rows - 1.0
+    span = rows**2 + columns**2
+    away = (y[:, None] * rows) ** 2 / span + (x * columns) ** 2 / span
+    return (1.0 - vignette * away).astype(np.float32)
+
+
+def _compressed(picture: Bytes, quality: int) -> Bytes:
+    bgr = np.ascontiguousarray(picture[..., ::-1])
+    _, code = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    return np.asarray(cv2.imdecode(code, cv2.IMREAD_COLOR_RGB), np.uint8)
+
+
+def swept(picture: Bytes, pixels: float) -> Bytes:
+    """Blur a picture sideways, as a camera does that turns while it exposes.
+
+    Parameters
+    ----------
+    picture : (H, W, 3) uint8
+        sRGB.
+    pixels : float
+        How far things move across it meanwhile; either sign.
+
+    Returns
+    -------
+    (H, W, 3) uint8
+        SRGB; the same array where they move by less than a pixel.
+    """
+    wide = abs(pixels)
+    if wide < 1.0:
+        return picture
+    reach = math.ceil((wide - 1.0) / 2.0)
+    kernel = np.ones(2 * reach + 1, np.float32)
+    kernel[[0, -1]] = 1.0 - (2 * reach + 1 - wide) / 2.0
+    return np.asarray(cv2.filter2D(picture, -1, kernel[None] / kernel.sum()), np.uint8)

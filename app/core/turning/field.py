@@ -1,0 +1,66 @@
+"""The field of view of a camera that nobody stated, from how a pose enlarges its picture.
+
+What the panorama shows wider than the picture does may be so for two reasons: the lens is wider
+than was thought, which enlarges everything by one factor, or the camera stands further from things
+than the probe did, which enlarges near things more than far ones and never makes any smaller. So
+where all points are enlarged alike it is the lens; else it is what the furthest of them show, which
+are hardly any nearer to the probe than to the camera.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["ASSUMED_DEG", "assumed_fov", "lens_factor"]
+
+Float64: TypeAlias = NDArray[np.float64]
+
+ASSUMED_DEG: Final = 60.0
+"""Field of view along the longer side of a picture, where it is not known."""
+
+_ALIKE: Final = 0.0045  # standard deviation of the factors where the probe itself stood
+_FARTHEST: Final = 0.10  # share of the points that are as good as far away
+_LEFT: Final = 0.15  # by which the farthest points are still enlarged
+_FEWEST: Final = 8
+_WITHIN: Final = (0.4, 3.5)  # what a lens and parallax can do together
+
+
+def assumed_fov(size: tuple[int, int]) -> float:
+    """Return the horizontal field of view that is assumed where none is known, deg.
+
+    Parameters
+    ----------
+    size : tuple of int
+        Columns and rows of the picture, upright.
+    """
+    half = math.tan(math.radians(ASSUMED_DEG) / 2.0) * size[0] / max(size)
+    return math.degrees(2.0 * math.atan(half))
+
+
+def lens_factor(zooms: Float64) -> float:
+    """Return by what factor of the picture plane a lens is wider than was assumed.
+
+    Parameters
+    ----------
+    zooms : (N,) float64
+        By how much each point is enlarged; nan where that cannot be said.
+
+    Returns
+    -------
+    float
+        1 where there is too little to tell.
+    """
+    said = zooms[(zooms > _WITHIN[0]) & (zooms < _WITHIN[1])]
+    if len(said) < _FEWEST:
+        return 1.0
+    low, middle, high = np.quantile(said, [0.25, 0.5, 0.75])
+    spread = (high - low) / 1.35 / middle
+    if spread < _ALIKE:
+        return float(middle)
+    share = min((spread - _ALIKE) / _ALIKE, 1.0)
+    far = float(np.quantile(said, _FARTHEST)) / (1.0 + _LEFT)
+    return float(math.exp((1.0 - share) * math.log(middle) + share * math.log(far)))

@@ -1,0 +1,240 @@
+"""A phone or another network camera that sends JPEG pictures over http or https."""
+
+from __future__ import annotations
+
+import base64
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from app.devices.errors import DeviceError
+from app.devices.mjpeg import MjpegParser, boundary_of
+from app.devices.osc.digest import Credentials, Digest, wants_digest
+from app.devices.preview import PreviewFrame, decode
+from app.devices.webcam.pictures import fitted
+from app.devices.webcam.protocol import WebcamError
+from app.devices.webcam.stream import LOST_S, Manner, WebcamStream
+from app.devices.webcam.wire import FAILURES, Wire, gone, unreachable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from http.client import HTTPResponse
+
+    from app.devices.clock import Clock
+    from app.devices.webcam.address import Address
+    from app.devices.webcam.protocol import Bytes
+
+__all__ = ["NETWORK", "Keys", "MjpegWebcam", "no_stream", "password_error"]
+
+Keys: TypeAlias = "Callable[[], Credentials | None]"
+"""Looks user name and password up; called in the webcam's own thread, since a keyring may wait."""
+
+NETWORK: Final = Manner(
+    noun="network camera",
+    revive="Look whether its app still runs and is in the same Wi-Fi",
+    quicken="Go nearer to the Wi-Fi, or choose a smaller picture in its app.",
+    pauses_s=(0.5, 1.0, 2.0, 5.0, 10.0),
+)
+"""How patient one is with a camera in the network."""
+
+_CHUNK: Final = 64 << 10
+_MOST_CHUNKS: Final = 256  # twice the largest picture
+_GUESSES: Final = ("/", "/video")  # where the usual phone apps have their pictures
+_OK, _UNAUTHORIZED, _NOT_FOUND = 200, 401, 404
+_ANSWERS: Final = 3
+
+
+def no_keys() -> Credentials | None:
+    """Know no password."""
+    return None
+
+
+class MjpegWebcam(WebcamStream):
+    """A camera at an http or https address that sends one JPEG after the other.
+
+    It answers a digest and a basic challenge; a redirection is refused. Its newest picture counts:
+    when more than one has come, only the last is decoded.
+
+    Parameters
+    ----------
+    address : Address
+        With scheme http or https. Where it has no path, the usual ones are tried.
+    clock : Clock
+        Of all waits and limits.
+    keys : callable, optional
+        Looks user name and password up.
+    width : int, optional
+        Most columns of its pictures; 0 takes them as they come.
+    fov_deg : float, optional
+        Horizontal field of view, deg, where it is known.
+    """
+
+    def __init__(
+        self,
+        address: Address,
+        clock: Clock,
+        *,
+        keys: Keys = no_keys,
+        width: int = 0,
+        fov_deg: float | None = None,
+    ) -> None:
+        source = _Stream(address, clock, keys, width)
+        name = f"Network camera {address.host}"
+        super().__init__(source, name, fov_deg, clock, manner=NETWORK, cut=source.cut)
+
+
+class _Stream:
+    """The source of a `MjpegWebcam`."""
+
+    def __init__(self, address: Address, clock: Clock, keys: Keys, width: int) -> None:
+        self._address = address
+        self._clock = clock
+        self._keys = keys
+        self._width = width
+        self._wire: Wire | None = None
+        self._response: HTTPResponse | None = None
+        self._parser = MjpegParser()
+
+    def open(self) -> None:
+        """Ask for the pictures."""
+        paths = _GUESSES if self._address.path == "/" else (self._address.path,)
+        for place, path in enumerate(paths):
+            try:
+                response = self._asked(self._address.at(path))
+                content = _judged(response)
+            except WebcamError as error:
+                self.close()
+                if error.code != "not-a-stream" or place + 1 == len(paths):
+                    raise
+            else:
+                self._response = response
+                self._parser = MjpegParser(boundary_of(content))
+                return
+
+    def read(self) -> Bytes | None:
+        """Give the newest picture."""
+        wire, response = self._wire, self._response
+        if wire is None or response is None:
+            raise gone()
+        wire.watch.allow(LOST_S)
+        newest = b""
+        for _ in range(_MOST_CHUNKS):
+            data = _chunk(response)
+            found = self._parser.feed(data)
+            newest = found[-1] if found else newest
+            if not data and not newest:
+                raise gone()
+            if newest and (not data or not wire.ready):
+                break
+        return self._decoded(newest) if newest else None
+
+    def close(self) -> None:
+        """Hang up."""
+        response, self._response = self._response, None
+        wire, self._wire = self._wire, None
+        if response is not None:
+            response.close()
+        if wire is not None:
+            wire.close()
+
+    def cut(self) -> None:
+        """End a read that waits."""
+        wire = self._wire
+        if wire is not None:
+            wire.watch.close()
+
+    def _decoded(self, jpeg: bytes) -> Bytes | None:
+        try:
+            return fitted(decode(PreviewFrame(jpeg, 0, 0.0)), self._width)
+        except DeviceError:
+            return None  # one damaged picture; the next may be whole
+
+    def _asked(self, address: Address) -> HTTPResponse:
+        """Send the request, with the password where the camera wants one; the body is unread."""
+        keys: Credentials | None = None
+        headers: dict[str, str] = {}
+        for turn in range(_ANSWERS):
+            response = self._sent(address, headers)
+            if response.status != _UNAUTHORIZED:
+                return response
+            challenge = response.getheader("WWW-Authenticate") or ""
+            self.close()
+            keys = keys or self._keys()
+            if keys is None:
+                break
+            signed = _answer(challenge, keys, address, again=turn > 0)
+            if not signed:
+                break
+            headers = {"Authorization": signed}
+        raise password_error(refused=keys is not None)
+
+    def _sent(self, address: Address, headers: dict[str, str]) -> HTTPResponse:
+        wire = Wire(address, self._clock)
+        self._wire = wire
+        wire.connect()
+        try:
+            return wire.get(address.path, headers)
+        except TimeoutError as error:
+            raise unreachable(error) from None
+        except FAILURES:
+            raise no_stream(
+                "What answers at this address is no camera.", "Look at the address in its app."
+            ) from None
+
+
+def _chunk(response: HTTPResponse) -> bytes:
+    """Read what has come; empty when nothing will come any more."""
+    try:
+        return response.read1(_CHUNK)
+    except FAILURES:
+        return b""
+
+
+def _answer(challenge: str, keys: Credentials, address: Address, *, again: bool) -> str:
+    """Give the Authorization header for a challenge; empty where there is no (further) one."""
+    if wants_digest(challenge):
+        digest = Digest(keys)
+        try:
+            stale = digest.take(challenge)
+            return "" if again and not stale else digest.answer("GET", str(address))
+        except DeviceError:
+            return ""
+    if again or not challenge.strip().lower().startswith("basic"):
+        return ""
+    pair = f"{keys.user}:{keys.password}".encode()
+    return f"Basic {base64.b64encode(pair).decode('ascii')}"
+
+
+def _judged(response: HTTPResponse) -> str:
+    """Return the content type of an answer that may hold pictures."""
+    status = response.status
+    content = (response.getheader("Content-Type") or "").strip()[:1000]
+    kind = content.lower().partition(";")[0].strip()
+    path = "Look at the address in its app; many end in /video."
+    if 300 <= status < 400:
+        raise no_stream("This address leads to another one.", "Type that address.")
+    if status == _NOT_FOUND:
+        raise no_stream("The camera has no pictures at this address.", path)
+    if status != _OK:
+        raise no_stream(f"The camera answers with error {status}.", "Start its app again.")
+    if kind.startswith("text/") or kind.endswith(("json", "xml")):
+        raise no_stream("This address shows a page and no pictures.", path)
+    if kind.startswith(("image/", "audio/")) or kind in ("video/mp4", "video/webm"):
+        raise no_stream("This address gives no stream of JPEG pictures.", path)
+    return content
+
+
+def no_stream(message: str, hint: str) -> WebcamError:
+    """Say that something else than pictures is there."""
+    return WebcamError(message, hint, "not-a-stream")
+
+
+def password_error(*, refused: bool) -> WebcamError:
+    """Say that a password is wanted, or that it was not the right one."""
+    if refused:
+        return WebcamError(
+            "The camera does not accept this user name and password.",
+            "Both are set in its app.",
+            "password-refused",
+        )
+    return WebcamError(
+        "The camera wants a user name and password.", "Both are set in its app.", "password"
+    )

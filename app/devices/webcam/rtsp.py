@@ -1,0 +1,215 @@
+"""A network camera that speaks RTSP, through the FFmpeg that is part of OpenCV.
+
+FFmpeg tells nobody why it cannot open a stream, so the camera is first asked with one request of
+our own. FFmpeg itself then has a limit for opening and one for each picture: no thread of it waits
+longer than that, even for a camera that accepts the connection and says nothing.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from typing import TYPE_CHECKING, Final
+from urllib.parse import quote
+
+import cv2
+
+from app.devices.webcam.network import NETWORK, Keys, no_keys, no_stream, password_error
+from app.devices.webcam.pictures import as_rgb, fitted
+from app.devices.webcam.quiet import quiet
+from app.devices.webcam.stream import WebcamStream
+from app.devices.webcam.wire import FAILURES, Wire, gone, unreachable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from app.devices.clock import Clock
+    from app.devices.osc.digest import Credentials
+    from app.devices.webcam.address import Address
+    from app.devices.webcam.opencv import Capture
+    from app.devices.webcam.protocol import Bytes
+
+__all__ = ["OPEN_S", "READ_S", "RtspWebcam", "open_url"]
+
+OPEN_S: Final = 6.0
+"""Longest time that FFmpeg may take to open a stream, real seconds."""
+
+READ_S: Final = 3.0
+"""Longest time that FFmpeg may wait for a picture, real seconds."""
+
+_FAILED_READS: Final = 3
+_STATUS: Final = re.compile(rb"RTSP/1\.\d ([1-5]\d\d)(?: |\r|\n)")
+_LONGEST_LINE: Final = 1024
+_OK, _UNAUTHORIZED, _NOT_FOUND = 200, 401, 404
+_SAYS_NOTHING: Final = "-8"  # FFmpeg's own number for it
+
+
+class RtspWebcam(WebcamStream):
+    """A camera at an rtsp address.
+
+    Parameters
+    ----------
+    address : Address
+        With scheme rtsp.
+    clock : Clock
+        Of pauses and rates; the limits within FFmpeg are in real time.
+    keys : callable, optional
+        Looks user name and password up.
+    width : int, optional
+        Most columns of its pictures; 0 takes them as they come.
+    fov_deg : float, optional
+        Horizontal field of view, deg, where it is known.
+    capture : callable, optional
+        Opens a URL, in which user name and password may be: it must not log it.
+    """
+
+    def __init__(
+        self,
+        address: Address,
+        clock: Clock,
+        *,
+        keys: Keys = no_keys,
+        width: int = 0,
+        fov_deg: float | None = None,
+        capture: Callable[[str], Capture] | None = None,
+    ) -> None:
+        source = _Stream(address, clock, keys, width, capture or open_url)
+        name = f"Network camera {address.host}"
+        super().__init__(source, name, fov_deg, clock, manner=NETWORK)
+
+
+class _Stream:
+    """The source of an `RtspWebcam`."""
+
+    def __init__(
+        self,
+        address: Address,
+        clock: Clock,
+        keys: Keys,
+        width: int,
+        capture: Callable[[str], Capture],
+    ) -> None:
+        self._address = address
+        self._clock = clock
+        self._keys = keys
+        self._width = width
+        self._make = capture
+        self._capture: Capture | None = None
+        self._failed = 0
+
+    def open(self) -> None:
+        """Ask the camera, then let FFmpeg open it."""
+        status = self._asked()
+        keys = self._keys() if status == _UNAUTHORIZED else None
+        if status == _UNAUTHORIZED and keys is None:
+            raise password_error(refused=False)
+        try:
+            capture = self._make(_url(self._address, keys))
+        except cv2.error:
+            capture = None
+        if capture is None or not capture.isOpened():
+            if capture is not None:
+                capture.release()
+            raise (
+                password_error(refused=True)
+                if keys is not None
+                else no_stream(
+                    "The network camera’s stream cannot be opened.",
+                    "Look at the address in its app, or choose H.264 there.",
+                )
+            )
+        self._capture, self._failed = capture, 0
+
+    def read(self) -> Bytes | None:
+        """Give the next picture."""
+        capture = self._capture
+        if capture is None:
+            raise gone()
+        try:
+            done, picture = capture.read()
+        except cv2.error:
+            done, picture = False, None
+        if done and picture is not None:
+            self._failed = 0
+            shown = as_rgb(picture)
+            return None if shown is None else fitted(shown, self._width)
+        self._failed += 1
+        if self._failed >= _FAILED_READS:
+            raise gone()
+        return None
+
+    def close(self) -> None:
+        """Hang up."""
+        capture, self._capture = self._capture, None
+        if capture is not None:
+            capture.release()
+
+    def _asked(self) -> int:
+        """Ask what is at the address: 200 or 401; anything else is an error."""
+        wire = Wire(self._address, self._clock)
+        wire.connect()
+        try:
+            wire.send(
+                [
+                    f"DESCRIBE {self._address} RTSP/1.0",
+                    "CSeq: 1",
+                    "Accept: application/sdp",
+                    "User-Agent: Turnlight",
+                ]
+            )
+            found = _STATUS.match(wire.readline(_LONGEST_LINE))
+        except TimeoutError as error:
+            raise unreachable(error) from None
+        except FAILURES:
+            found = None
+        finally:
+            wire.close()
+        if found is None:
+            raise no_stream(
+                "What answers at this address is no RTSP camera.", "Look at the address in its app."
+            )
+        return _judged(int(found[1]))
+
+
+def _judged(status: int) -> int:
+    if status in (_OK, _UNAUTHORIZED):
+        return status
+    if status == _NOT_FOUND:
+        raise no_stream(
+            "The camera has no stream at this address.", "Look at the address in its app."
+        )
+    if 300 <= status < 400:
+        raise no_stream("This address leads to another one.", "Type that address.")
+    raise no_stream(f"The camera answers with error {status}.", "Start its app again.")
+
+
+def _url(address: Address, keys: Credentials | None) -> str:
+    if keys is None:
+        return str(address)
+    who = f"{quote(keys.user, safe='')}:{quote(keys.password, safe='')}"
+    return str(address).replace("://", f"://{who}@", 1)
+
+
+def open_url(url: str) -> Capture:
+    """Let FFmpeg open a URL or a file, with a limit for opening and for each picture.
+
+    Parameters
+    ----------
+    url : str
+        It may hold a password: nothing of it is written to the terminal.
+
+    Returns
+    -------
+    Capture
+        Perhaps not opened.
+    """
+    # Read by OpenCV when FFmpeg is first used; without it, it talks to the terminal.
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", _SAYS_NOTHING)
+    limits = [
+        cv2.CAP_PROP_OPEN_TIMEOUT_MSEC,
+        round(OPEN_S * 1000),
+        cv2.CAP_PROP_READ_TIMEOUT_MSEC,
+        round(READ_S * 1000),
+    ]
+    with quiet():
+        return cv2.VideoCapture(url, cv2.CAP_FFMPEG, limits)

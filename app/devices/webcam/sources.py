@@ -1,0 +1,259 @@
+"""Which live source is meant, as it is kept in the settings, and how it is made."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, cast
+
+from app.devices.webcam.address import Address
+from app.devices.webcam.network import Keys, MjpegWebcam, no_keys
+from app.devices.webcam.panorama_webcam import PanoramaWebcam
+from app.devices.webcam.protocol import WebcamError
+from app.devices.webcam.rtsp import RtspWebcam
+from app.devices.webcam.stills import StillsFolder
+from app.devices.webcam.video_file import VideoFile
+
+if TYPE_CHECKING:
+    from app.devices.clock import Clock
+    from app.devices.webcam.protocol import Webcam
+
+__all__ = ["FOV_RANGE_DEG", "WIDTHS", "Kind", "LiveSource", "SourceView", "SourceViews"]
+__all__ += ["make_source"]
+
+Kind: TypeAlias = Literal["webcam", "network", "video", "stills", "panorama"]
+
+FOV_RANGE_DEG: Final = (20.0, 150.0)
+"""Horizontal fields of view that can be set, deg."""
+
+WIDTHS: Final = (640, 1280, 1920)
+"""Columns of pictures that can be asked for, besides 0 for what is usual."""
+
+_KINDS: Final = ("webcam", "network", "video", "stills", "panorama")
+_MOST_INDEX: Final = 63
+_LONGEST: Final = 2000
+_MOST_KEPT: Final = 12
+_LONGEST_KEPT: Final = 4000
+
+
+@dataclass(frozen=True, slots=True)
+class LiveSource:
+    """One source of live pictures.
+
+    Attributes
+    ----------
+    kind : {"webcam", "network", "video", "stills", "panorama"}
+        What it is. What captures HDMI is a webcam to the computer.
+    where : str
+        Index of a webcam, address of a network camera, whole path of a file or folder.
+
+    Examples
+    --------
+    >>> LiveSource.parse("network:rtsp://192.168.1.20:8554/live").kind
+    'network'
+    """
+
+    kind: Kind
+    where: str
+
+    @classmethod
+    def webcam(cls, index: int) -> LiveSource:
+        """Mean a webcam of this computer."""
+        return cls("webcam", str(index))
+
+    @classmethod
+    def network(cls, typed: str) -> LiveSource:
+        """Mean a network camera; raises `WebcamError` as `Address.parse` does."""
+        return cls("network", str(Address.parse(typed)))
+
+    @classmethod
+    def parse(cls, text: str) -> LiveSource:
+        """Read what `text` wrote.
+
+        Raises
+        ------
+        WebcamError
+            When it is none; the code is "bad-address".
+        """
+        kind, colon, where = text.partition(":")
+        if not colon or kind not in _KINDS or not where or len(text) > _LONGEST:
+            raise _unknown()
+        if kind == "network":
+            return cls.network(where)
+        if kind == "webcam" and not (
+            where.isascii() and where.isdigit() and int(where[:9]) <= _MOST_INDEX
+        ):
+            raise _unknown()
+        if kind in ("video", "stills", "panorama") and not Path(where).is_absolute():
+            raise _unknown()
+        return cls(cast("Kind", kind), where)
+
+    @property
+    def text(self) -> str:
+        """All of it in one line."""
+        return f"{self.kind}:{self.where}"
+
+    @property
+    def index(self) -> int:
+        """Of a webcam; 0 for others."""
+        return int(self.where) if self.kind == "webcam" else 0
+
+    @property
+    def address(self) -> Address | None:
+        """Of a network camera; None for others."""
+        return Address.parse(self.where) if self.kind == "network" else None
+
+    @property
+    def keepable(self) -> bool:
+        """Whether it may be written into the settings: no password is in it."""
+        address = self.address
+        secret = address is not None and address.secret
+        return not secret and self.text.isprintable() and self.text == self.text.strip()
+
+    @property
+    def title(self) -> str:
+        """What it is called in one line; nothing secret is in it."""
+        address = self.address
+        if address is not None:
+            return address.host
+        return f"Webcam {self.index + 1}" if self.kind == "webcam" else Path(self.where).name
+
+
+def make_source(
+    source: LiveSource, clock: Clock, *, width: int = 0, keys: Keys = no_keys
+) -> Webcam:
+    """Make a source that is not yet opened; those of this computer are made elsewhere.
+
+    Parameters
+    ----------
+    source : LiveSource
+        Of any kind but "webcam", whose devices may be real or imitated.
+    clock : Clock
+        For every wait.
+    width : int, optional
+        Most columns of its pictures; 0 for what is usual.
+    keys : callable, optional
+        Looks user name and password of a network camera up.
+
+    Returns
+    -------
+    Webcam
+
+    Raises
+    ------
+    WebcamError
+        When it is a webcam.
+    """
+    address = source.address
+    if address is not None:
+        kind = RtspWebcam if address.scheme == "rtsp" else MjpegWebcam
+        return kind(address, clock, keys=keys, width=width)
+    path = Path(source.where)
+    if source.kind == "video":
+        return VideoFile(path, clock, width=width)
+    if source.kind == "stills":
+        return StillsFolder(path, clock, width=width)
+    if source.kind == "panorama":
+        return PanoramaWebcam(path, clock)
+    raise _unknown()
+
+
+@dataclass(frozen=True, slots=True)
+class SourceView:
+    """How one source's pictures are taken.
+
+    Attributes
+    ----------
+    fov_deg : float or None
+        Horizontal field of view as the user set it, deg; None to estimate it.
+    learnt_deg : float or None
+        The last estimate, deg: to draw with, and never taken for known.
+    width : int
+        Columns that are asked for; 0 for what is usual.
+    """
+
+    fov_deg: float | None = None
+    learnt_deg: float | None = None
+    width: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class SourceViews:
+    """The `SourceView` of each source that has been used lately, the last used last.
+
+    Attributes
+    ----------
+    views : dict[str, SourceView]
+        By `LiveSource.text`.
+    """
+
+    views: dict[str, SourceView] = field(default_factory=dict)
+
+    @classmethod
+    def parse(cls, text: str) -> SourceViews:
+        """Read what `text` wrote; whatever is damaged is left out."""
+        try:
+            table: Any = json.loads(text[:_LONGEST_KEPT]) if text else {}
+        except (ValueError, RecursionError):
+            table = {}
+        rows = list(table.items())[-_MOST_KEPT:] if isinstance(table, dict) else []
+        return cls({name: _view(row) for name, row in rows if isinstance(row, dict)})
+
+    @property
+    def text(self) -> str:
+        """All of it in one line, to be kept; the oldest are dropped where it is too long."""
+        rows = list(self.views.items())[-_MOST_KEPT:]
+        while rows:
+            text = json.dumps({name: _row(view) for name, view in rows}, separators=(",", ":"))
+            if len(text) <= _LONGEST_KEPT:
+                return text
+            rows = rows[1:]
+        return ""
+
+    def of(self, source: LiveSource) -> SourceView:
+        """Return how a source's pictures are taken."""
+        return self.views.get(source.text, SourceView())
+
+    def with_(self, source: LiveSource, **changes: Any) -> SourceViews:
+        """Return them with one source's changed.
+
+        Parameters
+        ----------
+        source : LiveSource
+            Whose.
+        **changes
+            Attributes of `SourceView`.
+        """
+        others = {name: view for name, view in self.views.items() if name != source.text}
+        return SourceViews({**others, source.text: replace(self.of(source), **changes)})
+
+    def kept(self, source: LiveSource) -> SourceViews:
+        """Return them without a source that may not be kept."""
+        if source.keepable:
+            return self
+        return SourceViews({n: view for n, view in self.views.items() if n != source.text})
+
+
+def _view(row: dict[str, Any]) -> SourceView:
+    width = row.get("width")
+    return SourceView(
+        _angle(row.get("fov")), _angle(row.get("learnt")), width if width in WIDTHS else 0
+    )
+
+
+def _row(view: SourceView) -> dict[str, float]:
+    values = {"fov": view.fov_deg, "learnt": view.learnt_deg, "width": view.width or None}
+    return {name: round(value, 1) for name, value in values.items() if value is not None}
+
+
+def _angle(value: object) -> float | None:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return None
+    inside = math.isfinite(value) and FOV_RANGE_DEG[0] <= value <= FOV_RANGE_DEG[1]
+    return float(value) if inside else None
+
+
+def _unknown() -> WebcamError:
+    return WebcamError("There is no such live camera.", "Choose one again.", "bad-address")

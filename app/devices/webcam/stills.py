@@ -1,0 +1,230 @@
+"""A folder of pictures in place of a webcam: in the order of their names, at a pace or by steps."""
+
+from __future__ import annotations
+
+import re
+import threading
+from typing import TYPE_CHECKING, Final
+
+import cv2
+import numpy as np
+
+from app.devices.webcam.pictures import fitted
+from app.devices.webcam.protocol import WebcamError
+from app.devices.webcam.stream import Manner, WebcamStream
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from app.devices.clock import Clock
+    from app.devices.webcam.protocol import Bytes
+
+__all__ = ["ENDINGS", "EVERY_S", "StillsFolder", "stills_in"]
+
+ENDINGS: Final = (".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp")
+"""Of files that are looked at."""
+
+EVERY_S: Final = 2.0
+"""Each picture is shown so long, seconds."""
+
+_STILLS: Final = Manner(noun="folder", revive="Choose another folder", still=True)
+_FPS: Final = 12.0  # so often the same picture is given again
+_WIDTH: Final = 1920
+_MOST_FILES: Final = 5000
+_MOST_BYTES: Final = 100 << 20
+_MOST_PIXELS: Final = 120_000_000
+_DIGITS: Final = re.compile(r"(\d{1,18})")
+
+
+class StillsFolder(WebcamStream):
+    """Photographs as a camera.
+
+    Pictures that arrive in the folder are shown when their turn comes; those that cannot be read
+    are passed over. After the last comes the first.
+
+    Parameters
+    ----------
+    folder : Path
+        Where they are; folders in it are not looked into.
+    clock : Clock
+        For the pace.
+    every_s : float or None, optional
+        Each is shown so long, seconds; None waits for `step`.
+    width : int, optional
+        Most columns of what is given; 0 stands for 1920.
+    fov_deg : float, optional
+        Horizontal field of view, deg, where it is known.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        clock: Clock,
+        *,
+        every_s: float | None = EVERY_S,
+        width: int = 0,
+        fov_deg: float | None = None,
+    ) -> None:
+        self._pile = _Pile(folder, clock, every_s, width or _WIDTH)
+        super().__init__(self._pile, folder.name or str(folder), fov_deg, clock, manner=_STILLS)
+
+    @property
+    def shown(self) -> str:
+        """Name of the file that is shown; empty before the first."""
+        return self._pile.shown
+
+    def step(self, by: int = 1) -> None:
+        """Go on by so many pictures, or back.
+
+        Parameters
+        ----------
+        by : int, optional
+            Positive is onward.
+        """
+        self._pile.step(by)
+
+
+class _Pile:
+    """The source of a `StillsFolder`."""
+
+    def __init__(self, folder: Path, clock: Clock, every_s: float | None, width: int) -> None:
+        self._folder = folder
+        self._clock = clock
+        self._every_s = every_s
+        self._width = width
+        self._lock = threading.Lock()
+        self._steps = 0
+        self._until_s = 0.0
+        self._due_s = 0.0
+        self._picture: Bytes | None = None
+        self.shown = ""
+
+    def step(self, by: int) -> None:
+        with self._lock:
+            self._steps += by
+
+    def open(self) -> None:
+        """Look whether there are pictures."""
+        self._due_s = self._clock.now()
+        if not stills_in(self._folder):
+            raise _empty(self._folder)
+        self._picture = None
+
+    def read(self) -> Bytes | None:
+        """Give the picture whose turn it is."""
+        now = self._clock.now()
+        self._due_s = max(self._due_s + 1.0 / _FPS, now - 1.0 / _FPS)
+        self._clock.sleep(self._due_s - now)
+        with self._lock:
+            steps, self._steps = self._steps, 0
+        now = self._clock.now()
+        if self._picture is None:
+            self._take(0 if self.shown else 1)
+        elif steps:
+            self._take(steps)
+        elif self._every_s is not None and now >= self._until_s:
+            self._take(1)
+        return self._picture
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def _take(self, by: int) -> None:
+        """Read the file so many places on, or the next that can be read."""
+        names = stills_in(self._folder)
+        if not names:
+            raise _empty(self._folder)
+        place = _place(names, self.shown, by)
+        onward = -1 if by < 0 else 1
+        for tried in range(len(names)):
+            name = names[(place + onward * tried) % len(names)]
+            if name != self.shown or self._picture is None:
+                picture = _read(self._folder / name)
+                if picture is None:
+                    continue
+                self._picture, self.shown = fitted(picture, self._width), name
+            self._until_s = self._clock.now() + (self._every_s or 0.0)
+            return
+        raise WebcamError(
+            f"None of the pictures in {self._folder.name} can be read.",
+            "Choose another folder.",
+            "bad-file",
+        )
+
+
+def stills_in(folder: Path) -> list[str]:
+    """List the pictures of a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Where.
+
+    Returns
+    -------
+    list of str
+        Names in their order, numbers in them by value; none where the folder is not there. Of a
+        folder with very many files, those that the system gives first.
+    """
+    names = []
+    try:
+        for number, entry in enumerate(folder.iterdir()):
+            if number >= _MOST_FILES:
+                break
+            if entry.suffix.lower() in ENDINGS and not entry.name.startswith("."):
+                names.append(entry.name)
+    except OSError:
+        return []
+    return sorted(names, key=_order)
+
+
+def _order(name: str) -> tuple[list[tuple[int, str]], str]:
+    parts = _DIGITS.split(name.casefold())
+    return [(int(p), "") if p.isdecimal() else (-1, p) for p in parts], name
+
+
+def _place(names: list[str], shown: str, by: int) -> int:
+    """Return where to go on from the name shown last, which may be gone by now."""
+    if not shown:
+        return (by - 1) % len(names)
+    if shown in names:
+        return (names.index(shown) + by) % len(names)
+    later = next((n for n, name in enumerate(names) if _order(name) > _order(shown)), 0)
+    return (later + (by - 1 if by > 0 else by)) % len(names)
+
+
+def _read(path: Path) -> Bytes | None:
+    """Decode a picture as it is to be looked at, (H, W, 3) uint8 sRGB; None where none is."""
+    import OpenImageIO as oiio
+
+    try:
+        size = path.stat().st_size
+        if not path.is_file() or not 0 < size <= _MOST_BYTES:
+            return None
+        # What a file says of its size is looked at before memory is asked for.
+        opened = oiio.ImageInput.open(str(path))
+        if opened is None:
+            oiio.geterror()
+            return None
+        spec = opened.spec()
+        opened.close()
+        if not 0 < spec.width * spec.height <= _MOST_PIXELS:
+            return None
+        picture = cv2.imdecode(np.fromfile(path, np.uint8), cv2.IMREAD_COLOR_RGB)
+    except (OSError, ValueError, cv2.error):
+        return None
+    return None if picture is None else np.asarray(picture, np.uint8)
+
+
+def _empty(folder: Path) -> WebcamError:
+    if not folder.is_dir():
+        return WebcamError(
+            f"The folder {folder.name} is not there.",
+            "Connect the disk that it is on, and it goes on by itself; or choose another folder.",
+            "no-file",
+        )
+    return WebcamError(
+        f"There are no pictures in {folder.name}.",
+        "Put JPEG or PNG files there, and it goes on by itself.",
+        "no-file",
+    )

@@ -1,0 +1,214 @@
+"""A connection to a network camera that keeps a deadline, plain or encrypted.
+
+Every read watches the injected clock and real time, whatever drips, and can be ended from another
+thread. Nothing is ever followed elsewhere.
+"""
+
+from __future__ import annotations
+
+import io
+import socket
+import ssl
+from http.client import HTTPException, HTTPResponse
+from typing import TYPE_CHECKING, Any, Final, cast
+
+from urllib3.util.wait import wait_for_read
+
+from app.devices.osc.transport import Watch
+from app.devices.webcam.protocol import WebcamError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from app.devices.clock import Clock
+    from app.devices.webcam.address import Address
+
+__all__ = ["CONNECT_S", "FAILURES", "Wire", "gone", "unreachable"]
+
+CONNECT_S: Final = 5.0
+"""Longest time until a camera has answered, seconds."""
+
+FAILURES: Final = (OSError, HTTPException, ValueError)
+"""All that a broken or hostile connection raises."""
+
+_PART_S: Final = 0.5  # of a read that has begun, before the deadline is looked at again
+_TLS: Final = "https"
+
+
+class Wire:
+    """A connection to one address.
+
+    Parameters
+    ----------
+    address : Address
+        Whose host and port are used.
+    clock : Clock
+        Of the deadlines.
+
+    Attributes
+    ----------
+    watch : Watch
+        Until when it may keep its reader waiting.
+    """
+
+    def __init__(self, address: Address, clock: Clock) -> None:
+        self._address = address
+        self._socket: socket.socket | None = None
+        self._file: io.BufferedReader | None = None
+        self.watch = Watch(clock)
+
+    def connect(self) -> None:
+        """Connect; what is read until `allow` is called next must come within `CONNECT_S`.
+
+        Raises
+        ------
+        WebcamError
+            When nothing answers there.
+        """
+        endpoint = self._address.endpoint
+        self.watch.allow(CONNECT_S)
+        try:
+            plain = socket.create_connection((endpoint.host, endpoint.port), CONNECT_S)
+        except (OSError, UnicodeError) as error:
+            raise unreachable(error) from None
+        try:
+            self._socket = self._encrypted(plain) if self._address.scheme == _TLS else plain
+            self._socket.settimeout(_PART_S)
+        except (OSError, ValueError) as error:
+            plain.close()
+            raise unreachable(error) from None
+        self._file = io.BufferedReader(_Reader(self._socket, self.watch))
+
+    def _encrypted(self, plain: socket.socket) -> socket.socket:
+        context = ssl.create_default_context()
+        host = self._address.endpoint.host.partition("%")[0]
+        return context.wrap_socket(plain, server_hostname=host)
+
+    def send(self, lines: list[str]) -> None:
+        """Send the head of a request, without its final empty line; raises one of `FAILURES`."""
+        if self._socket is None:
+            raise OSError("not connected")
+        self._socket.sendall(_request(lines))
+
+    def readline(self, most: int) -> bytes:
+        """Read a line of at most so many bytes; raises one of `FAILURES`."""
+        if self._file is None:
+            raise OSError("not connected")
+        return self._file.readline(most)
+
+    def get(self, path: str, headers: Mapping[str, str]) -> HTTPResponse:
+        """Send a GET request and read the head of the answer; raises one of `FAILURES`.
+
+        Parameters
+        ----------
+        path : str
+            From the root.
+        headers : Mapping[str, str]
+            Further headers.
+
+        Returns
+        -------
+        HTTPResponse
+            Its body is unread.
+        """
+        host = self._address.host
+        lines = [f"GET {path} HTTP/1.1", f"Host: {host}", "Accept: */*", "Connection: close"]
+        lines += ["User-Agent: Turnlight", "Accept-Encoding: identity"]
+        lines += [f"{name}: {value}" for name, value in headers.items()]
+        self.send(lines)
+        # It wants no more of its socket than what is read from it.
+        response = HTTPResponse(cast("Any", self))
+        response.begin()
+        return response
+
+    def makefile(self, mode: str = "rb") -> io.BufferedReader:
+        """Give what is read, as a socket would; called by `HTTPResponse`."""
+        del mode
+        if self._file is None:
+            raise OSError("not connected")
+        return self._file
+
+    @property
+    def ready(self) -> bool:
+        """Whether something has come that was not read yet."""
+        connection = self._socket
+        return connection is not None and _ready(connection)
+
+    def close(self) -> None:
+        """Hang up; a second time does nothing."""
+        connection, self._socket, self._file = self._socket, None, None
+        if connection is not None:
+            connection.close()
+
+
+def _request(lines: list[str]) -> bytes:
+    if any(ord(sign) < 0x20 for line in lines for sign in line):
+        raise ValueError("a line of a request cannot hold control characters")
+    return ("\r\n".join(lines) + "\r\n\r\n").encode()
+
+
+class _Reader(io.RawIOBase):
+    """What comes over a socket, as far as the watch allows to wait for it."""
+
+    def __init__(self, connection: socket.socket, watch: Watch) -> None:
+        self._socket = connection
+        self._watch = watch
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        while True:
+            if not _pending(self._socket):
+                self._watch.wait_for(self._socket, None)
+            elif self._watch.closed or self._watch.late:
+                raise TimeoutError("the deadline has passed")
+            try:
+                return self._socket.recv_into(buffer)
+            except (TimeoutError, ssl.SSLWantReadError):
+                # A part of an encrypted record; the rest may take until the deadline.
+                continue
+
+
+def _pending(connection: socket.socket) -> bool:
+    return isinstance(connection, ssl.SSLSocket) and connection.pending() > 0
+
+
+def _ready(connection: socket.socket) -> bool:
+    return _pending(connection) or bool(wait_for_read(connection, timeout=0.0))
+
+
+def unreachable(error: BaseException) -> WebcamError:
+    """Say why there is no connection.
+
+    Parameters
+    ----------
+    error : BaseException
+        What the socket raised.
+
+    Returns
+    -------
+    WebcamError
+    """
+    if isinstance(error, ssl.SSLCertVerificationError):
+        message = "The network camera’s certificate is not trusted by this computer."
+        hint = "On your own network, type its address with http:// instead."
+    elif isinstance(error, ssl.SSLError):
+        message = "What answers at this address does not speak https."
+        hint = "Type the address with http:// instead."
+    elif isinstance(error, (socket.gaierror, UnicodeError)):
+        message = "There is no device of this name in the network."
+        hint = "Type the address in numbers, as the camera’s app shows it."
+    else:
+        message = "The network camera does not answer."
+        hint = "Start its app, and join the same Wi-Fi; it goes on by itself."
+    return WebcamError(message, hint, "unreachable")
+
+
+def gone() -> WebcamError:
+    """Say that pictures came and stopped."""
+    return WebcamError(
+        "The network camera went away.",
+        "Look whether its app still runs and is in the same Wi-Fi; it goes on by itself.",
+        "unplugged",
+    )

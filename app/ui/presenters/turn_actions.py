@@ -1,0 +1,63 @@
+"""What can be done on the Turn screen."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from app.ui.presenters.actions import Action
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.ui.presenters.turn import TurnPresenter
+
+__all__ = ["turn_actions"]
+
+
+def turn_actions(p: TurnPresenter, empty_action: str) -> Sequence[Action]:
+    """Give what can be done now.
+
+    Parameters
+    ----------
+    p : TurnPresenter
+        Does it.
+    empty_action : str
+        What fills the screen while there is nothing to turn to; else empty.
+    """
+    actions = [
+        Action(
+            "turn-align",
+            "Lay the live picture over the goal",
+            p.toggle_align,
+            "layers",
+            "Space",
+            lambda: p.can_align,
+            "align",
+        ),
+        Action("turn-sound", "Sound on or off", p.toggle_sounds, "sound", "M", hint="sound"),
+        Action(
+            "turn-selfie",
+            "Selfie: I turn myself, or back",
+            p.toggle_mode,
+            "selfie",
+            "S",
+            hint="selfie",
+        ),
+        Action("turn-back", "Back to the styles", p.back, "styles", "Esc", hint="styles"),
+    ]
+    if empty_action:
+        return [Action("turn-fill", empty_action, p.fill, "", "Return; Enter"), *actions]
+    actions.append(
+        Action("turn-photo", "How was it? Open the photo you took…", p.ask_photos, "camera", "P")
+    )
+    actions.append(Action("turn-source", "Other camera, field of view…", p.ask_source, "webcam"))
+    for index, name in p.webcams:
+        actions.append(
+            Action(
+                f"turn-webcam-{index}",
+                f"Webcam: {name}",
+                lambda index=index: p.choose_webcam(index),  # type: ignore[misc]
+                "webcam",
+            )
+        )
+    return actions

@@ -1,0 +1,382 @@
+"""After the shot: photographs are opened, judged, listed, and kept with the place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.angles import wrap
+from app.core.errors import CoreError
+from app.core.places.shots import (
+    Shot,
+    add_shot,
+    mark_shot,
+    purge_shots,
+    read_shots,
+    thumbnail_of,
+)
+from app.core.turning.heading import build_index
+from app.core.turning.shot import (
+    PHOTO_ENDINGS,
+    Taken,
+    is_panorama,
+    judge,
+    locate_photo,
+    read_photo,
+)
+from app.core.turning.words import taken_words, whole
+from app.ui.presenters.frame import time_words
+from app.ui.presenters.in_turn import InTurn
+from app.ui.presenters.turn_state import ShotRow, ShotsState
+from app.ui.presenters.turn_words import confidence_words, goal_of
+from app.ui.presenters.undo import Undoable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from app.core.light_here import LightHere
+    from app.core.progress import Report, Token
+    from app.core.solve import StyleResult
+    from app.core.turning.guidance import Goal
+    from app.core.turning.heading import HeadingIndex
+    from app.core.turning.shot import Photo
+    from app.ui.presenters.desk import Desk
+    from app.ui.presenters.services import Services
+
+__all__ = ["DROP_WORDS", "PHOTO_FILTER", "Shots"]
+
+Bytes: TypeAlias = NDArray[np.uint8]
+
+DROP_WORDS: Final = "Drop the photo you took, or a panorama"
+"""What may be dropped while the screen is in front."""
+
+PHOTO_FILTER: Final = f"Photos (*{' *'.join(sorted(PHOTO_ENDINGS))})"
+"""What a dialog offers."""
+
+_MOST_AT_ONCE: Final = 20
+_MOST_PICTURES: Final = 200
+_MEASURING: Final = "Looking where the photo was taken"
+_READ: Final = 0.6  # of the way: what follows is copying
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Asked:
+    """What a photograph is judged by: all as it was when it was opened."""
+
+    folder: Path
+    light: LightHere = field(repr=False)
+    index: HeadingIndex | None = field(repr=False)
+    result: StyleResult = field(repr=False)
+    goal: Goal
+    front_deg: float
+    title: str
+    now: datetime
+
+
+class Shots:
+    """The photographs of the open place.
+
+    Parameters
+    ----------
+    services : Services
+        The window's.
+    desk : Desk
+        Opens what is no photograph.
+    index : callable
+        Gives the points of the open panorama where they are known already.
+    changed : callable
+        Called when there is something else to show.
+    """
+
+    def __init__(
+        self,
+        services: Services,
+        desk: Desk,
+        index: Callable[[], HeadingIndex | None],
+        changed: Callable[[], None],
+    ) -> None:
+        self._services = services
+        self._desk = desk
+        self._index = index
+        self._changed = changed
+        self._work = InTurn(services, "turn-shots")
+        self._folder: Path | None = None
+        self._shots: tuple[Shot, ...] = ()
+        self._pictures: dict[str, Bytes] = {}
+        self._busy = 0
+        self._latest = ""
+
+    # -- which place ---------------------------------------------------------------------------
+
+    def follow(self) -> None:
+        """Show the photographs of the place that is open now."""
+        folder = self._services.model.place_folder
+        if folder == self._folder:
+            return
+        self._folder, self._shots, self._pictures, self._latest = folder, (), {}, ""
+        if folder is None:
+            return
+
+        def work(token: Token, report: Report) -> tuple[tuple[Shot, ...], tuple[str, ...]]:
+            del token, report
+            purge_shots(folder)
+            return read_shots(folder)
+
+        self._work.submit(work, done=lambda found: self._read(folder, *found))
+
+    def _read(self, folder: Path, shots: tuple[Shot, ...], remarks: tuple[str, ...]) -> None:
+        if folder != self._folder:
+            return
+        self._shots = shots
+        for remark in remarks:
+            self._services.notify.tell(remark, kind="warning")
+        self._want_pictures()
+        self._changed()
+
+    def _want_pictures(self) -> None:
+        folder = self._folder
+        missing = [one for one in self._shots[-_MOST_PICTURES:] if one.key not in self._pictures]
+        if folder is None or not missing:
+            return
+
+        def work(token: Token, report: Report) -> dict[str, Bytes]:
+            del report
+            made = {}
+            for one in missing:
+                token.check()
+                picture = thumbnail_of(folder, one)
+                if picture is not None:
+                    made[one.key] = picture
+            return made
+
+        def done(made: dict[str, Bytes]) -> None:
+            if folder == self._folder:
+                self._pictures |= made
+                self._changed()
+
+        self._services.runner.submit("turn-shot-pictures", work, done=done)
+
+    # -- opening -------------------------------------------------------------------------------
+
+    def take(self, paths: Sequence[Path]) -> bool:
+        """Take photographs that were dropped or chosen; leave everything else.
+
+        Parameters
+        ----------
+        paths : sequence of Path
+            Any; only their names are looked at here.
+
+        Returns
+        -------
+        bool
+            Whether it is being seen to: panoramas among them will be opened as a place all the
+            same.
+        """
+        named = all(path.suffix.lower() in PHOTO_ENDINGS for path in paths)
+        if not paths or not named or len(paths) > _MOST_AT_ONCE or self._asked() is None:
+            return False
+        given = tuple(paths)
+        self._begin()
+        self._work.submit(
+            lambda token, report: _panorama_among(given),
+            done=lambda panorama: self._sorted(given, panorama),
+            failed=self._failed,
+            cancelled=self._ended,
+        )
+        return True
+
+    def _sorted(self, paths: tuple[Path, ...], panorama: bool) -> None:
+        self._ended()
+        if panorama:
+            self._desk.open_as_place(paths)
+            return
+        for path in paths:
+            self._measure(path)
+
+    def _measure(self, path: Path) -> None:
+        asked = self._asked()
+        if asked is None:
+            return
+        self._begin()
+        self._work.submit(
+            lambda token, report: _taken(path, asked, token, report),
+            title=f"{_MEASURING}: {path.name}",
+            done=lambda shot: self._kept(asked, shot),
+            failed=self._failed,
+            cancelled=self._ended,
+        )
+
+    def _asked(self) -> _Asked | None:
+        model = self._services.model
+        goal = goal_of(model.result, model.target_turn_deg)
+        if model.place_folder is None or model.light is None or model.result is None:
+            return None
+        if goal is None:
+            return None
+        own = next((one for one in model.user_styles if one.name == model.chosen), None)
+        return _Asked(
+            model.place_folder,
+            model.light,
+            self._index(),
+            model.result,
+            goal,
+            model.front_deg,
+            own.title if own is not None else model.result.title,
+            self._services.today(),
+        )
+
+    def _begin(self) -> None:
+        self._busy += 1
+        self._changed()
+
+    def _ended(self) -> None:
+        self._busy -= 1
+        self._changed()
+
+    def _failed(self, error: Exception) -> None:
+        self._services.notify.tell_error(error)
+        self._ended()
+
+    def _kept(self, asked: _Asked, shot: Shot) -> None:
+        if asked.folder == self._folder:
+            self._shots = (*(one for one in self._shots if one.key != shot.key), shot)
+            self._pictures.pop(shot.key, None)
+            self._latest = shot.key
+            self._want_pictures()
+        self._ended()
+
+    # -- removing ------------------------------------------------------------------------------
+
+    def remove(self, key: str) -> None:
+        """Take a photograph off the list; can be undone."""
+        shot = next((one for one in self._shots if one.key == key), None)
+        folder = self._folder
+        if shot is None or folder is None:
+            return
+        where = self._shots.index(shot)
+
+        def mark(removed: bool) -> None:
+            self._work.submit(lambda token, report: mark_shot(folder, key, removed=removed))
+            if folder != self._folder:
+                return
+            others = [one for one in self._shots if one.key != key]
+            if not removed:
+                others.insert(min(where, len(others)), shot)
+            self._shots = tuple(others)
+            self._changed()
+
+        mark(removed=True)
+        self._services.undo.push(
+            Undoable("removing a photo", lambda: mark(removed=False), lambda: mark(removed=True))
+        )
+        self._services.notify.tell(
+            f"{shot.name} removed from this place. Your own file is untouched.",
+            kind="done",
+            actions=[("Undo", lambda: mark(removed=False))],
+        )
+
+    # -- what is shown -------------------------------------------------------------------------
+
+    def resolve(self) -> ShotsState:
+        """Work out what is shown of them."""
+        rows = tuple(self._row(shot) for shot in reversed(self._shots))
+        busy = f"{_MEASURING}…" if self._busy else ""
+        return ShotsState(rows, busy)
+
+    def _row(self, shot: Shot) -> ShotRow:
+        found = shot.found and shot.facing_deg is not None and shot.match is not None
+        return ShotRow(
+            key=shot.key,
+            name=shot.name,
+            sentence=self._sentence(shot),
+            detail=self._detail(shot),
+            icon=("check" if shot.outside_deg == 0 else "target") if found else "help",
+            inside=found and shot.outside_deg == 0,
+            new=shot.key == self._latest,
+            pictured=shot.key in self._pictures,
+            thumbnail=self._pictures.get(shot.key),
+        )
+
+    def _sentence(self, shot: Shot) -> str:
+        if shot.facing_deg is None or shot.match is None or shot.best is None:
+            return "Its background was not found here, so its turn is not known"
+        front = self._services.model.front_deg
+        turn, goal = whole(shot.facing_deg - front), whole(shot.goal_facing_deg - front)
+        rough = shot.sitter_deg is None
+        return taken_words(turn, goal, shot.outside_deg, shot.match, shot.best, rough=rough)
+
+    def _detail(self, shot: Shot) -> str:
+        when = shot.taken_at or shot.added_at
+        # A camera that states no zone means the clock on the wall.
+        moment = datetime.fromisoformat(when)
+        today = self._services.today()
+        local = moment if moment.tzinfo is not None else moment.replace(tzinfo=today.tzinfo)
+        parts = [shot.title or shot.style, time_words(local, today), shot.name]
+        if shot.found:
+            parts.append(confidence_words(shot.confidence))
+        if shot.found and shot.sitter_deg is None:
+            parts.append("no sitter seen: taken to be in the middle")
+        return ", ".join(parts)
+
+
+def _panorama_among(paths: tuple[Path, ...]) -> bool:
+    """Look at all of them: one that cannot be read is told before anything is done."""
+    shapes = [is_panorama(path) for path in paths]
+    return any(shapes)
+
+
+def _taken(path: Path, asked: _Asked, token: Token, report: Report) -> Shot:
+    """Read, locate, judge and keep a photograph: work for another thread."""
+    report(0.0, "Reading the photo")
+    photo = read_photo(path, token)
+    taken = _located(photo, asked, token, lambda done, words: report(_READ * done, words))
+    token.check()
+    shot = _shot_of(path, photo, taken, asked)
+    return add_shot(
+        asked.folder,
+        path,
+        shot,
+        photo.picture,
+        token,
+        lambda done, words: report(_READ + (1.0 - _READ) * done, words),
+    )
+
+
+def _located(photo: Photo, asked: _Asked, token: Token, report: Report) -> Taken:
+    index = asked.index
+    try:
+        index = index or build_index(asked.light.display, token)
+    except CoreError:
+        # A blank room all around: nothing is found in it.
+        return Taken("unsure")
+    return locate_photo(photo, index, token, report)
+
+
+def _shot_of(path: Path, photo: Photo, taken: Taken, asked: _Asked) -> Shot:
+    outside, match, best = 0, None, None
+    if taken.facing_deg is not None:
+        verdict = judge(wrap(taken.facing_deg - asked.front_deg), asked.goal, asked.result)
+        outside, match, best = verdict.outside_deg, verdict.match, verdict.best
+    return Shot(
+        name=path.name,
+        added_at=asked.now.isoformat(),
+        found=taken.status == "found",
+        style=asked.result.name,
+        title=asked.title,
+        goal_facing_deg=wrap(asked.goal.turn_deg + asked.front_deg),
+        taken_at=None if photo.taken_at is None else photo.taken_at.isoformat(),
+        heading_deg=taken.heading_deg,
+        facing_deg=taken.facing_deg,
+        sitter_deg=taken.sitter_deg,
+        fov_deg=taken.fov_deg,
+        focal_mm=photo.focal_mm,
+        confidence=taken.confidence,
+        outside_deg=outside,
+        match=match,
+        best=best,
+    )

@@ -1,0 +1,150 @@
+"""A photograph from a known turn, dropped on the whole window: what stands there is the truth."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from PySide6.QtCore import QMimeData, QPoint, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import QApplication, QFileDialog
+from pytestqt.qtbot import QtBot
+
+from app.core.angles import wrap
+from app.core.paths import resources
+from app.core.turning.words import whole
+from app.ui.frame.drop import DropVeil
+from app.ui.presenters.model import Step
+from app.ui.robot import Robot
+from app.ui.screens.turn.shots import ShotsLine, ShotsSheet
+from app.ui.start import App
+from app.ui.widgets.labels import Text
+from tests.helpers.photos import taken_from, write_photo
+from tests.helpers.whole_window import open_light, opened, quick_heads, until
+
+LOCATION = resources() / "demo" / "location"
+STYLE = "left-loop"
+
+
+@pytest.fixture(scope="module")
+def running(
+    qapp: QApplication, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[tuple[App, Robot]]:
+    home = tmp_path_factory.mktemp("home")
+    with pytest.MonkeyPatch.context() as patch:
+        quick_heads(patch)
+        with opened(home, camera_looks="sitter", sounds=False) as (app, robot):
+            open_light(app, robot, LOCATION / "probe-1.exr")
+            app.model.choose(STYLE)
+            yield app, robot
+
+
+@pytest.fixture
+def window(qtbot: QtBot, running: tuple[App, Robot]) -> tuple[App, Robot]:
+    app, robot = running
+    app.model.update(step=Step.TURN, painting=None)
+    robot.settle()
+    return running
+
+
+def drop(app: App, paths: list[Path]) -> str:
+    """Hold files over the window, read what is offered, and let them go."""
+    data = QMimeData()
+    data.setUrls([QUrl.fromLocalFile(str(path)) for path in paths])
+    where, action = QPoint(40, 40), Qt.DropAction.CopyAction
+    button, keys = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+    app.window.dragEnterEvent(QDragEnterEvent(where, action, data, button, keys))
+    veil = app.window.findChild(DropVeil)
+    assert veil is not None
+    assert veil.isVisible()
+    words = veil.accessibleName()
+    app.window.dropEvent(QDropEvent(where.toPointF(), action, data, button, keys))
+    assert not veil.isVisible()
+    return words
+
+
+def line(robot: Robot) -> ShotsLine:
+    found = robot.window.findChild(ShotsLine)
+    assert found is not None
+    return found
+
+
+def goal_of(app: App) -> int:
+    goal = app.model.target_turn_deg
+    assert goal is not None
+    return whole(goal)
+
+
+@pytest.mark.parametrize(("short", "aim"), [(4.0, 0.0), (-25.0, 7.0)])
+def test_a_dropped_photo_says_at_which_turn_it_was_taken(
+    window: tuple[App, Robot], tmp_path: Path, short: float, aim: float
+) -> None:
+    app, robot = window
+    turn = wrap(goal_of(app) - short)
+    before = app.model.place_folder
+    photo = write_photo(tmp_path / f"IMG_{short}.jpg", taken_from(turn, aim).picture, 6)
+    assert drop(app, [photo]) == "Drop the photo you took, or a panorama"
+    until(robot, lambda: line(robot).words.startswith("Taken at"), "the answer", 120)
+    until(robot, lambda: "Looking" not in line(robot).words, "the end", 120)
+    said = re.match(r"Taken at (?:about )?(−?\d+)°, ", line(robot).words)
+    assert said is not None, line(robot).words
+    taken = int(said[1].replace("−", "-"))
+    assert abs(wrap(taken - turn)) <= 3.0
+    result = app.model.result
+    assert result is not None
+    match = re.search(r"match (\d+) of best (\d+)\.", line(robot).words)
+    assert match is not None
+    assert int(match[2]) == int(result.match)
+    nearest = round(wrap(taken - app.model.front_deg) / 5.625) % 64
+    assert abs(int(match[1]) - result.match_curve[nearest]) <= 3.0
+    # It is kept with the place that was open, and no other was made.
+    assert app.model.place_folder == before
+    assert before is not None
+    assert (before / "shots" / "originals" / photo.name).read_bytes() == photo.read_bytes()
+
+
+def test_the_button_opens_one_and_the_list_removes_it(
+    window: tuple[App, Robot], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    app, robot = window
+    wall = write_photo(tmp_path / "wall.jpg", np.full((900, 1200, 3), 150, np.uint8))
+    monkeypatch.setattr(QFileDialog, "getOpenFileNames", lambda *_: ([str(wall)], ""))
+    robot.press(Qt.Key.Key_P)
+    until(robot, lambda: "not found" in line(robot).words, "unsure", 60)
+    robot.click_at(line(robot).lister)
+    sheet = robot.window.findChild(ShotsSheet)
+    assert sheet is not None
+    names = [text.text() for text in sheet.findChildren(Text)]
+    assert any("wall.jpg" in name for name in names)
+    robot.click("Remove wall.jpg")
+    gone = "wall.jpg removed from this place. Your own file is untouched."
+    robot.wait(lambda: any(m.text == gone for m in app.notify.messages), "the message")
+    robot.settle()
+    assert "not found" not in line(robot).words
+    sheet.shut()
+    robot.press(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
+    until(robot, lambda: "not found" in line(robot).words, "it again")
+
+
+def test_a_panorama_is_still_a_place(window: tuple[App, Robot], tmp_path: Path) -> None:
+    app, robot = window
+    before = app.model.place_folder
+    wide = tmp_path / "pano.png"
+    assert cv2.imwrite(str(wide), np.full((256, 512, 3), 120, np.uint8))
+    drop(app, [wide])
+    until(robot, lambda: app.model.place_folder != before or app.notify.messages, "an answer", 60)
+    robot.wait(lambda: not app.runner.running("open"), "opening", 60)
+    assert app.model.place_folder != before or any(
+        "pano" in message.text or "exposure" in message.text for message in app.notify.messages
+    )
+    # What was kept is there when the first place is opened again.
+    assert before is not None
+    app.desk.open_place(before)
+    robot.wait(lambda: app.model.place_folder == before, "the place", 60)
+    app.model.update(step=Step.TURN, painting=None)
+    until(robot, lambda: line(robot).words.endswith("."), "the photos", 60)
+    until(robot, lambda: line(robot).lister.isVisible(), "the photos", 60)

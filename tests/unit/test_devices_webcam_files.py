@@ -1,0 +1,329 @@
+"""Video files and folders of pictures in place of a webcam, on virtual time."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from app.devices.clock import ScaledClock, VirtualClock
+from app.devices.webcam import WebcamError, WebcamState
+from app.devices.webcam.rtsp import open_url
+from app.devices.webcam.stills import EVERY_S, StillsFolder, _Pile, stills_in
+from app.devices.webcam.video_file import VideoFile, _Player, check_video
+
+Bytes = NDArray[np.uint8]
+PATIENCE_S: Final = 15.0
+FPS: Final = 10.0
+
+
+def level(number: int) -> Bytes:
+    """Give an even picture that says its number by its grey."""
+    return np.full((64, 96, 3), 40 + 20 * number, np.uint8)
+
+
+def number_of(picture: Bytes) -> int:
+    return round((float(picture.mean()) - 40.0) / 20.0)
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("video") / "walk.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), FPS, (96, 64))
+    assert writer.isOpened()
+    for number in range(8):
+        writer.write(level(number))
+    writer.release()
+    return path
+
+
+def until(true: Callable[[], bool]) -> None:
+    end = time.monotonic() + PATIENCE_S
+    while not true():
+        assert time.monotonic() < end
+        time.sleep(0.005)
+
+
+def code_of(call: Callable[[], object]) -> str:
+    with pytest.raises(WebcamError) as caught:
+        call()
+    assert caught.value.hint
+    return caught.value.code
+
+
+class TestVideo:
+    def player(self, path: Path, clock: VirtualClock, width: int = 0) -> _Player:
+        return _Player(path, clock, width, open_url)
+
+    def test_it_plays_at_its_own_pace_and_begins_again(self, video: Path) -> None:
+        clock = VirtualClock(100.0)
+        player = self.player(video, clock)
+        player.open()
+        numbers: list[int] = []
+        times: list[float] = []
+        while len(numbers) < 20:
+            picture = player.read()
+            if picture is not None:
+                numbers.append(number_of(picture))
+                times.append(clock.now() - 100.0)
+        player.close()
+        assert numbers == [*range(8), *range(8), *range(4)]
+        np.testing.assert_allclose(np.diff(times[:8]), 1.0 / FPS, atol=0.02)
+        assert times[-1] == pytest.approx(20 / FPS, abs=0.15)
+
+    def test_a_slow_reader_makes_it_slower_and_not_hurried(self, video: Path) -> None:
+        clock = VirtualClock()
+        player = self.player(video, clock)
+        player.open()
+        for _ in range(3):
+            player.read()
+        clock.sleep(60.0)
+        before = clock.now()
+        for _ in range(4):
+            player.read()
+        player.close()
+        assert clock.now() - before < 4 / FPS + 0.01
+
+    def test_pictures_are_made_no_wider_than_is_wanted(self, video: Path) -> None:
+        player = self.player(video, VirtualClock(), 48)
+        player.open()
+        picture = player.read()
+        player.close()
+        assert picture is not None
+        assert picture.shape == (32, 48, 3)
+
+    def test_a_disk_that_is_pulled_out_and_put_back(self, video: Path, tmp_path: Path) -> None:
+        disk, away = tmp_path / "disk", tmp_path / "away"
+        disk.mkdir()
+        shutil.copy(video, disk)
+        webcam = VideoFile(disk / video.name, ScaledClock(10.0))
+        assert webcam.name == video.name
+        webcam.open()
+        until(lambda: webcam.count > 3)
+        disk.rename(away)
+        until(lambda: (error := webcam.error) is not None and error.code == "no-file")
+        assert webcam.state is not WebcamState.LIVE
+        count = webcam.count
+        away.rename(disk)
+        until(lambda: webcam.count > count + 3)
+        assert webcam.error is None
+        webcam.close(PATIENCE_S)
+
+    @pytest.mark.parametrize(
+        "content",
+        [
+            b"",
+            b"#EXTM3U\n#EXTINF:1,\nfile:///etc/passwd\n",
+            b"ffconcat version 1.0\nfile '/etc/passwd'\n",
+            b"v=0\r\no=- 0 0 IN IP4 127.0.0.1\r\n",
+            b"GIF89a" + b"\x00" * 400,
+            b"\x89PNG\r\n\x1a\n" + b"\x00" * 400,
+            b"G" + b"\x00" * 399,
+        ],
+    )
+    def test_what_holds_no_pictures_itself_is_refused(self, tmp_path: Path, content: bytes) -> None:
+        path = tmp_path / "film.mp4"
+        path.write_bytes(content)
+        assert code_of(lambda: check_video(path)) == "bad-file"
+        assert code_of(self.player(path, VirtualClock()).open) == "bad-file"
+
+    def test_missing_files_and_folders(self, tmp_path: Path) -> None:
+        assert code_of(lambda: check_video(tmp_path / "no.mp4")) == "no-file"
+        assert code_of(lambda: check_video(tmp_path)) == "no-file"
+        assert code_of(lambda: check_video(Path("a\x00b"))) == "no-file"
+
+    @pytest.mark.parametrize("kept", [8, 100, 700])
+    def test_a_cut_file_never_ends_otherwise(self, video: Path, tmp_path: Path, kept: int) -> None:
+        path = tmp_path / "cut.avi"
+        path.write_bytes(video.read_bytes()[:kept] + bytes(range(256)))
+        player = self.player(path, VirtualClock())
+        codes = []
+        for call in (player.open, *[player.read] * 30):
+            try:
+                call()
+            except WebcamError as error:
+                codes.append(error.code)
+        player.close()
+        assert set(codes) <= {"bad-file"}
+
+    def test_kinds_that_are_known_by_what_is_in_them(self, tmp_path: Path) -> None:
+        path = tmp_path / "film"
+        packets = (b"G" + bytes(187)) * 2
+        for content in (
+            b"\x00\x00\x00\x18ftypmp42",
+            b"\x1a\x45\xdf\xa3" + bytes(20),
+            b"RIFF\x00\x00\x00\x00AVI LIST",
+            b"\x00\x00\x01\xba" + bytes(20),
+            packets,
+            (bytes(4) + b"G" + bytes(187)) * 2,
+        ):
+            path.write_bytes(content)
+            check_video(path)
+
+    def test_ffmpeg_that_fails_or_lies(self, video: Path) -> None:
+        def player(lying: Lying) -> _Player:
+            return _Player(video, VirtualClock(), 0, lambda _: lying)
+
+        for lying in (Lying(opens=False), Lying(side=90_000.0), Lying(side=0.0)):
+            assert code_of(player(lying).open) == "bad-file"
+            assert lying.released == 1
+        for lying in (Lying(), Lying(error=cv2.error("broken"))):
+            open_one = player(lying)
+            open_one.open()
+            assert code_of(open_one.read) == "bad-file"
+            open_one.close()
+            assert code_of(open_one.read) == "bad-file"
+
+        def fails(name: str) -> Lying:
+            raise cv2.error(name)
+
+        assert code_of(_Player(video, VirtualClock(), 0, fails).open) == "bad-file"
+
+
+@dataclass
+class Lying:
+    """A file in which there are no pictures."""
+
+    opens: bool = True
+    side: float = 64.0
+    error: Exception | None = None
+    released: int = 0
+
+    def isOpened(self) -> bool:
+        return self.opens
+
+    def read(self) -> tuple[bool, object]:
+        if self.error is not None:
+            raise self.error
+        return False, None
+
+    def set(self, propId: int, value: float) -> bool:
+        return propId < 0 < value
+
+    def get(self, propId: int) -> float:
+        return self.side if propId in (3, 4) else 0.0
+
+    def release(self) -> None:
+        self.released += 1
+
+
+def put(folder: Path, name: str, number: int) -> Path:
+    path = folder / name
+    assert cv2.imwrite(str(path), level(number))
+    return path
+
+
+class TestStills:
+    def shown(self, pile: _Pile, clock: VirtualClock, seconds: float) -> list[int]:
+        """Read for so long, and give the numbers in turn, without repetitions."""
+        numbers: list[int] = []
+        end = clock.now() + seconds
+        while clock.now() < end:
+            picture = pile.read()
+            assert picture is not None
+            if not numbers or numbers[-1] != number_of(picture):
+                numbers.append(number_of(picture))
+        return numbers
+
+    def test_names_in_their_order(self, tmp_path: Path) -> None:
+        for number, name in enumerate(("IMG_10.png", "img_9.PNG", "a.jpg", "b.txt", ".hidden.jpg")):
+            if name.endswith("txt"):
+                (tmp_path / name).write_text("no picture")
+            else:
+                put(tmp_path, name, number)
+        (tmp_path / "inside").mkdir()
+        assert stills_in(tmp_path) == ["a.jpg", "img_9.PNG", "IMG_10.png"]
+        assert stills_in(tmp_path / "missing") == []
+
+    def test_they_come_at_a_pace_and_around(self, tmp_path: Path) -> None:
+        for number in range(3):
+            put(tmp_path, f"{number}.png", number)
+        clock = VirtualClock()
+        pile = _Pile(tmp_path, clock, EVERY_S, 1000)
+        pile.open()
+        assert self.shown(pile, clock, 3.5 * EVERY_S) == [0, 1, 2, 0]
+
+    def test_by_steps(self, tmp_path: Path) -> None:
+        for number in range(4):
+            put(tmp_path, f"{number}.png", number)
+        clock = VirtualClock()
+        pile = _Pile(tmp_path, clock, None, 1000)
+        pile.open()
+        assert self.shown(pile, clock, 100.0) == [0]
+        pile.step(1)
+        assert self.shown(pile, clock, 1.0) == [1]
+        pile.step(-2)
+        assert self.shown(pile, clock, 1.0) == [3]
+        same = pile.read()
+        assert same is pile.read(), "the same picture is the same array"
+
+    def test_what_arrives_and_what_goes(self, tmp_path: Path) -> None:
+        for number in (0, 2, 4):
+            put(tmp_path, f"{number}.png", number)
+        clock = VirtualClock()
+        pile = _Pile(tmp_path, clock, None, 1000)
+        pile.open()
+        self.shown(pile, clock, 0.5)
+        put(tmp_path, "1.png", 1)
+        pile.step(1)
+        assert self.shown(pile, clock, 0.5) == [1]
+        (tmp_path / "1.png").unlink()
+        pile.step(1)
+        assert self.shown(pile, clock, 0.5) == [2]
+
+    def test_what_cannot_be_read_is_passed_over(self, tmp_path: Path) -> None:
+        put(tmp_path, "3.png", 3)
+        (tmp_path / "1.jpg").write_bytes(b"")
+        (tmp_path / "2.jpg").write_bytes(b"\xff\xd8\xff\xd9")
+        bomb = bytearray(put(tmp_path, "4.png", 4).read_bytes())
+        bomb[16:24] = (60_000).to_bytes(4) * 2
+        (tmp_path / "4.png").write_bytes(bomb)
+        clock = VirtualClock()
+        pile = _Pile(tmp_path, clock, EVERY_S, 1000)
+        pile.open()
+        assert self.shown(pile, clock, 3 * EVERY_S) == [3]
+        (tmp_path / "3.png").unlink()
+        clock.sleep(EVERY_S)
+        assert code_of(pile.read) == "bad-file"
+
+    def test_no_folder_and_an_empty_one(self, tmp_path: Path) -> None:
+        clock = VirtualClock()
+        assert code_of(_Pile(tmp_path, clock, 1.0, 1000).open) == "no-file"
+        missing = _Pile(tmp_path / "x", clock, 1.0, 1000)
+        with pytest.raises(WebcamError, match="is not there"):
+            missing.open()
+
+    def test_large_pictures_become_smaller(self, tmp_path: Path) -> None:
+        cv2.imwrite(str(tmp_path / "a.png"), np.full((300, 400, 3), 90, np.uint8))
+        pile = _Pile(tmp_path, VirtualClock(), 1.0, 100)
+        pile.open()
+        picture = pile.read()
+        assert picture is not None
+        assert picture.shape == (75, 100, 3)
+
+    def test_a_folder_that_goes_and_comes(self, tmp_path: Path) -> None:
+        folder = tmp_path / "walk"
+        folder.mkdir()
+        put(folder, "a.png", 1)
+        webcam = StillsFolder(folder, ScaledClock(10.0), every_s=0.5)
+        assert webcam.name == "walk"
+        assert webcam.fov_deg is None
+        webcam.open()
+        until(lambda: webcam.count > 2)
+        assert webcam.shown == "a.png"
+        assert webcam.error is None
+        folder.rename(tmp_path / "away")
+        until(lambda: (error := webcam.error) is not None and error.code == "no-file")
+        count = webcam.count
+        (tmp_path / "away").rename(folder)
+        webcam.step(1)
+        until(lambda: webcam.count > count)
+        webcam.close(PATIENCE_S)

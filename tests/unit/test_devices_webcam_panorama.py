@@ -1,0 +1,121 @@
+"""A webcam inside a panorama: it points where it is pointed, and shakes as much as it is told."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Final
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from app.core.turning.views import Lens, look
+from app.devices.clock import ScaledClock, VirtualClock
+from app.devices.webcam import PanoramaWebcam, WebcamError, WebcamState
+from app.devices.webcam.panorama_webcam import FPS, _Aim, _Scene
+from tests.helpers.demo_place import demo_panorama
+
+Bytes = NDArray[np.uint8]
+SIZE: Final = (320, 180)
+PATIENCE_S: Final = 15.0
+
+
+@pytest.fixture(scope="module")
+def panorama() -> Bytes:
+    return np.asarray(cv2.resize(demo_panorama(), (1024, 512)), np.uint8)
+
+
+def scene(panorama: Bytes | Path, shake: float = 0.0, noise: float = 0.0) -> _Scene:
+    made = _Scene(panorama, VirtualClock(), Lens(60.0, SIZE), shake, noise)
+    made.open()
+    return made
+
+
+def test_it_shows_the_view_it_is_pointed_at(panorama: Bytes) -> None:
+    made = scene(panorama)
+    made.aim = _Aim(75.0, 10.0)
+    picture = made.read()
+    assert picture is not None
+    np.testing.assert_array_equal(picture, look(panorama, 75.0, Lens(60.0, SIZE), 10.0))
+    assert made.read() is picture, "the same view is the same array"
+
+
+def test_headings_and_turns() -> None:
+    webcam = PanoramaWebcam(np.zeros((64, 128, 3), np.uint8), VirtualClock(), fov_deg=55.0)
+    assert webcam.fov_deg == 55.0
+    webcam.set_turn(455.0)
+    assert webcam.turn_deg == 95.0
+    assert webcam.heading_deg == -85.0
+    webcam.point(190.0, 100.0)
+    assert webcam.heading_deg == -170.0
+    assert webcam.pitch_deg == 80.0
+    quiet = PanoramaWebcam(np.zeros((64, 128, 3), np.uint8), VirtualClock(), tells_fov=False)
+    assert quiet.fov_deg is None
+
+
+def test_the_shake_is_as_large_as_it_is_told_to_be(panorama: Bytes) -> None:
+    made = scene(panorama, shake=1.5)
+    aims = []
+    for _ in range(400):
+        made._clock.sleep(0.171)
+        aims.append(made._swayed(_Aim(20.0, 0.0)))
+    across = np.array([aim.heading_deg for aim in aims]) - 20.0
+    up = np.array([aim.pitch_deg for aim in aims])
+    assert across.std() == pytest.approx(1.5, rel=0.2)
+    assert up.std() == pytest.approx(1.5, rel=0.2)
+    assert abs(np.corrcoef(across, up)[0, 1]) < 0.9
+    assert len({id(picture) for picture in [made.read() for _ in range(5)]}) > 2
+
+
+def test_noise_is_new_in_each_picture(panorama: Bytes) -> None:
+    made = scene(panorama, noise=6.0)
+    first, second = made.read(), made.read()
+    assert first is not None
+    assert second is not None
+    assert 5.0 < (first.astype(float) - second).std() < 10.0
+
+
+def test_it_keeps_its_pace(panorama: Bytes) -> None:
+    made = scene(panorama)
+    start = made._clock.now()
+    for _ in range(round(FPS)):
+        made.read()
+    assert made._clock.now() - start == pytest.approx(1.0)
+
+
+def test_a_file_unplugged_and_plugged_in() -> None:
+    from app.core.paths import resources
+
+    path = resources() / "demo" / "location" / "probe-1.exr"
+    webcam = PanoramaWebcam(path, ScaledClock(10.0), size=SIZE)
+    webcam.open()
+    frame = webcam.frames.get(PATIENCE_S)
+    assert frame is not None
+    assert frame.picture.shape == (180, 320, 3)
+    webcam.unplug()
+    end = time.monotonic() + PATIENCE_S
+    while webcam.state is WebcamState.LIVE:
+        assert time.monotonic() < end
+        time.sleep(0.005)
+    count = webcam.count
+    webcam.plug_in()
+    while webcam.count == count:
+        assert time.monotonic() < end
+        time.sleep(0.005)
+    webcam.close(PATIENCE_S)
+
+
+def test_what_is_no_panorama(tmp_path: Path) -> None:
+    (tmp_path / "x.exr").write_bytes(b"no picture")
+    for given in (tmp_path / "x.exr", tmp_path / "missing.exr", np.zeros((64, 64, 3), np.uint8)):
+        with pytest.raises(WebcamError) as caught:
+            scene(given)
+        assert caught.value.code == "bad-file"
+    unplugged = _Scene(np.zeros((64, 128, 3), np.uint8), VirtualClock(), Lens(60.0, SIZE), 0.0, 0.0)
+    unplugged.plugged = False
+    with pytest.raises(WebcamError, match="No webcam"):
+        unplugged.open()
+    with pytest.raises(WebcamError, match="went away"):
+        unplugged.read()

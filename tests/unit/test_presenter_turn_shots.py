@@ -1,0 +1,232 @@
+"""After the shot: what is dropped is sorted, judged by the turn, kept, listed, and taken back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from app.core.angles import wrap
+from app.core.errors import CoreError
+from app.core.places.shots import read_shots
+from app.core.turning.shot import Taken
+from app.core.turning.words import whole
+from app.ui.presenters import turn_shots
+from app.ui.presenters.desk import Desk
+from app.ui.presenters.turn_shots import DROP_WORDS
+from tests.helpers.photos import write_photo
+from tests.helpers.turn_rig import Rig
+
+PICTURE = np.full((300, 400, 3), 90, np.uint8)
+
+
+@pytest.fixture
+def place(tmp_path: Path) -> Path:
+    folder = tmp_path / "place"
+    folder.mkdir()
+    return folder
+
+
+@pytest.fixture
+def photo(tmp_path: Path) -> Path:
+    return write_photo(tmp_path / "IMG_1.jpg", PICTURE)
+
+
+@pytest.fixture
+def rig(monkeypatch: pytest.MonkeyPatch, place: Path) -> Rig:
+    made = Rig(monkeypatch)
+    made.model.update(place_folder=place)
+    made.start()
+    taken_at(monkeypatch, made.goal)
+    return made
+
+
+def taken_at(patch: pytest.MonkeyPatch, turn: float | None, sitter: float | None = 2.0) -> None:
+    """Let every photo be taken with the sitter turned so far from azimuth 0."""
+    taken = Taken("unsure")
+    if turn is not None:
+        taken = Taken("found", wrap(turn + 180.0), wrap(turn), sitter, 60.0, 0.93)
+    patch.setattr(turn_shots, "locate_photo", lambda *_: taken)
+
+
+def test_a_known_turn_in_a_sentence(
+    rig: Rig, photo: Path, place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert rig.presenter.drop_words == DROP_WORDS
+    assert rig.desk.photo_taker is not None
+    before = photo.read_bytes()
+    goal = whole(rig.goal)
+    taken_at(monkeypatch, goal - 3.0)
+    assert rig.desk.photo_taker([photo])
+    (row,) = rig.state.shots.rows
+    best = int(rig.model.result.match) if rig.model.result else -1
+    assert row.sentence.startswith(f"Taken at {goal - 3}°, in the light, 3° short of the best: ")
+    assert row.sentence.endswith(f" of best {best}")
+    assert (row.inside, row.icon, row.new, row.pictured) == (True, "check", True, True)
+    assert "21 Nov, 13:03, IMG_1.jpg, certain: 93 %" in row.detail
+    taken_at(monkeypatch, goal + 60.0)
+    rig.presenter.open_photos([write_photo(photo.with_name("IMG_2.jpg"), PICTURE[::-1])])
+    row = rig.state.shots.rows[0]
+    arc = rig.state.scale.arc_deg
+    assert arc is not None
+    outside = goal + 60 - whole(arc[1])
+    assert row.sentence.startswith(f"Taken at {goal + 60}°, {outside}° past the light: match ")
+    assert (row.inside, row.icon) == (False, "target")
+    assert photo.read_bytes() == before
+    assert [one.name for one in read_shots(place)[0]] == ["IMG_1.jpg", "IMG_2.jpg"]
+    assert rig.state.shots.busy == ""
+
+
+def test_the_marker_moves_the_number_and_not_the_truth(rig: Rig, photo: Path) -> None:
+    rig.presenter.open_photos([photo])
+    goal = whole(rig.goal)
+    assert rig.state.shots.rows[0].sentence.startswith(f"Taken at {goal}°, in the best light: ")
+    rig.model.update(front_deg=30.0)
+    assert rig.tick().shots.rows[0].sentence.startswith(f"Taken at {goal - 30}°, in the best")
+
+
+def test_nobody_seen_is_said(rig: Rig, photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    taken_at(monkeypatch, 20.0, None)
+    rig.presenter.open_photos([photo])
+    row = rig.state.shots.rows[0]
+    assert row.sentence.startswith("Taken at about 20°, ")
+    assert row.detail.endswith("no sitter seen: taken to be in the middle")
+
+
+def test_unsure_is_said_and_nothing_is_asked(
+    rig: Rig, photo: Path, place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    taken_at(monkeypatch, None)
+    rig.presenter.open_photos([photo])
+    (row,) = rig.state.shots.rows
+    assert row.sentence == "Its background was not found here, so its turn is not known"
+    assert (row.icon, row.inside) == ("help", False)
+    assert "%" not in row.detail
+    (kept,) = read_shots(place)[0]
+    assert (kept.found, kept.facing_deg, kept.match) == (False, None, None)
+    rig.notify.tell.assert_not_called()
+    rig.notify.tell_error.assert_not_called()
+
+
+def test_a_blank_room_is_unsure(rig: Rig, photo: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def blank(*_: object) -> None:
+        raise CoreError("There is nothing in this panorama.")
+
+    rig.presenter._sight.index = None
+    monkeypatch.setattr(turn_shots, "build_index", blank)
+    rig.presenter.open_photos([photo])
+    assert rig.state.shots.rows[0].icon == "help"
+
+
+def test_removed_undone_and_done_again(rig: Rig, photo: Path, place: Path) -> None:
+    rig.presenter.open_photos([photo, write_photo(photo.with_name("IMG_2.jpg"), PICTURE[::-1])])
+    names = [row.name for row in rig.state.shots.rows]
+    assert names == ["IMG_2.jpg", "IMG_1.jpg"]
+    rig.presenter.remove_shot(rig.state.shots.rows[1].key)
+    assert [row.name for row in rig.state.shots.rows] == ["IMG_2.jpg"]
+    assert [one.name for one in read_shots(place)[0]] == ["IMG_2.jpg"]
+    message, told = rig.notify.tell.call_args[0][0], rig.notify.tell.call_args[1]
+    assert message == "IMG_1.jpg removed from this place. Your own file is untouched."
+    assert photo.is_file()
+    rig.services.undo.undo()
+    assert [row.name for row in rig.state.shots.rows] == names
+    assert rig.state.shots.rows[1].pictured
+    rig.services.undo.redo()
+    assert len(read_shots(place)[0]) == 1
+    told["actions"][0][1]()
+    assert [row.name for row in rig.state.shots.rows] == names
+    assert len(read_shots(place)[0]) == 2
+
+
+def test_the_place_opened_again_has_them(
+    rig: Rig, photo: Path, place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig.presenter.open_photos([photo, write_photo(photo.with_name("IMG_2.jpg"), PICTURE[::-1])])
+    rig.presenter.remove_shot(rig.state.shots.rows[0].key)
+    sentence = rig.state.shots.rows[0].sentence
+    rig.model.update(place_folder=None)
+    assert rig.state.shots.rows == ()
+    rig.presenter.left()
+    assert rig.desk.photo_taker is None
+    again = Rig(monkeypatch)
+    again.model.update(place_folder=place)
+    again.start()
+    (row,) = again.state.shots.rows
+    assert (row.name, row.sentence, row.new, row.pictured) == ("IMG_1.jpg", sentence, False, True)
+    # Nobody can ask for the removed one any more.
+    assert [each.name for each in (place / "shots" / "originals").iterdir()] == ["IMG_1.jpg"]
+
+
+def test_a_panorama_is_opened_as_a_place(rig: Rig, photo: Path, tmp_path: Path) -> None:
+    wide = tmp_path / "R0010001.jpg"
+    assert cv2.imwrite(str(wide), np.zeros((512, 1024, 3), np.uint8))
+    assert rig.presenter._shots.take([wide])
+    rig.desk.open_as_place.assert_called_once_with((wide,))
+    rig.desk.open_as_place.reset_mock()
+    assert rig.presenter._shots.take([photo, wide])
+    rig.desk.open_as_place.assert_called_once_with((photo, wide))
+    assert rig.state.shots.rows == ()
+    for other in ("studio.exr", "notes.txt", "folder"):
+        assert not rig.presenter._shots.take([tmp_path / other])
+    assert not rig.presenter._shots.take([])
+    assert not rig.presenter._shots.take([photo] * 21)
+
+
+def test_without_a_place_or_a_goal_nothing_is_taken(rig: Rig, photo: Path) -> None:
+    rig.model.update(chosen=None, goal_deg=None)
+    assert not rig.presenter._shots.take([photo])
+    rig.presenter.open_photos([photo])
+    rig.desk.open_paths.assert_called_once_with([photo])
+    rig.model.update(place_folder=None)
+    assert not rig.presenter._shots.take([photo])
+
+
+def test_what_is_no_picture_is_told_and_nothing_is_kept(
+    rig: Rig, tmp_path: Path, place: Path
+) -> None:
+    bad = tmp_path / "bad.jpg"
+    bad.write_bytes(b"\xff\xd8\xff\xe0 cut off")
+    assert rig.presenter._shots.take([bad])
+    assert "damaged" in str(rig.notify.tell_error.call_args[0][0])
+    assert rig.state.shots.busy == ""
+    assert rig.state.shots.rows == ()
+    assert list(place.iterdir()) == []
+
+
+def test_a_place_left_meanwhile_keeps_its_photo(
+    rig: Rig, photo: Path, place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other = tmp_path / "other"
+    other.mkdir()
+
+    def slow(*_: object) -> Taken:
+        rig.model.update(place_folder=other)
+        return Taken("unsure")
+
+    monkeypatch.setattr(turn_shots, "locate_photo", slow)
+    rig.presenter.open_photos([photo])
+    assert rig.state.shots.rows == ()
+    assert len(read_shots(place)[0]) == 1
+    assert read_shots(other) == ((), ())
+
+
+def test_a_dropped_photo_goes_to_whoever_takes_photos(rig: Rig, photo: Path) -> None:
+    desk = Desk(rig.services)
+    given: list[object] = []
+    opened: list[object] = []
+    desk.open_as_place = opened.append  # type: ignore[method-assign, assignment]
+
+    def take(paths: Sequence[Path]) -> bool:
+        given.append(paths)
+        return paths[0] == photo
+
+    desk.photo_taker = take
+    desk.open_paths([photo])
+    assert (given, opened) == ([[photo]], [])
+    desk.open_paths([photo.with_suffix(".exr")])
+    desk.photo_taker = None
+    desk.open_paths([photo])
+    assert opened == [[photo.with_suffix(".exr")], [photo]]
