@@ -149,7 +149,8 @@ def _bake(
 ) -> dict[str, object]:
     from app.core.baking.bake import bake
     from app.core.baking.skin import find_skin
-    from app.core.pack import build_pack, pack_path, save_pack
+    from app.core.pack import pack_path, save_pack
+    from app.core.pack_build import build_pack
     from app.core.styles import load_styles
     from app.core.transport import load_transport, save_transport
 
