@@ -218,9 +218,8 @@ def _pairs(
     match_noise = _noise((apart[0] - apart[1]) * raw[1] / raw[0], match)
     own = np.stack([luminance(render(transport, rotate(light, k))) for k in range(TURNS)])
     own_curves = curves(np.stack([own, own]).astype(np.float64), weights, transport.face)
-    grey = luminance(light)
     chosen = {
-        objective: solve_all(pack, grey, objective=objective, epsilon=0.0, min_strength=0.0)
+        objective: solve_all(pack, light, objective=objective, epsilon=0.0, min_strength=0.0)
         for objective in ("paper", "picture")
     }
     rows: list[dict[str, Any]] = []

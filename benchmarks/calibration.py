@@ -16,7 +16,6 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from app.core.colour import luminance  # noqa: E402
 from app.core.environment import Environment, read_environment, reduce  # noqa: E402
 from app.core.files import atomic_write, atomic_write_text  # noqa: E402
 from app.core.images import write_png  # noqa: E402
@@ -40,7 +39,7 @@ def solve_scenes(scenes: Path) -> dict[str, tuple[Environment, tuple[StyleResult
         environment = read_environment(file)
         solved[file.stem.removesuffix("_1k")] = (
             environment,
-            solve_all(pack, luminance(reduce(environment))),
+            solve_all(pack, reduce(environment)),
         )
     return solved
 

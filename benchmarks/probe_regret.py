@@ -66,8 +66,8 @@ def try_scene(path: Path, kind: str, pack: StylePack, folder: Path) -> dict[str,
     place.mkdir()
     write_bracket(place, light, THETA_V, [shot.exposure for shot in wanted.shots], seed=1)
     probe = measure([place], pack, Wishes(sun=word))
-    true = luminance(reduce_radiance(light, pack.header.environment))
-    held = luminance(reduce_radiance(probe.merged.radiance, pack.header.environment))
+    true = reduce_radiance(light, pack.header.environment)
+    held = reduce_radiance(probe.merged.radiance, pack.header.environment)
     remaining = still_clipped(probe.finished.lights, light_grid(probe.merged))
     row: dict[str, Any] = {
         "scene": path.stem,

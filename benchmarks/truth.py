@@ -39,7 +39,8 @@ SHAPE = (32, 64)
 # Azimuth (to the sitter's left) and elevation of the lamps, in degrees.
 LAMPS = ((0, 0), (0, 45), (45, 45), (90, 10), (135, 20), (-60, 0), (0, -45), (-120, 30))
 RADIUS_DEG = 15.0
-# Paths find a lamp by chance, so its pictures need more of them than those of a whole place.
+# Paths find a lamp by chance alone (`stock_picture`), so its pictures need more of them than those
+# of a whole place.
 LAMP_FACTOR = 4
 
 
@@ -104,12 +105,15 @@ def against_stock(
     lights |= {f"lamp {a} {e}": lamp_light(a, e) for a, e in LAMPS}
     rows = []
     for name, light in lights.items():
-        count = paths * (LAMP_FACTOR if name.startswith("lamp") else 1)
+        lamp = name.startswith("lamp")
+        count = paths * (LAMP_FACTOR if lamp else 1)
+        picture = partial(
+            stock_picture, head, camera, "medium", light, count, sample_light=not lamp
+        )
+        # The name says how it was rendered: pictures with Mitsuba's own roulette are too dark.
+        how = "by chance" if lamp else "late roulette"
         one, two = (
-            kept(
-                work / f"{name} {count} {seed}.npy",
-                partial(stock_picture, head, camera, "medium", light, count, seed),
-            )
+            kept(work / f"{name} {count} {how} {seed}.npy", partial(picture, seed=seed))
             .reshape(-1, 3)[transport.pixels][whole]
             .astype(np.float64)
             for seed in range(2)

@@ -38,7 +38,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help="compute the light transport of a head",
         description="Compute how light from every direction falls on a head, and the studio "
         "pictures of all styles on it. A bake that was stopped goes on where it was. Writes "
-        "T.npz and, beside it, T.styles.npz.",
+        "T.npz and, beside it, T.styles.npz and T.shape.npz.",
     )
     parser.add_argument("-o", "--output", metavar="T.npz", type=Path, help="file to write")
     parser.add_argument(
@@ -149,7 +149,9 @@ def _bake(
 ) -> dict[str, object]:
     from app.core.baking.bake import bake
     from app.core.baking.skin import find_skin
-    from app.core.pack import build_pack, pack_path, save_pack
+    from app.core.head_shape import save_shape, shape_path
+    from app.core.pack import pack_path, save_pack
+    from app.core.pack_build import build_pack
     from app.core.styles import load_styles
     from app.core.transport import load_transport, save_transport
 
@@ -171,10 +173,12 @@ def _bake(
     save_transport(args.output, baked.transport)
     transport = load_transport(args.output)
     save_pack(pack_path(args.output), build_pack(transport, styles, baked.targets))
+    save_shape(shape_path(args.output), baked.shape)
     header = transport.header
     return {
         "transport": str(args.output),
         "styles": str(pack_path(args.output)),
+        "shape": str(shape_path(args.output)),
         "seconds": round(time.monotonic() - started, 1),
         "noise": None if header.noise != header.noise else round(header.noise, 4),
         "truncation": round(header.truncation, 4),

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Final
 from app.commands.probe_words import PARTS, frame_rows, lamp_rows, probe_facts
 from app.commands.reaching import find_camera, given_password, keep, kept_password
 from app.commands.stopping import stopping
-from app.core.colour import luminance
 from app.core.environment import reduce
 from app.core.errors import CoreError
 from app.core.pack import load_named_pack
@@ -194,7 +193,7 @@ def rough_words(rough: Rough, pack: StylePack) -> str:
         Head and styles.
     """
     light = reduce(rough.environment("small pictures"), pack.header.environment)
-    results = [each for each in solve_all(pack, luminance(light)) if each.attainable]
+    results = [each for each in solve_all(pack, light) if each.attainable]
     best = sorted(results, key=lambda each: -each.match)[:_ROUGH_STYLES]
     answer = ", ".join(_turn_words(each) for each in best) or "no style can be reached here"
     return f"A rough first answer: {answer}."

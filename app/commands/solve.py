@@ -10,7 +10,6 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.core.colour import FloatImage, luminance
 from app.core.environment import Environment, read_environment, reduce, reduce_radiance
 from app.core.files import atomic_write, check_target
 from app.core.images import write_png
@@ -22,6 +21,7 @@ from app.core.transport import render, to_image
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.colour import FloatImage
     from app.core.pack import StylePack
     from app.core.transport import Transport
 
@@ -113,9 +113,7 @@ def run(args: argparse.Namespace) -> int:
     for warning in environment.warnings:
         print(warning, file=sys.stderr)
     radiance = reduce(environment, pack.header.environment)
-    results = solve_all(
-        pack, luminance(radiance), args.objective, styles=names, front_deg=args.front
-    )
+    results = solve_all(pack, radiance, args.objective, styles=names, front_deg=args.front)
     if args.sheet:
         _write_sheet(Path(args.sheet), pack, results, environment, args)
     seconds = time.perf_counter() - start

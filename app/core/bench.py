@@ -159,31 +159,32 @@ def _cases(transport: Transport, pack: StylePack) -> list[_Case]:
 def _search_cases(transport: Transport, pack: StylePack) -> Iterator[_Case]:
     light = _environment(pack.header.environment).mean(axis=2)
     tables, targets = pack.tables, pack.preintegrated
+    seen = pack.seen(light)
     pixels = transport.pixels[transport.face]
     size = pack.header.picture**2
     weights = np.asarray(transport.header.luminance_weights, np.float32)
     flat = pack.targets.reshape(len(pack.styles), size, 3).astype(np.float32)
     pictures = (flat @ weights)[:, pixels]
     full = transport.luminance_basis[transport.face] @ transport.texel_basis
-    small, out = light.nbytes, 8 * TURNS * len(pack.styles)
+    out = 8 * TURNS * len(pack.styles)
     yield _Case(
         "solve.quality",
-        lambda: quality_curves(tables, light),
+        lambda: quality_curves(tables, seen),
         lambda: _plain_quality(targets, light),
-        tables.targets.nbytes + small + out,
+        tables.targets.nbytes + seen.nbytes + out,
         "per style and turn: roll, dot",
     )
-    touched = tables.targets.nbytes + tables.basis.nbytes + small + 3 * out
+    touched = tables.targets.nbytes + tables.basis.nbytes + seen.nbytes + 3 * out
     yield _Case(
         "solve.match",
-        lambda: match_and_strength(pack, curves(tables, light)),
+        lambda: match_and_strength(pack, curves(tables, seen)),
         lambda: _plain_match(full, pictures, light),
         touched,
         "64 products T @ L, np.corrcoef",
     )
     yield _Case(
         "solve.match.product",
-        lambda: match_and_strength(pack, curves(tables, light)),
+        lambda: match_and_strength(pack, curves(tables, seen)),
         lambda: _product_match(full, pictures, light),
         touched,
         "one product T @ L for 64 turns",
@@ -232,7 +233,7 @@ class _Painter:
         luminance = radiance @ np.asarray(transport.header.luminance_weights, np.float32)
         picture = render(transport, luminance)
         start = from_weights(transport, target_weights(picture, transport.face))
-        table = light_table(transport, luminance, radiance)
+        table = light_table(transport, radiance, pictures=True)
         self.session = PaintSession(transport, start, table)
         self._size = canvas_size(transport)
         self._segments = 0

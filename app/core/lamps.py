@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.styles import mirror
-from app.core.transport import preintegrate, render
+from app.core.transport import render
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.search_light import SearchColours
     from app.core.styles import Style, StyleLamp
     from app.core.transport import Transport
 
@@ -39,9 +40,9 @@ class LampMaps:
 
     Attributes
     ----------
-    maps : (K, H, W) float32
-        Times an environment: how much brighter the lamp's part of the face is than the part
-        that the style leaves dark.
+    maps : (K, Q, W) float32
+        Times light as the search sees it: how much brighter the lamp's part of the face is than
+        the part that the style leaves dark.
     style : (K,) int32
         Position of the style that each lamp belongs to.
     ratio : (K,) float64
@@ -86,7 +87,11 @@ def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
 
 
 def split_lamps(
-    transport: Transport, styles: Sequence[Style], luminance: Float64, weights: Float64
+    transport: Transport,
+    colours: SearchColours,
+    styles: Sequence[Style],
+    luminance: Float64,
+    weights: Float64,
 ) -> LampMaps:
     """Make the maps for all styles with several lamps.
 
@@ -94,6 +99,8 @@ def split_lamps(
     ----------
     transport : Transport
         Of the head.
+    colours : SearchColours
+        Of the same head.
     styles : sequence of Style
         S styles.
     luminance, weights : (S, P) float64
@@ -114,12 +121,12 @@ def split_lamps(
         # A target that does not show its own lamps gives nothing to measure by.
         if (shares > 0).all():
             found += [
-                _Part(row, lamp, preintegrate(transport, part), float(share))
+                _Part(row, lamp, colours.integrate(part), float(share))
                 for lamp, part, share in zip(lamps, parts, shares, strict=True)
             ]
     if transport.header.symmetric:
         found = _mirror_exact(styles, found)
-    empty = np.zeros((0, *transport.environment_shape), np.float32)
+    empty = np.zeros((0, colours.rows, transport.environment_shape[1]), np.float32)
     return LampMaps(
         maps=np.stack([part.map for part in found]) if found else empty,
         style=np.array([part.style for part in found], np.int32),

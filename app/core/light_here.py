@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core import colour
 from app.core.environment import SHAPE, Environment, reduce_radiance
 from app.core.probe.display import display_panorama
 from app.core.transport import render, to_image
@@ -37,15 +36,15 @@ class LightHere:
         As measured, linear Rec. 709; column u at azimuth 360 (u - 0.5) deg of the file.
     fine : NDArray[np.float32], (32, 512, 3)
         Radiance averaged over the rows of the search, its columns fine enough for any turn.
-    luminance : NDArray[np.float32], (32, 64)
-        What is searched: at turn 0 with the photographer at azimuth 0.
+    searched : NDArray[np.float32], (32, 64, 3)
+        What is searched, linear Rec. 709 radiance: at turn 0 with the photographer at azimuth 0.
     display : NDArray[np.uint8], (1024, 2048, 3)
         sRGB picture of the panorama, exposed for looking at it.
     """
 
     environment: Environment
     fine: FloatImage = field(repr=False)
-    luminance: FloatImage = field(repr=False)
+    searched: FloatImage = field(repr=False)
     display: Bytes = field(repr=False)
 
     @property
@@ -70,12 +69,12 @@ def prepare(environment: Environment) -> LightHere:
     radiance = environment.radiance
     rows, columns = SHAPE
     fine = reduce_radiance(radiance, (rows, max(_FINE_COLUMNS, columns)))
-    luminance = colour.luminance(reduce_radiance(radiance, SHAPE))
+    searched = reduce_radiance(radiance, SHAPE)
     width = min(_SHOWN_COLUMNS, max(radiance.shape[1], columns))
     display = display_panorama(radiance, width=width)
-    for array in (fine, luminance, display):
+    for array in (fine, searched, display):
         array.setflags(write=False)
-    return LightHere(environment, fine, luminance, display)
+    return LightHere(environment, fine, searched, display)
 
 
 def turned(light: LightHere, turn_deg: float, shape: tuple[int, int] = SHAPE) -> FloatImage:

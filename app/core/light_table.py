@@ -12,18 +12,21 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core import colour
 from app.core.angles import TURNS, wrap
 from app.core.errors import EnvironmentFileError
 from app.core.reasons import LightMap
+from app.core.search_light import luminance_of
 
 if TYPE_CHECKING:
     from app.core.transport import Transport
     from app.core.weights import PaintedWeights
 
 __all__ = [
+    "CountedLight",
     "LightTable",
     "PaintedCurves",
-    "contrast_of",
+    "counted_light",
     "light_table",
     "normalised",
     "painted_curves",
@@ -48,11 +51,11 @@ class LightTable:
         The environment, mean 1.
     scale : float
         What it was divided by.
-    response : (R, 64) float64
-        Texel basis times the environment at turn 5.625 k deg.
     moments : (F, 128) float64
         Luminance of the F face pixels at the 64 turns, less its mean over the face per turn,
         then the squares of the same. Exposure-free.
+    brightness : (64,) float64
+        That mean.
     pictures : (64, P, 3) float32 or None
         Linear Rec. 709 pictures on the head's pixels, in the unit of the environment.
     """
@@ -60,8 +63,8 @@ class LightTable:
     transport: Transport = field(repr=False)
     light: LightMap = field(repr=False)
     scale: float
-    response: Float64 = field(repr=False)
     moments: Float64 = field(repr=False)
+    brightness: Float64 = field(repr=False)
     pictures: Float32 | None = field(repr=False)
 
 
@@ -87,20 +90,35 @@ class PaintedCurves:
     studio: float
 
 
-def normalised(luminance: Floats, shape: tuple[int, int]) -> tuple[Float64, float]:
-    """Divide an environment by its mean, so that numbers do not depend on its exposure.
+@dataclass(frozen=True, slots=True, eq=False)
+class CountedLight:
+    """Light on the pixels that count, whatever is asked of them; exposure-free.
+
+    Attributes
+    ----------
+    mean, contrast : (64,) float64
+        Mean luminance of those pixels, and norm of their luminance minus that mean, at turn
+        5.625 k deg.
+    """
+
+    mean: Float64
+    contrast: Float64
+
+
+def normalised(light: Floats, shape: tuple[int, int]) -> tuple[Float64, float]:
+    """Divide an environment by its mean luminance, so that numbers do not depend on its exposure.
 
     Parameters
     ----------
-    luminance : (H, W) float
-        Linear luminance, any exposure.
+    light : (H, W, 3) or (H, W) float
+        Linear Rec. 709 radiance, or luminance; any exposure.
     shape : tuple of int
         Rows and columns that the head takes.
 
     Returns
     -------
-    (H, W) float64
-        The environment with mean 1.
+    (H, W, 3) or (H, W) float64
+        The environment with mean luminance 1.
     float
         What it was divided by.
 
@@ -109,33 +127,32 @@ def normalised(luminance: Floats, shape: tuple[int, int]) -> tuple[Float64, floa
     EnvironmentFileError
         If the environment is black, not finite or has another size.
     """
-    if luminance.shape != shape:
+    if light.shape not in (shape, (*shape, 3)):
         raise EnvironmentFileError(
-            f"The environment has {luminance.shape} texels, the head takes {shape}."
+            f"The environment has {light.shape} texels, the head takes {shape}."
         )
-    light = np.asarray(luminance, np.float64)
+    values = np.asarray(light, np.float64)
     # The largest value first: sums of very large or small values may leave the number range.
-    peak = float(light.max())
-    if not np.isfinite(light).all() or peak <= 0:
+    peak = float(values.max())
+    if not np.isfinite(values).all() or peak <= 0:
         raise EnvironmentFileError("The environment is black: there is no light to turn toward.")
-    light = light / peak
-    mean = float(light.mean())
-    return light / mean, mean * peak
+    values = values / peak
+    mean = float(luminance_of(values).mean())
+    return values / mean, mean * peak
 
 
-def light_table(
-    transport: Transport, luminance: Floats, radiance: Floats | None = None
-) -> LightTable:
+def light_table(transport: Transport, light: Floats, *, pictures: bool = False) -> LightTable:
     """Prepare a place's light for painting on a head.
 
     Parameters
     ----------
     transport : Transport
         Of the head.
-    luminance : (H, W) float
-        Environment at turn 0 in the transport's size, linear luminance, any exposure.
-    radiance : (H, W, 3) float, optional
-        The same in linear Rec. 709, for pictures; without it there are none.
+    light : (H, W, 3) or (H, W) float
+        Environment at turn 0 in the transport's size, linear Rec. 709 radiance, or luminance of
+        light that counts as grey; any exposure.
+    pictures : bool, optional
+        Whether to keep pictures, for which the light must have colours.
 
     Returns
     -------
@@ -144,57 +161,64 @@ def light_table(
     Raises
     ------
     EnvironmentFileError
-        If the environment is black, not finite or has another size.
+        If the environment is black, not finite or has another size, or pictures are wanted of
+        one without colours.
     """
     shape = transport.environment_shape
-    light, scale = normalised(luminance, shape)
-    if radiance is not None and (radiance.shape != (*shape, 3) or not np.isfinite(radiance).all()):
-        raise EnvironmentFileError("The environment in colour does not fit the head.")
+    values, scale = normalised(light, shape)
+    if pictures and values.ndim == 2:
+        raise EnvironmentFileError("There are no pictures of light without colours.")
     texels = transport.texel_basis.reshape(-1, *shape).astype(np.float64)
     # (frequency, rank, row): one product per azimuth frequency.
     basis = np.ascontiguousarray(np.fft.rfft(texels, axis=2).transpose(2, 0, 1)).conj()
-    response = _at_all_turns(basis, light)
-    faces = transport.luminance_basis[transport.face].astype(np.float64) @ response
-    faces -= faces.mean(axis=0)
-    pictures = None if radiance is None else _pictures(transport, basis, radiance)
-    light_map = LightMap(light)
+    if values.ndim == 2:
+        kept = None
+        luminance = transport.luminance_basis @ _at_all_turns(basis, values).astype(np.float32)
+    else:
+        kept = _pictures(transport, basis, values)
+        luminance = colour.luminance(kept).T
+    faces = luminance[transport.face].astype(np.float64)
+    brightness = faces.mean(axis=0)
+    faces -= brightness
+    light_map = LightMap(luminance_of(values))
     # Worked out here, once, and not at the first stroke.
     _ = light_map.is_even
     return LightTable(
         transport=transport,
         light=light_map,
         scale=scale,
-        response=response,
         moments=np.concatenate([faces, faces * faces], axis=1),
-        pictures=pictures,
+        brightness=brightness,
+        pictures=_shown(kept, scale) if pictures and kept is not None else None,
     )
 
 
-def contrast_of(table: LightTable, active: Mask) -> Float64:
-    """Contrast at all turns of the pixels that count.
+def counted_light(table: LightTable, active: Mask) -> CountedLight:
+    """Light at all turns on the pixels that count.
 
     Parameters
     ----------
     table : LightTable
+        Of the place and the head.
     active : (P,) bool
         Face pixels that count.
 
     Returns
     -------
-    (64,) float64
-        Norm of the picture's luminance minus its mean over those pixels, exposure-free.
+    CountedLight
+        All 0 where no pixel counts.
     """
     counted = active[table.transport.face].astype(np.float64)
     count = float(counted.sum())
     if count == 0:
-        return np.zeros(TURNS)
+        return CountedLight(np.zeros(TURNS), np.zeros(TURNS))
     sums = counted @ table.moments
     squared: Float64 = sums[TURNS:] - sums[:TURNS] ** 2 / count
-    return np.sqrt(np.maximum(squared, 0.0))
+    return CountedLight(table.brightness + sums[:TURNS] / count, np.sqrt(np.maximum(squared, 0.0)))
 
 
 def painted_curves(
-    table: LightTable, weights: PaintedWeights, contrast: Float64 | None = None
+    table: LightTable, weights: PaintedWeights, counted: CountedLight | None = None
 ) -> PaintedCurves:
     """Quality, mean and contrast of painted weights at all turns (eq. 5).
 
@@ -204,27 +228,27 @@ def painted_curves(
         Of the place and the head that was painted on.
     weights : PaintedWeights
         What was painted.
-    contrast : (64,) float64, optional
-        From `contrast_of` for the same active pixels, where it is known already.
+    counted : CountedLight, optional
+        From `counted_light` for the same active pixels, where it is known already.
 
     Returns
     -------
     PaintedCurves
     """
     transport = table.transport
-    count = max(weights.count, 1)
-    both = np.stack([weights.coefficients, weights.ones_in_basis / count])
-    quality, mean = both @ table.response
+    light = counted_light(table, weights.active) if counted is None else counted
     norm = _norm(weights)
     # What is left of weights that are the same everywhere is rounding, and asks for nothing.
-    quality = quality if norm > 0 else np.zeros(TURNS)
+    asked = weights.weights[transport.face]
+    quality = asked @ table.moments[:, :TURNS] if norm > 0 else np.zeros(TURNS)
+    both = np.stack([weights.coefficients, weights.ones_in_basis / max(weights.count, 1)])
     target, average = (both.astype(np.float32) @ transport.texel_basis).astype(np.float64)
     glow = np.maximum(target, 0.0)
     lit = float((average * glow).sum())
     return PaintedCurves(
         quality=quality,
-        mean=mean,
-        contrast=contrast_of(table, weights.active) if contrast is None else contrast,
+        mean=light.mean,
+        contrast=light.contrast,
         norm=norm,
         studio=float((target * glow).sum()) / lit if norm > 0 and lit > 1e-30 else 0.0,
     )
@@ -239,7 +263,7 @@ def table_picture(table: LightTable, turn_deg: float) -> Float32:
     Parameters
     ----------
     table : LightTable
-        Made with `radiance`.
+        Made with pictures.
     turn_deg : float
         Azimuth in the panorama that the sitter faces, deg.
 
@@ -251,7 +275,7 @@ def table_picture(table: LightTable, turn_deg: float) -> Float32:
     Raises
     ------
     ValueError
-        If the table was made without colours.
+        If the table was made without pictures.
     """
     if table.pictures is None:
         raise ValueError("the table has no pictures")
@@ -280,14 +304,19 @@ def _at_all_turns(basis: NDArray[np.complex128], light: Float64) -> Float64:
     return response
 
 
+def _shown(pictures: Float32, scale: float) -> Float32:
+    """Pictures in the environment's unit; band-limited turns may dip a little below black."""
+    shown: Float32 = np.maximum(pictures, 0.0) * np.float32(scale)
+    return shown
+
+
 def _pictures(transport: Transport, basis: NDArray[np.complex128], radiance: Floats) -> Float32:
     pictures = np.empty((TURNS, len(transport.pixels), 3), np.float32)
     for channel in range(3):
         light = np.asarray(radiance[:, :, channel], np.float64)
         response = _at_all_turns(basis, light).astype(np.float32)
         pictures[:, :, channel] = (transport.pixel_basis[channel] @ response).T
-    # Band-limited turns and the low rank may dip a little below black.
-    return np.maximum(pictures, 0.0, out=pictures)
+    return pictures
 
 
 def _norm(weights: PaintedWeights) -> float:

@@ -19,22 +19,19 @@ from numpy.typing import NDArray
 from app.core.archive import digest, read_arrays
 from app.core.errors import StyleError, TransportError
 from app.core.files import atomic_write
-from app.core.lamps import mirror_index, split_lamps
 from app.core.paths import resources
 from app.core.search import SearchTables, build_tables
-from app.core.search_basis import build_basis
+from app.core.search_light import seen_light
 from app.core.styles import Style, StyleLamp
-from app.core.transport import Transport, load_named, preintegrate, to_image
-from app.core.weights import target_weights
+from app.core.transport import Transport, load_named
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
 __all__ = [
     "PACK_VERSION",
     "PackHeader",
     "StylePack",
-    "build_pack",
     "load_named_pack",
     "load_pack",
     "load_transport_of",
@@ -43,7 +40,7 @@ __all__ = [
     "save_pack",
 ]
 
-PACK_VERSION: Final = 1
+PACK_VERSION: Final = 2
 _ENDING: Final = ".styles.npz"
 _MAX_STYLES: Final = 512
 _AGAIN: Final = "Reinstall Turnlight, or bake it again with 'turnlight bake'."
@@ -98,19 +95,21 @@ class StylePack:
         Linear Rec. 709 target pictures under the styles' own lamps, largest value 1.
     coverage : (N, N) float16
         Share of each pixel that the head covers.
-    preintegrated : (S, H, W) float32
-        F of eq. 3, panorama coordinates at turn 0.
+    mixing, mixtures : (2, 3), (K, H) float64
+        How the search takes colours, see `app.core.search_light.SearchColours`.
+    target_rows : (S, Q, W) float32
+        F of eq. 3, panorama coordinates at turn 0, for light as the search sees it.
     weight_norm : (S,) float64
         Norm of the weights f over the face.
-    mean : (H, W) float32
+    mean_rows : (Q, W) float32
         Pre-integrated mean luminance of the face.
-    basis_even, basis_odd : (E, H, W / 2), (O, H, W / 2) float32
+    basis_even, basis_odd : (E, Q, W / 2), (O, Q, W / 2) float32
         Search basis for the face's contrast.
     studio_ratio : (S,) float64
         C / mean of the face in the target picture itself: the denominator of strength.
     painted_ratio : (S,) float64
         The same under the environment max(F, 0), as painted weights use it.
-    lamp_maps : (K, H, W) float32
+    lamp_rows : (K, Q, W) float32
         Maps of the single lamps of styles that have several, see `app.core.lamps`.
     lamp_style : (K,) int32
         Position of the style that each belongs to.
@@ -122,14 +121,16 @@ class StylePack:
     styles: tuple[Style, ...]
     targets: Float16
     coverage: Float16
-    preintegrated: Float32
+    mixing: Float64
+    mixtures: Float64
+    target_rows: Float32
     weight_norm: Float64
-    mean: Float32
+    mean_rows: Float32
     basis_even: Float32
     basis_odd: Float32
     studio_ratio: Float64
     painted_ratio: Float64
-    lamp_maps: Float32
+    lamp_rows: Float32
     lamp_style: NDArray[np.int32]
     lamp_ratio: Float64
 
@@ -137,13 +138,38 @@ class StylePack:
     def tables(self) -> SearchTables:
         """The pack's targets and basis, transformed for the search."""
         return build_tables(
-            self.preintegrated,
-            self.mean,
+            self.target_rows,
+            self.mean_rows,
             self.basis_even,
             self.basis_odd,
             paired=self.header.paired,
-            lamps=self.lamp_maps,
+            lamps=self.lamp_rows,
         )
+
+    @property
+    def preintegrated(self) -> Float32:
+        """(S, H, W) float32: F of eq. 3, panorama coordinates at turn 0, for grey light."""
+        return self.target_rows[:, : self.header.environment[0]]
+
+    @property
+    def mean(self) -> Float32:
+        """(H, W) float32: the pre-integrated mean luminance of the face, for grey light."""
+        return self.mean_rows[: self.header.environment[0]]
+
+    def seen(self, light: NDArray[np.floating[Any]]) -> Float64:
+        """Make of an environment what the search looks through.
+
+        Parameters
+        ----------
+        light : (H, W, 3) or (H, W) float
+            Linear Rec. 709 radiance at turn 0, or the luminance of grey light.
+
+        Returns
+        -------
+        (Q, W) float64
+            For `app.core.search.curves`, in the unit of `light`.
+        """
+        return seen_light(light, self.mixing, self.mixtures)
 
     def index(self, name: str) -> int:
         """Return the position of a style.
@@ -162,111 +188,6 @@ class StylePack:
         """Return the (N, N, 3) float32 linear Rec. 709 target picture of a style, largest 1."""
         picture: Float32 = self.targets[self.index(name)].astype(np.float32)
         return picture
-
-
-def build_pack(
-    transport: Transport, styles: Sequence[Style], targets: NDArray[np.floating[Any]]
-) -> StylePack:
-    """Pre-integrate styles against a transport (eqs. 6 and 3).
-
-    On a symmetric head a style and its mirror image are made exact mirrors of each other, and a
-    style that is its own mirror image exactly even.
-
-    Parameters
-    ----------
-    transport : Transport
-        Of the head.
-    styles : sequence of Style
-        S styles.
-    targets : (S, P, 3) float
-        Their target pictures on the head's pixels, linear Rec. 709, any scale per style.
-
-    Returns
-    -------
-    StylePack
-
-    Raises
-    ------
-    StyleError
-        If a target picture asks for nothing, or does not fit the head.
-    """
-    if targets.shape != (len(styles), len(transport.pixels), 3) or not len(styles):
-        raise StyleError("The target pictures do not fit this head and these styles.")
-    if transport.header.symmetric:
-        targets = _mirror_pictures(transport, styles, targets)
-    luminance = targets.astype(np.float64) @ np.asarray(transport.header.luminance_weights)
-    face = transport.face
-    weights = np.stack([target_weights(picture, face) for picture in luminance])
-    studio = (weights * luminance).sum(axis=1) / luminance[:, face].mean(axis=1)
-    preintegrated = np.stack([preintegrate(transport, f) for f in weights])
-    mean = preintegrate(transport, face / np.count_nonzero(face))
-    if transport.header.symmetric:
-        preintegrated = _mirror_exact(styles, preintegrated)
-        mean = 0.5 * (mean + mean[:, ::-1])
-    basis = build_basis(transport, weights)
-    lamps = split_lamps(transport, styles, luminance, weights)
-    header = PackHeader(
-        head=transport.header.head,
-        skin=transport.header.skin,
-        environment=transport.environment_shape,
-        picture=transport.size,
-        transport_sha256=transport.digest,
-        basis_error=basis.error,
-        paired=basis.paired,
-    )
-    scaled = [picture / max(float(picture.max()), 1e-30) for picture in targets]
-    return StylePack(
-        header=header,
-        styles=tuple(styles),
-        targets=np.stack([to_image(transport, p) for p in scaled]).astype(np.float16),
-        coverage=to_image(transport, transport.coverage).astype(np.float16),
-        preintegrated=preintegrated,
-        weight_norm=np.linalg.norm(weights, axis=1),
-        mean=np.ascontiguousarray(mean),
-        basis_even=basis.even,
-        basis_odd=basis.odd,
-        studio_ratio=studio,
-        painted_ratio=_painted_ratio(preintegrated, mean),
-        lamp_maps=lamps.maps,
-        lamp_style=lamps.style,
-        lamp_ratio=lamps.ratio,
-    )
-
-
-def _painted_ratio(preintegrated: Float32, mean: Float32) -> Float64:
-    """C / mean of the face under the environment max(F, 0), per target."""
-    light = np.maximum(preintegrated, 0).astype(np.float64)
-    quality = (preintegrated * light).sum(axis=(1, 2))
-    result: Float64 = quality / np.maximum((mean * light).sum(axis=(1, 2)), 1e-30)
-    return result
-
-
-def _mirror_pictures(
-    transport: Transport, styles: Sequence[Style], targets: NDArray[np.floating[Any]]
-) -> NDArray[np.floating[Any]]:
-    """Average every target picture with the mirror image of its mirrored style's."""
-    size = transport.size
-    place = np.full(size * size, -1)
-    place[transport.pixels] = np.arange(len(transport.pixels))
-    flipped = place.reshape(size, size)[:, ::-1].ravel()[transport.pixels]
-    if (flipped < 0).any():
-        return targets
-    exact = np.array(targets)
-    for here, style in enumerate(styles):
-        there = mirror_index(styles, style)
-        if there is not None:
-            exact[here] = 0.5 * (targets[here] + targets[there][flipped])
-    return exact
-
-
-def _mirror_exact(styles: Sequence[Style], preintegrated: Float32) -> Float32:
-    """Take what rounding has left off mirror symmetry."""
-    exact = preintegrated.copy()
-    for here, style in enumerate(styles):
-        there = mirror_index(styles, style)
-        if there is not None:
-            exact[here] = 0.5 * (preintegrated[here] + preintegrated[there][:, ::-1])
-    return exact
 
 
 def pack_names() -> tuple[str, ...]:
@@ -373,19 +294,21 @@ def load_pack(path: Path) -> StylePack:
     return StylePack(header=header, styles=styles, **{name: arrays[name] for name in _SHAPES})
 
 
-# Array names with their types and shapes: S styles, N picture, H and W environment, K lamp maps,
-# h half of W, * any.
+# Array names with their types and shapes: S styles, N picture, H and W environment, C rows for
+# its colours, Q both, K lamp maps, h half of W, * any.
 _SHAPES: Final[Mapping[str, tuple[str, str]]] = {
     "targets": ("f2", "SNN3"),
     "coverage": ("f2", "NN"),
-    "preintegrated": ("f4", "SHW"),
+    "mixing": ("f8", "23"),
+    "mixtures": ("f8", "CH"),
+    "target_rows": ("f4", "SQW"),
     "weight_norm": ("f8", "S"),
-    "mean": ("f4", "HW"),
-    "basis_even": ("f4", "*Hh"),
-    "basis_odd": ("f4", "*Hh"),
+    "mean_rows": ("f4", "QW"),
+    "basis_even": ("f4", "*Qh"),
+    "basis_odd": ("f4", "*Qh"),
     "studio_ratio": ("f8", "S"),
     "painted_ratio": ("f8", "S"),
-    "lamp_maps": ("f4", "KHW"),
+    "lamp_rows": ("f4", "KQW"),
     "lamp_style": ("i4", "K"),
     "lamp_ratio": ("f8", "K"),
 }
@@ -394,8 +317,17 @@ _SHAPES: Final[Mapping[str, tuple[str, str]]] = {
 def _check(arrays: Mapping[str, NDArray[Any]], header: PackHeader, styles: int, path: Path) -> None:
     """Refuse arrays that contradict the header, or hold numbers that are not finite."""
     height, width = header.environment
-    sizes = {"S": styles, "N": header.picture, "H": height, "W": width, "h": width // 2, "3": 3}
-    sizes["K"] = len(arrays["lamp_maps"])
+    sizes = {
+        "S": styles,
+        "N": header.picture,
+        "H": height,
+        "W": width,
+        "h": width // 2,
+        "2": 2,
+        "3": 3,
+    }
+    sizes |= {"K": len(arrays["lamp_rows"]), "C": len(arrays["mixtures"])}
+    sizes["Q"] = height + sizes["C"]
     fits = 0 < styles <= _MAX_STYLES and height > 0 and width == 2 * height
     for name, (kind, letters) in _SHAPES.items():
         array = arrays[name]
@@ -420,6 +352,8 @@ def _parse_header(raw: NDArray[Any], path: Path) -> tuple[PackHeader, tuple[Styl
         raise TransportError(
             f"{path.name} was made by a newer Turnlight (format {version}).", "Update Turnlight."
         )
+    if version < PACK_VERSION:
+        raise TransportError(f"{path.name} was made by an older Turnlight.", _AGAIN)
     height, width = values["environment"]
     header = PackHeader(
         head=str(values["head"]),

@@ -34,7 +34,8 @@ class SearchTables:
     Attributes
     ----------
     shape : tuple of int
-        (H, W) of the environments searched.
+        (H, W) of the light searched: rows of an environment, and what `app.core.search_light`
+        adds to them; all rows turn alike.
     targets : (M, H, 2 S) float64
         Per azimuth frequency and elevation row: cosine parts of the S targets, then sine parts.
     basis : (M, H, 2 + 2 K + E + O) float64
@@ -152,39 +153,39 @@ def build_tables(
     )
 
 
-def quality_curves(tables: SearchTables, luminance: Floats) -> Float64:
+def quality_curves(tables: SearchTables, light: Floats) -> Float64:
     """Quality C of every target at every turn (eq. 5).
 
     Parameters
     ----------
     tables : SearchTables
         Targets and basis.
-    luminance : (H, W) float
-        Environment at turn 0.
+    light : (H, W) float
+        Light as the search sees it at turn 0, see `app.core.search_light`.
 
     Returns
     -------
     (S, 64) float64
         In the unit of the environment.
     """
-    return _quality(tables, _spectrum(tables, luminance))
+    return _quality(tables, _spectrum(tables, light))
 
 
-def curves(tables: SearchTables, luminance: Floats) -> Curves:
+def curves(tables: SearchTables, light: Floats) -> Curves:
     """Quality of every target, face mean and face contrast at every turn.
 
     Parameters
     ----------
     tables : SearchTables
         Targets and basis.
-    luminance : (H, W) float
-        Environment at turn 0.
+    light : (H, W) float
+        Light as the search sees it at turn 0, see `app.core.search_light`.
 
     Returns
     -------
     Curves
     """
-    spectrum = _spectrum(tables, luminance)
+    spectrum = _spectrum(tables, light)
     product = spectrum @ tables.basis
     first, second = product[:, 0], product[:, 1]
     cosine, sine = tables.back_cosine, tables.back_sine
@@ -210,12 +211,12 @@ def curves(tables: SearchTables, luminance: Floats) -> Curves:
     )
 
 
-def _spectrum(tables: SearchTables, luminance: Floats) -> Float64:
+def _spectrum(tables: SearchTables, light: Floats) -> Float64:
     """(M, 2, H) cosine and sine coefficients of the environment's rows."""
-    if luminance.shape != tables.shape:
-        raise ValueError(f"environment {luminance.shape} does not fit {tables.shape}")
+    if light.shape != tables.shape:
+        raise ValueError(f"light {light.shape} does not fit {tables.shape}")
     height, width = tables.shape
-    left, right = luminance[:, : width // 2], luminance[:, : width // 2 - 1 : -1]
+    left, right = light[:, : width // 2], light[:, : width // 2 - 1 : -1]
     spectrum = np.empty((width // 2 + 1, 2, height))
     spectrum[:, 0] = tables.cosine.T @ (left + right).T
     spectrum[:, 1] = tables.sine.T @ (left - right).T

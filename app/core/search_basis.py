@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    from app.core.search_light import SearchColours
     from app.core.transport import Transport
 
 __all__ = ["SearchBasis", "build_basis"]
@@ -32,7 +33,7 @@ class SearchBasis:
 
     Attributes
     ----------
-    even, odd : (E, H, W / 2), (O, H, W / 2) float32
+    even, odd : (E, Q, W / 2), (O, Q, W / 2) float32
         Left halves of the rows that are even and odd under mirroring.
     paired : bool
         Whether even row r and odd row r are the parts of one row (a head without symmetry).
@@ -46,15 +47,18 @@ class SearchBasis:
     error: float
 
 
-def build_basis(transport: Transport, weights: Float64) -> SearchBasis:
+def build_basis(transport: Transport, colours: SearchColours, weights: Float64) -> SearchBasis:
     """Build the search basis of a head.
 
-    The weights of the targets are in its span, so that match never exceeds 100.
+    The weights of the targets are in its span, so that match never exceeds 100. What is kept is
+    chosen by grey light; coloured light is held by the same basis pictures.
 
     Parameters
     ----------
     transport : Transport
         Of the head.
+    colours : SearchColours
+        Of the same head.
     weights : (S, P) float64
         Target weights, zero-mean over the face and 0 elsewhere.
 
@@ -63,23 +67,32 @@ def build_basis(transport: Transport, weights: Float64) -> SearchBasis:
     SearchBasis
     """
     face = transport.face
-    pixels = transport.luminance_basis[face].astype(np.float64)
-    pixels -= pixels.mean(axis=0)
+    grey, tint = (_centred(basis[face]) for basis in colours.bases)
     texels = transport.texel_basis.astype(np.float64)
+    mixed = colours.mixed.reshape(len(texels), -1).astype(np.float64)
     parity = _parity(transport)
     # Even and odd pictures of a symmetric head are orthogonal: treated apart, rounding and
     # nearly equal eigenvalues cannot mix them.
     parts = [np.ones(len(texels), bool)] if parity is None else [parity > 0, parity < 0]
-    pictures, wishes = [], []
+    pictures, tinted, wishes = [], [], []
     for part in parts:
-        values, vectors = np.linalg.eigh(pixels[:, part].T @ pixels[:, part])
+        values, vectors = np.linalg.eigh(grey[:, part].T @ grey[:, part])
         keep = values > 1e-12 * values[-1]
         root, vectors = np.sqrt(values[keep]), vectors[:, keep]
         # The part's pictures, as coordinates in an orthonormal basis of the face.
+        face_basis = grey[:, part] @ vectors / root
         pictures.append((vectors.T @ texels[part]) * root[:, None])
-        wishes.append((weights[:, face] @ (pixels[:, part] @ vectors) / root).T)
-    rows, error = _compress(pictures, wishes)
-    return _halves(rows, transport.environment_shape, parity is not None, error)
+        tinted.append((face_basis.T @ tint[:, part]) @ mixed[part])
+        wishes.append((weights[:, face] @ face_basis).T)
+    rows, error = _compress(pictures, tinted, wishes)
+    shape = colours.rows, transport.environment_shape[1]
+    return _halves(rows, shape, parity is not None, error)
+
+
+def _centred(pixels: Float32) -> Float64:
+    centred = pixels.astype(np.float64)
+    centred -= centred.mean(axis=0)
+    return centred
 
 
 def _parity(transport: Transport) -> Float64 | None:
@@ -93,26 +106,31 @@ def _parity(transport: Transport) -> Float64 | None:
     return parity.astype(np.float64) if pure and transport.header.symmetric else None
 
 
-def _compress(pictures: list[Float64], wishes: list[Float64]) -> tuple[Float64, float]:
+def _compress(
+    pictures: list[Float64], tinted: list[Float64], wishes: list[Float64]
+) -> tuple[Float64, float]:
     """Keep the directions in picture space that hold the contrast of every single texel.
 
-    Per parity part, `pictures` is (K, T), one column per texel, and `wishes` (K, S). Returns
-    the kept rows (rank, T) and the largest share of a relevant texel's contrast that they miss.
+    Per parity part, `pictures` is (K, T), one column per texel, `tinted` (K, U) the same for the
+    second part of coloured light, and `wishes` (K, S). Returns the kept rows (rank, T + U) and
+    the largest share of a relevant texel's contrast that they miss.
     """
     exact = np.sqrt(sum((part**2).sum(axis=0) for part in pictures))
     relevant = exact > _RELEVANT * exact.max()
     rows: list[Float64] = []
     merits: list[Float64] = []
-    for part, wish in zip(pictures, wishes, strict=True):
+    for part, tint, wish in zip(pictures, tinted, wishes, strict=True):
         # Split into parity parts, a left and a right style ask for the same directions.
         first = _orthonormal(wish)
         scaled = part[:, relevant] / exact[relevant]
         u, s, _ = np.linalg.svd(scaled - first @ (first.T @ scaled), full_matrices=False)
-        rows += [first.T @ part, u.T @ part]
+        both = np.concatenate([part, tint], axis=1)
+        rows += [first.T @ both, u.T @ both]
         merits += [np.full(first.shape[1], np.inf), s]
     merit = np.concatenate(merits)
     kept = np.concatenate(rows)[np.argsort(-merit, kind="stable")[:_MAX_RANK]]
-    held = np.sqrt(np.cumsum((kept[:, relevant] / exact[relevant]) ** 2, axis=0))
+    grey = kept[:, : len(exact)][:, relevant]
+    held = np.sqrt(np.cumsum((grey / exact[relevant]) ** 2, axis=0))
     missing = 1 - held.min(axis=1)
     enough = np.flatnonzero(missing <= _TOLERANCE)
     rank = int(enough[0]) + 1 if enough.size else len(kept)

@@ -17,11 +17,12 @@ from app.core.light_table import light_table, normalised, painted_curves
 from app.core.peaks import Gate, Peak, best_index, find_peaks, shift
 from app.core.reasons import EPSILON, MIN_STRENGTH, LightMap, Limits, reason
 from app.core.search import Curves, curves
+from app.core.search_light import luminance_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.light_table import LightTable
+    from app.core.light_table import CountedLight, LightTable
     from app.core.pack import StylePack
     from app.core.styles import Style
     from app.core.transport import Transport
@@ -169,7 +170,7 @@ class _Measured:
 
 def solve_all(
     pack: StylePack,
-    luminance: NDArray[np.floating[Any]],
+    light: NDArray[np.floating[Any]],
     objective: Objective = "picture",
     *,
     epsilon: float = EPSILON,
@@ -183,8 +184,9 @@ def solve_all(
     ----------
     pack : StylePack
         Head and styles.
-    luminance : (H, W) float
-        Environment at turn 0 in the pack's size, linear luminance, any exposure.
+    light : (H, W, 3) or (H, W) float
+        Environment at turn 0 in the pack's size, linear Rec. 709 radiance, or luminance of light
+        that counts as grey; any exposure.
     objective : {"picture", "paper"}
         What chooses the turn: the best match among the turns of sufficient strength, or C.
     epsilon, min_strength : float, optional
@@ -208,12 +210,12 @@ def solve_all(
         If a style is unknown.
     """
     limits = Limits(epsilon, min_strength)
-    light, scale = normalised(luminance, pack.header.environment)
+    light, scale = normalised(light, pack.header.environment)
     wanted = range(len(pack.styles))
     chosen = wanted if styles is None else sorted({pack.index(name) for name in styles})
-    found = curves(pack.tables, light)
+    found = curves(pack.tables, pack.seen(light))
     match, whole, strength = match_and_strength(pack, found)
-    light_map = LightMap(light)
+    light_map = LightMap(luminance_of(light))
     results = []
     for row in chosen:
         measured = _Measured(found.quality[row], match[row], whole[row], strength[row])
@@ -256,7 +258,7 @@ def match_and_strength(pack: StylePack, found: Curves) -> tuple[Float64, Float64
 def solve_painted(
     transport: Transport,
     weights: PaintedWeights,
-    luminance: NDArray[np.floating[Any]],
+    light: NDArray[np.floating[Any]],
     objective: Objective = "picture",
     *,
     epsilon: float = EPSILON,
@@ -274,8 +276,9 @@ def solve_painted(
         Of the head.
     weights : PaintedWeights
         What was painted on it.
-    luminance : (H, W) float
-        Environment at turn 0 in the transport's size, linear luminance, any exposure.
+    light : (H, W, 3) or (H, W) float
+        Environment at turn 0 in the transport's size, linear Rec. 709 radiance, or luminance of
+        light that counts as grey; any exposure.
     objective, epsilon, min_strength
         As for `solve_all`.
 
@@ -290,7 +293,7 @@ def solve_painted(
         As `solve_all`.
     """
     return solve_on_table(
-        light_table(transport, luminance),
+        light_table(transport, light),
         weights,
         objective,
         epsilon=epsilon,
@@ -303,7 +306,7 @@ def solve_on_table(
     weights: PaintedWeights,
     objective: Objective = "picture",
     *,
-    contrast: Float64 | None = None,
+    counted: CountedLight | None = None,
     epsilon: float = EPSILON,
     min_strength: float = MIN_STRENGTH,
 ) -> StyleResult:
@@ -317,15 +320,15 @@ def solve_on_table(
         What was painted on the head.
     objective, epsilon, min_strength
         As for `solve_all`.
-    contrast : (64,) float64, optional
-        From `contrast_of` for the same active pixels, where it is known already.
+    counted : CountedLight, optional
+        From `counted_light` for the same active pixels, where it is known already.
 
     Returns
     -------
     StyleResult
         As `solve_painted`.
     """
-    found = painted_curves(table, weights, contrast)
+    found = painted_curves(table, weights, counted)
     ratio = found.quality / np.maximum(found.mean, 1e-30)
     strength = 100.0 * ratio / found.studio if found.studio > 0 else np.zeros(TURNS)
     match = _match(found.quality, found.norm, found.contrast)

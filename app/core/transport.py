@@ -228,7 +228,7 @@ def transport_path(name: str) -> Path:
 def transport_names() -> tuple[str, ...]:
     """Return the names of the heads whose transports ship with the app."""
     files = (resources() / "transport").glob("*.npz")
-    return tuple(sorted(f.stem for f in files if not f.stem.endswith(".styles")))
+    return tuple(sorted(f.stem for f in files if not f.stem.endswith((".styles", ".shape"))))
 
 
 def load_named(name: str) -> Transport:

@@ -11,7 +11,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.pack import StylePack, build_pack
+from app.core.pack import StylePack
+from app.core.pack_build import build_pack
 from app.core.styles import Style, load_styles
 from app.core.transport import Transport, TransportHeader, render
 

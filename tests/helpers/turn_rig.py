@@ -166,7 +166,7 @@ class Rig:
         pack = synthetic_pack()
         self.head = Head("synthetic", "Synthetic head", pack, lambert_sphere_transport())
         light = lit_from(lamp_deg)
-        results = solve_all(pack, light.luminance, "picture", epsilon=0.0, min_strength=0.0)
+        results = solve_all(pack, light.searched, "picture", epsilon=0.0, min_strength=0.0)
         self.model.update(
             head=self.head, light=light, results=results, chosen=style, step=Step.TURN
         )

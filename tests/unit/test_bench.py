@@ -27,10 +27,10 @@ NAMES = [
 def test_plain_implementations_compute_the_same() -> None:
     transport, pack = lambert_sphere_transport(), synthetic_pack()
     light = np.exp(np.random.default_rng(0).standard_normal((32, 64))).astype(np.float32)
-    quality = quality_curves(pack.tables, light)
+    quality = quality_curves(pack.tables, pack.seen(light))
     plain = bench._plain_quality(pack.preintegrated, light)
     np.testing.assert_allclose(plain, quality, atol=1e-5 * np.abs(quality).max())
-    match, _, _ = match_and_strength(pack, curves(pack.tables, light))
+    match, _, _ = match_and_strength(pack, curves(pack.tables, pack.seen(light)))
     flat = pack.targets.reshape(len(pack.styles), -1, 3).astype(np.float32)
     pictures = (flat @ np.array([0.2126, 0.7152, 0.0722], np.float32))[:, transport.pixels]
     full = transport.matrix()

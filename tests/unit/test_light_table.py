@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.errors import EnvironmentFileError
-from app.core.light_table import contrast_of, light_table, painted_curves, table_picture
+from app.core.light_table import counted_light, light_table, painted_curves, table_picture
 from app.core.solve import solve_on_table, solve_painted
 from app.core.transport import render
 from app.core.weights import painted
@@ -48,11 +48,11 @@ def test_curves_are_those_of_the_full_matrix() -> None:
 def test_one_light_serves_many_paintings() -> None:
     rng = np.random.default_rng(2)
     light = _light(2)
-    table = light_table(TRANSPORT, _luminance(light), light)
+    table = light_table(TRANSPORT, light, pictures=True)
     for _ in range(3):
         weights = painted(TRANSPORT, rng.uniform(-1, 1, len(TRANSPORT.pixels)))
-        once = solve_painted(TRANSPORT, weights, _luminance(light))
-        again = solve_on_table(table, weights, contrast=contrast_of(table, weights.active))
+        once = solve_painted(TRANSPORT, weights, light)
+        again = solve_on_table(table, weights, counted=counted_light(table, weights.active))
         np.testing.assert_allclose(again.match_curve, once.match_curve, atol=1e-6)
         np.testing.assert_allclose(again.strength_curve, once.strength_curve, atol=1e-6)
         np.testing.assert_allclose(again.quality_curve, once.quality_curve, atol=1e-6)
@@ -62,7 +62,7 @@ def test_one_light_serves_many_paintings() -> None:
 @pytest.mark.parametrize("turn", [0, 7, 63])
 def test_pictures_at_grid_turns_are_renders(turn: int) -> None:
     light = _light(3)
-    table = light_table(TRANSPORT, _luminance(light), light)
+    table = light_table(TRANSPORT, light, pictures=True)
     picture = table_picture(table, 5.625 * turn)
     expected = render(TRANSPORT, np.roll(light, -turn, axis=1))
     np.testing.assert_allclose(picture, expected, atol=2e-5 * expected.max())
@@ -70,7 +70,7 @@ def test_pictures_at_grid_turns_are_renders(turn: int) -> None:
 
 def test_pictures_between_turns_lie_between() -> None:
     light = _light(4)
-    table = light_table(TRANSPORT, _luminance(light), light)
+    table = light_table(TRANSPORT, light, pictures=True)
     one, two = table_picture(table, -5.625), table_picture(table, 0.0)
     np.testing.assert_allclose(table_picture(table, -5.625 / 2), (one + two) / 2, rtol=1e-4)
     np.testing.assert_array_equal(table_picture(table, 360.0), two)
@@ -107,5 +107,9 @@ def test_everything_ignored_is_an_answer_too() -> None:
 def test_lights_of_no_use_are_refused(light: np.ndarray) -> None:
     with pytest.raises(EnvironmentFileError):
         light_table(TRANSPORT, light)
-    with pytest.raises(EnvironmentFileError, match="colour"):
-        light_table(TRANSPORT, np.ones((32, 64)), np.repeat(light[..., None], 2, axis=2))
+    with pytest.raises(EnvironmentFileError):
+        light_table(TRANSPORT, np.repeat(light[..., None], 3, axis=2))
+    with pytest.raises(EnvironmentFileError):
+        light_table(TRANSPORT, np.repeat(light[..., None], 2, axis=2))
+    with pytest.raises(EnvironmentFileError, match="colours"):
+        light_table(TRANSPORT, np.ones((32, 64)), pictures=True)

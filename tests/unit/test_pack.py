@@ -15,7 +15,6 @@ from app.core.archive import read_arrays
 from app.core.errors import CoreError, StyleError, TransportError
 from app.core.pack import (
     StylePack,
-    build_pack,
     load_named_pack,
     load_pack,
     load_transport_of,
@@ -23,6 +22,7 @@ from app.core.pack import (
     pack_path,
     save_pack,
 )
+from app.core.pack_build import build_pack
 from app.core.solve import solve_all
 from app.core.styles import Style, StyleLamp, load_styles, mirror_name
 from app.core.transport import save_transport
@@ -194,8 +194,14 @@ def test_newer_files_ask_for_an_update(stored: Path) -> None:
         load_pack(stored)
 
 
+def test_older_packs_are_to_be_baked_again(stored: Path) -> None:
+    _rewrite(stored, header=_raw({**_header(stored), "format_version": 1}))
+    with pytest.raises(TransportError, match="older Turnlight"):
+        load_pack(stored)
+
+
 def test_changed_numbers_fail_the_checksum(stored: Path) -> None:
-    _rewrite(stored, mean=synthetic_pack().mean * 2)
+    _rewrite(stored, mean_rows=synthetic_pack().mean_rows * 2)
     with pytest.raises(TransportError, match="checksum"):
         load_pack(stored)
 
@@ -204,10 +210,10 @@ def test_changed_numbers_fail_the_checksum(stored: Path) -> None:
     "changes",
     [
         {"header": None},
-        {"mean": None},
+        {"mean_rows": None},
         {"header": np.frombuffer(b"{", np.uint8)},
         {"header": np.frombuffer(b"[1]", np.uint8)},
-        {"header": np.frombuffer(b'{"format_version": 1}', np.uint8)},
+        {"header": np.frombuffer(b'{"format_version": 2}', np.uint8)},
         {"header": np.frombuffer(b'{"format_version": null}', np.uint8)},
     ],
 )
@@ -220,7 +226,9 @@ def test_incomplete_files_are_refused(stored: Path, changes: dict[str, object]) 
 @pytest.mark.parametrize(
     "change",
     [
-        {"mean": np.ones((4, 8), np.float32)},
+        {"mean_rows": np.ones((4, 8), np.float32)},
+        {"mixtures": np.ones((4, 8))},
+        {"mixing": np.full((2, 3), np.inf)},
         {"weight_norm": np.full(18, np.nan)},
         {"lamp_style": np.full(6, 18, np.int32)},
         {"lamp_ratio": -np.ones(6)},

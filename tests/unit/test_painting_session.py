@@ -40,15 +40,13 @@ def _scene(seed: int = 0) -> np.ndarray:
 
 
 def _table(scene: np.ndarray) -> LightTable:
-    luminance = scene @ np.asarray(TRANSPORT.header.luminance_weights)
-    return light_table(TRANSPORT, luminance, scene)
+    return light_table(TRANSPORT, scene, pictures=True)
 
 
 def _expect_same(answer: Answer, session: PaintSession, scene: np.ndarray) -> None:
     """Compare with an answer counted from nothing but the canvas."""
     weights = painted(TRANSPORT, *head_values(session.canvas, TRANSPORT))
-    luminance = scene @ np.asarray(TRANSPORT.header.luminance_weights)
-    expected = solve_painted(TRANSPORT, weights, luminance)
+    expected = solve_painted(TRANSPORT, weights, scene)
     result = answer.result
     assert result is not None
     np.testing.assert_allclose(result.match_curve, expected.match_curve, atol=1e-6)
@@ -200,8 +198,8 @@ def test_a_segment_is_many_times_faster_than_starting_over() -> None:
     transport = load_named("generic")
     rng = np.random.default_rng(9)
     scene = np.exp(rng.standard_normal((32, 64, 3)))
-    luminance = scene @ np.asarray(transport.header.luminance_weights)
-    session = PaintSession(transport, blank(transport), light_table(transport, luminance, scene))
+    table = light_table(transport, scene, pictures=True)
+    session = PaintSession(transport, blank(transport), table)
     session.begin(Brush(strength=0.8, mirror=True), 100.0, 100.0)
     place = iter(range(1000))
 
@@ -212,7 +210,7 @@ def test_a_segment_is_many_times_faster_than_starting_over() -> None:
 
     def over_again() -> None:
         weights = painted(transport, *head_values(session.canvas, transport))
-        solve_painted(transport, weights, luminance)
+        solve_painted(transport, weights, scene)
         render(transport, scene)
 
     assert _best(over_again, 6) >= 3 * _best(segment, 25)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from app.core.angles import TURNS
 from app.core.search import build_tables, curves, quality_curves
 from app.core.search_basis import build_basis
+from app.core.search_light import find_colours, seen_light
 from app.core.transport import Transport, render
 from app.core.weights import target_weights
 from tests.helpers.synthetic import (
@@ -130,7 +131,7 @@ def test_eq_4_equals_eq_2(scene: str) -> None:
     """Quality from pre-integrated targets against weights times the rendered picture."""
     transport, pack = lambert_sphere_transport(), synthetic_pack()
     light = SCENES[scene]
-    found = curves(pack.tables, light)
+    found = curves(pack.tables, pack.seen(light))
     pictures, mean, _ = _exact(transport, light)
     for row, style in enumerate(pack.styles):
         target = pack.target(style.name).reshape(-1, 3)[transport.pixels]
@@ -144,7 +145,7 @@ def test_eq_4_equals_eq_2(scene: str) -> None:
 @pytest.mark.parametrize("scene", SCENES)
 def test_the_search_basis_holds_the_contrast(scene: str) -> None:
     transport, pack = lambert_sphere_transport(), synthetic_pack()
-    found = curves(pack.tables, SCENES[scene])
+    found = curves(pack.tables, pack.seen(SCENES[scene]))
     _, _, contrast = _exact(transport, SCENES[scene])
     # Match is at most 100, so half a percent of contrast is half a point of match.
     np.testing.assert_allclose(found.contrast, contrast, rtol=5e-3)
@@ -163,12 +164,13 @@ def test_a_head_without_symmetry_has_a_paired_basis() -> None:
         ),
     )
     weights = target_weights(np.arange(len(whole.pixels), dtype=float), whole.face)[None]
-    basis = build_basis(tilted, weights)
+    colours = find_colours(tilted)
+    basis = build_basis(tilted, colours, weights)
     assert basis.paired
-    assert not build_basis(whole, weights).paired
+    assert not build_basis(whole, find_colours(whole), weights).paired
     light = SCENES["two lamps"]
-    tables = build_tables(
-        np.zeros((1, 32, 64)), np.ones((32, 64)), basis.even, basis.odd, paired=True
-    )
+    none = np.zeros((1, colours.rows, 64))
+    tables = build_tables(none, none[0], basis.even, basis.odd, paired=True)
     _, _, contrast = _exact(tilted, light)
-    np.testing.assert_allclose(curves(tables, light).contrast, contrast, rtol=5e-3)
+    seen = seen_light(light, colours.mixing, colours.mixtures)
+    np.testing.assert_allclose(curves(tables, seen).contrast, contrast, rtol=5e-3)

@@ -25,6 +25,7 @@ from app.core.baking.points import Points, place_points
 from app.core.baking.reduction import compress, mirror_pixels, symmetrise
 from app.core.baking.scene import CAMERA_DISTANCE_M, Camera, HeadMesh, build_scene, frame_head
 from app.core.baking.shelf import Keep, Shelf, no_keep
+from app.core.baking.surface import look_at_shape
 from app.core.baking.walk import (
     PROFILE_BINS,
     SceneTables,
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.core.baking.skin import Skin
+    from app.core.head_shape import HeadShape
     from app.core.progress import Report, Token
     from app.core.styles import Style
 
@@ -96,10 +98,13 @@ class Baked:
     transport : Transport
     targets : (S, P, 3) float32
         Linear pictures of the styles under their own lamps, on the transport's pixels.
+    shape : HeadShape
+        Where each of those pixels looks.
     """
 
     transport: Transport
     targets: Float32
+    shape: HeadShape
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,7 +248,8 @@ def bake(
     report(0.95, "Compressing")
     transport = _finish(head, skin, camera, covered, job, matrix)
     shelf.clear()
-    return Baked(transport, _targets(styles, matrix[:, job.texels.count :]))
+    shape = look_at_shape(head, scene, job.pixels, picture)
+    return Baked(transport, _targets(styles, matrix[:, job.texels.count :]), shape)
 
 
 def _light_shelf(shelf: Shelf, prefix: str) -> Keep:

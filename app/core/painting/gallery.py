@@ -177,7 +177,7 @@ def suggested_side(
 def solve_user_styles(
     transport: Transport,
     styles: Sequence[UserStyle | Asking],
-    luminance: NDArray[np.floating[Any]],
+    light: NDArray[np.floating[Any]],
     objective: Objective = "picture",
     *,
     epsilon: float = EPSILON,
@@ -193,8 +193,9 @@ def solve_user_styles(
         Of the head.
     styles : sequence of UserStyle or Asking
         Those of `prepare_user_style` are a millisecond each faster.
-    luminance : (H, W) float
-        Environment at turn 0 in the transport's size, linear luminance, any exposure.
+    light : (H, W, 3) or (H, W) float
+        Environment at turn 0 in the transport's size, linear Rec. 709 radiance, or luminance of
+        light that counts as grey; any exposure.
     objective, epsilon, min_strength, front_deg
         As for `app.core.solve.solve_all`.
     table : LightTable, optional
@@ -212,7 +213,7 @@ def solve_user_styles(
     """
     if not styles:
         return ()
-    prepared = light_table(transport, luminance) if table is None else table
+    prepared = light_table(transport, light) if table is None else table
     results = []
     for entry in styles:
         style = entry.style if isinstance(entry, Asking) else entry

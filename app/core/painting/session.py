@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.light_table import contrast_of, table_picture
+from app.core.light_table import counted_light, table_picture
 from app.core.painting.canvas import (
     IGNORED,
     Canvas,
@@ -33,7 +33,7 @@ from app.core.transport import to_image
 from app.core.weights import paint
 
 if TYPE_CHECKING:
-    from app.core.light_table import LightTable
+    from app.core.light_table import CountedLight, LightTable
     from app.core.painting.brush import Brush
     from app.core.transport import Transport
     from app.core.weights import PaintedWeights
@@ -107,7 +107,7 @@ class PaintSession:
         self._place = place.reshape(transport.size, transport.size)
         self._stroke: Stroke | None = None
         self._dirty: list[Region] = []
-        self._contrast: tuple[Mask, Float64] | None = None
+        self._counted: tuple[Mask, CountedLight] | None = None
         self.replace(canvas)
 
     @property
@@ -138,7 +138,7 @@ class PaintSession:
         front_deg : float, optional
             Azimuth at which the photographer stands, deg.
         """
-        self._table, self._front_deg, self._contrast = table, front_deg, None
+        self._table, self._front_deg, self._counted = table, front_deg, None
 
     def replace(self, canvas: Canvas) -> None:
         """Take another canvas; a stroke under way is given up.
@@ -227,7 +227,7 @@ class PaintSession:
             table,
             weights,
             self._objective,
-            contrast=self._contrast_now(table, weights.active),
+            counted=self._counted_now(table, weights.active),
             epsilon=epsilon,
             min_strength=least,
         )
@@ -243,10 +243,10 @@ class PaintSession:
         self._weights = weights_of(canvas, self._transport)
         self._dirty.clear()
 
-    def _contrast_now(self, table: LightTable, active: Mask) -> Float64:
-        known = self._contrast
+    def _counted_now(self, table: LightTable, active: Mask) -> CountedLight:
+        known = self._counted
         if known is None or not np.array_equal(known[0], active):
-            known = self._contrast = active, contrast_of(table, active)
+            known = self._counted = active, counted_light(table, active)
         return known[1]
 
     def _caught_up(self) -> PaintedWeights:

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from app.core.angles import difference
-from app.core.colour import luminance
 from app.core.solve import Objective, StyleResult, solve_all
 
 if TYPE_CHECKING:
@@ -88,8 +87,8 @@ def changes(
     EnvironmentFileError
         When an environment is black, not finite or of another size.
     """
-    old = solve_all(pack, luminance(before), objective)
-    new = solve_all(pack, luminance(after), objective)
+    old = solve_all(pack, before, objective)
+    new = solve_all(pack, after, objective)
     return tuple(_change(a, b, objective) for a, b in zip(old, new, strict=True))
 
 

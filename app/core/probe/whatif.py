@@ -52,7 +52,7 @@ class Choice:
 
 
 def choose(
-    pack: StylePack, luminance: NDArray[np.floating[Any]], objective: Objective = "picture"
+    pack: StylePack, light: NDArray[np.floating[Any]], objective: Objective = "picture"
 ) -> Choice:
     """Find what decides the turns under a light.
 
@@ -60,8 +60,9 @@ def choose(
     ----------
     pack : StylePack
         Head and styles.
-    luminance : (H, W) float
-        Environment at turn 0 in the pack's size, any exposure.
+    light : (H, W, 3) or (H, W) float
+        Environment at turn 0 in the pack's size, linear Rec. 709 radiance or luminance, any
+        exposure.
     objective : {"picture", "paper"}
         As for `app.core.solve.solve_all`.
 
@@ -74,10 +75,10 @@ def choose(
     EnvironmentFileError
         If the environment is black or not finite.
     """
-    mean = float(np.mean(luminance, dtype=np.float64))
+    mean = float(np.mean(light, dtype=np.float64))
     if not np.isfinite(mean) or mean <= 0:
         raise EnvironmentFileError("The environment is black: there is no light to turn toward.")
-    found = curves(pack.tables, np.asarray(luminance, np.float64) / mean)
+    found = curves(pack.tables, pack.seen(np.asarray(light, np.float64) / mean))
     if objective == "paper":
         return Choice(found.quality, np.ones(found.quality.shape, bool))
     match, whole, strength = match_and_strength(pack, found)

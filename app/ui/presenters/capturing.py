@@ -14,7 +14,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.colour import luminance
 from app.core.environment import reduce
 from app.core.errors import CoreError
 from app.core.files import atomic_write
@@ -376,7 +375,7 @@ def rough_words(rough: Rough, pack: StylePack) -> str:
     """
     try:
         light = reduce(rough.environment("small pictures"), pack.header.environment)
-        results = [each for each in solve_all(pack, luminance(light)) if each.attainable]
+        results = [each for each in solve_all(pack, light) if each.attainable]
     except CoreError:
         return ""
     best = sorted(results, key=lambda each: -each.match)[:_ROUGH_STYLES]

@@ -427,7 +427,7 @@ def _solve_place(
     objective: Objective = "paper" if settings.objective == "paper" else "picture"
     built_in = solve_all(
         head.pack,
-        light.luminance,
+        light.searched,
         objective,
         epsilon=settings.match_limit,
         min_strength=settings.strength_limit,
@@ -436,7 +436,7 @@ def _solve_place(
     own = solve_user_styles(
         head.transport,
         styles,
-        light.luminance,
+        light.searched,
         objective,
         epsilon=settings.match_limit,
         min_strength=settings.strength_limit,

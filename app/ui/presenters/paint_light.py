@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from app.core.errors import CoreError
-from app.core.light_here import turned
 from app.core.light_table import LightTable, light_table
 
 if TYPE_CHECKING:
@@ -62,8 +61,7 @@ class LightOnHead:
         def work(token: Token, report: Report) -> LightTable:
             del report
             token.check()
-            seen = turned(light, 0.0, transport.environment_shape)
-            return light_table(transport, light.luminance, seen)
+            return light_table(transport, light.searched, pictures=True)
 
         def done(made: LightTable) -> None:
             if self._of is wanted:

@@ -1,0 +1,282 @@
+"""Pictures of a head under a lamp that is near it.
+
+T knows how the skin that a pixel sees answers light from every direction. Light from a near lamp
+comes to each place on the head from a direction of its own, and weaker the farther it is: for a
+pixel that sees the place x, a piece dA of the lamp at q with luminance L gives
+
+    T(x, direction to q) / sr * L * cos(at the lamp) dA / |q - x|^2.
+
+What stands between x and q stands between x and everything behind q as well, so T's own shadows
+hold, and nothing has to be baked. Left out is that light spreads under the skin, and from cheek to
+nose, between places which the lamp lights unlike each other.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.environment import reduce_radiance, solid_angles
+from app.core.progress import Report, Token, silent
+from app.core.second_light.placements import ALTITUDES_DEG, COUNT, MIRRORED, direction, placement
+
+if TYPE_CHECKING:
+    from app.core.head_shape import HeadShape
+    from app.core.second_light.numbers import NumbersLamp
+    from app.core.transport import Transport
+
+__all__ = ["NearField", "coverage", "near_luminances", "near_picture", "prepare_near"]
+
+Float16: TypeAlias = NDArray[np.float16]
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+Columns: TypeAlias = Float16 | Float32
+
+_PIECE_DEG: Final = 7.0  # of the lamp, seen from the skin: a little more than a texel of T
+_PIECES: Final = (2, 6)  # along each side
+_SKIN_M: Final = 0.1  # from the middle of the head, for the size that a lamp appears
+_FINE: Final = (256, 512)
+_BATCH: Final = 1024
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NearField:
+    """A head, ready for lamps near it.
+
+    Attributes
+    ----------
+    transport : Transport
+        Of the head.
+    positions : (P, 3) float32
+        Where each pixel's skin is, metres from the middle of the head.
+    columns : (P * H * W, 3) float16
+        T per steradian, linear Rec. 709: pixel by pixel, texels row-major.
+    """
+
+    transport: Transport = field(repr=False)
+    positions: Float32 = field(repr=False)
+    columns: Float16 = field(repr=False)
+
+
+def prepare_near(transport: Transport, shape: HeadShape) -> NearField:
+    """Get a head ready; takes half a second and some 60 MB.
+
+    Parameters
+    ----------
+    transport : Transport
+        Of the head.
+    shape : HeadShape
+        Of the same head.
+
+    Returns
+    -------
+    NearField
+        Its arrays must not be written to.
+    """
+    height, width = transport.environment_shape
+    count = len(transport.pixels)
+    per_steradian = np.repeat(1.0 / solid_angles((height, width)), width).astype(np.float32)
+    texels = transport.texel_basis * per_steradian
+    columns = np.empty((count, height * width, 3), np.float16)
+    for start in range(0, count, _BATCH):
+        part = slice(start, start + _BATCH)
+        for channel in range(3):
+            # The low rank may dip a little below black.
+            columns[part, :, channel] = np.maximum(
+                transport.pixel_basis[channel, part] @ texels, 0.0
+            )
+    return NearField(transport, shape.positions, columns.reshape(-1, 3))
+
+
+def near_picture(
+    near: NearField, lamp: NumbersLamp, azimuth_deg: float, altitude_deg: float
+) -> Float32:
+    """Picture of a head under a near lamp alone.
+
+    Parameters
+    ----------
+    near : NearField
+        Of the head.
+    lamp : NumbersLamp
+        It faces the middle of the head.
+    azimuth_deg, altitude_deg : float
+        Where it is held, deg, positive toward the sitter's left and upward.
+
+    Returns
+    -------
+    (P, 3) float32
+        Linear Rec. 709 in cd/m2, as the picture under an environment in cd/m2 is.
+    """
+    picture = _picture(near, near.columns, lamp, azimuth_deg, altitude_deg)
+    picture *= np.asarray(lamp.colour, np.float32)
+    return picture
+
+
+def near_luminances(
+    near: NearField, lamp: NumbersLamp, token: Token | None = None, report: Report = silent
+) -> Float32:
+    """Luminance of a head under a near lamp at every placement.
+
+    Parameters
+    ----------
+    near : NearField
+        Of the head.
+    lamp : NumbersLamp
+        It faces the middle of the head.
+    token, report : optional
+        Cancellation and progress.
+
+    Returns
+    -------
+    (576, P) float32
+        Of `near_picture`, cd/m2.
+
+    Raises
+    ------
+    Cancelled
+        If `token` says so.
+    """
+    transport = near.transport
+    weights = np.asarray(transport.header.luminance_weights) * lamp.colour
+    columns = (near.columns @ weights.astype(np.float32))[:, None]
+    twins = _twins(transport) if transport.header.symmetric else None
+    found = np.empty((COUNT, len(near.positions)), np.float32)
+    done = np.zeros(COUNT, bool)
+    for number in range(COUNT):
+        if done[number]:
+            continue
+        if token is not None:
+            token.check()
+        report(number / COUNT, f"Trying the {lamp.title.lower()} all around")
+        found[number] = _picture(near, columns, lamp, *placement(number))[:, 0]
+        done[number] = True
+        if twins is not None:
+            other = MIRRORED[number]
+            found[other], done[other] = found[number][twins], True
+    report(1.0, f"Trying the {lamp.title.lower()} all around")
+    return found
+
+
+def coverage(lamp: NumbersLamp, shape: tuple[int, int]) -> Float32:
+    """Find what a lamp hides of the place behind it, seen from the middle of the head.
+
+    Parameters
+    ----------
+    lamp : NumbersLamp
+        It faces the middle of the head.
+    shape : tuple of int
+        Rows and columns (H, W) of the environment, W = 64.
+
+    Returns
+    -------
+    (576, H, W) float32
+        Share of each texel, 0 to 1, at turn 0.
+    """
+    fine = _fine_directions()
+    found = np.empty((COUNT, *shape), np.float32)
+    width = shape[1]
+    for row, altitude in enumerate(ALTITUDES_DEG):
+        hidden = _hides(lamp, fine, float(altitude)).astype(np.float32)
+        ahead = reduce_radiance(hidden[..., None], shape)[..., 0]
+        for column in range(width):
+            # Azimuths toward the sitter's left are panorama azimuths to the left.
+            found[row * width + column] = np.roll(ahead, -column, axis=1)
+    return found
+
+
+def _picture(
+    near: NearField, columns: Columns, lamp: NumbersLamp, azimuth_deg: float, altitude_deg: float
+) -> Float32:
+    """(P, C) picture under a lamp of luminance 1, from T per steradian, (P * H * W, C)."""
+    picture = np.zeros((len(near.positions), columns.shape[1]), np.float32)
+    for (place, normal), share in _pieces(lamp, azimuth_deg, altitude_deg):
+        toward = place.astype(np.float32) - near.positions
+        squared = np.einsum("pk,pk->p", toward, toward)
+        toward /= np.sqrt(squared)[:, None]
+        facing = np.maximum(toward @ -normal.astype(np.float32), 0.0)
+        strength = np.float32(share * lamp.lux_at_1m) * facing / squared
+        picture += _answers(columns, near.transport.environment_shape, toward) * strength[:, None]
+    return picture
+
+
+def _pieces(
+    lamp: NumbersLamp, azimuth_deg: float, altitude_deg: float
+) -> list[tuple[tuple[Float64, Float64], float]]:
+    """Middle of each piece and the lamp's normal there, metres; and its share of the light."""
+    toward, side, over = _axes(azimuth_deg, altitude_deg)
+    middle = toward * lamp.distance_m
+    away = max(lamp.distance_m - _SKIN_M, _SKIN_M)
+    wide, tall = (_count(size, away) for size in lamp.size_m)
+    places = [
+        ((i + 0.5) / wide - 0.5, (j + 0.5) / tall - 0.5) for j in range(tall) for i in range(wide)
+    ]
+    if lamp.round:
+        within = [(x, y) for x, y in places if math.hypot(x, y) <= 0.5]
+        places = within or places
+    width, height = lamp.size_m
+    share = 1.0 / len(places)
+    return [((middle + side * x * width + over * y * height, -toward), share) for x, y in places]
+
+
+def _count(size_m: float, away_m: float) -> int:
+    seen = math.degrees(2.0 * math.atan(size_m / 2.0 / away_m))
+    return min(max(math.ceil(seen / _PIECE_DEG), _PIECES[0]), _PIECES[1])
+
+
+def _axes(azimuth_deg: float, altitude_deg: float) -> tuple[Float64, Float64, Float64]:
+    """From the head toward the lamp, along its width (level), and along its height."""
+    toward = direction(azimuth_deg, altitude_deg)
+    angle = math.radians(azimuth_deg)
+    side = np.array([math.cos(angle), 0.0, -math.sin(angle)])
+    return toward, side, np.cross(toward, side)
+
+
+def _answers(columns: Columns, shape: tuple[int, int], toward: Float32) -> Float32:
+    """T per steradian, (P, C), from a direction for each pixel; between texels' centres linear."""
+    height, width = shape
+    x = np.arctan2(-toward[:, 0], toward[:, 2]) * np.float32(width / (2 * math.pi))
+    x += np.float32(width / 2 - 0.5)
+    y = np.arcsin(np.clip(toward[:, 1], -1.0, 1.0)) * np.float32(-height / math.pi)
+    y = np.clip(y + np.float32(height / 2 - 0.5), 0.0, np.float32(height - 1))
+    left, upper = np.floor(x).astype(np.int64), np.minimum(y.astype(np.int64), height - 2)
+    right_share, lower_share = (x - left)[:, None], (y - upper)[:, None]
+    start = np.arange(len(toward)) * (height * width) + upper * width
+    first, second = start + left % width, start + (left + 1) % width
+    top, bottom = (
+        columns[first + down] * (1 - right_share) + columns[second + down] * right_share
+        for down in (0, width)
+    )
+    mixed: Float32 = top * (1 - lower_share) + bottom * lower_share
+    return mixed
+
+
+def _twins(transport: Transport) -> NDArray[np.int64]:
+    """Where the mirror image of each pixel stands; itself where it is not on the head."""
+    size, pixels = transport.size, transport.pixels
+    mirrored = pixels // size * size + size - 1 - pixels % size
+    where = np.minimum(np.searchsorted(pixels, mirrored), len(pixels) - 1)
+    return np.where(pixels[where] == mirrored, where, np.arange(len(pixels)))
+
+
+def _fine_directions() -> Float64:
+    """(256, 512, 3) unit vectors of a fine panorama, head frame at turn 0."""
+    rows, columns = _FINE
+    elevation = np.pi / 2 - (np.arange(rows) + 0.5) / rows * np.pi
+    azimuth = ((np.arange(columns) + 0.5) / columns - 0.5) * 2 * np.pi
+    level, up = np.cos(elevation)[:, None], np.sin(elevation)[:, None]
+    parts = [-np.sin(azimuth) * level, np.broadcast_to(up, _FINE), np.cos(azimuth) * level]
+    return np.stack(parts, axis=-1)
+
+
+def _hides(lamp: NumbersLamp, fine: Float64, altitude_deg: float) -> NDArray[np.bool_]:
+    """Whether the lamp, held in front at an altitude, hides a direction."""
+    toward, side, over = _axes(0.0, altitude_deg)
+    ahead = fine @ toward
+    reach = lamp.distance_m / np.maximum(ahead, 1e-9)
+    x, y = fine @ side * reach / lamp.size_m[0], fine @ over * reach / lamp.size_m[1]
+    inside = np.hypot(x, y) <= 0.5 if lamp.round else (np.abs(x) <= 0.5) & (np.abs(y) <= 0.5)
+    return np.asarray(inside & (ahead > 0))
