@@ -164,7 +164,7 @@ def result_of(lamp_deg: float) -> StyleResult:
         Environment(np.repeat(luminance[..., None], 3, axis=2).astype(np.float32), "lamp")
     )
     pack = synthetic_pack()
-    results = solve_all(pack, light.luminance, "picture", epsilon=0.0, min_strength=0.0)
+    results = solve_all(pack, light.searched, "picture", epsilon=0.0, min_strength=0.0)
     return next(one for one in results if one.name == "butterfly")
 
 

@@ -124,7 +124,7 @@ def demo_world(head: str = "generic") -> World:
     environment = read_environment(folder / spot["file"])
     light = prepare(environment)
     radiance = environment.radiance * np.float32(spot["cd_per_m2_of_one"])
-    results = solve_all(load_named_pack(head), light.luminance)
+    results = solve_all(load_named_pack(head), light.searched)
     goals = tuple((r.name, Goal(r.turn_refined_deg, r.arc_deg)) for r in results if r.attainable)
     return World(SceneViews(folder / "views", radiance), build_index(light.display), goals)
 
