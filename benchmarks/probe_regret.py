@@ -24,7 +24,6 @@ sys.path.insert(0, str(ROOT))
 
 from sun_restored import SUNS, load  # noqa: E402
 
-from app.core.colour import luminance  # noqa: E402
 from app.core.environment import read_environment, reduce_radiance  # noqa: E402
 from app.core.files import atomic_write_text  # noqa: E402
 from app.core.pack import StylePack, load_named_pack  # noqa: E402

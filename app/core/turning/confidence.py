@@ -38,10 +38,10 @@ LEAST_CONFIDENCE: Final = 0.8
 
 SET_WEIGHTS: Final = (0.3, 0.25)
 """Of points and support: set by hand, since patterns that deceive the matching are too rare in the
-pictures for a fit; it fits 2 % less likely so than with what it would choose, 0 and 0.1."""
+pictures for a fit, which would give them next to no weight and be hardly any better."""
 
-_WEIGHTS: Final = (0.87, *SET_WEIGHTS, 1.05, 2.03, -12.42)  # in the order of `signs`
-_ERROR_FACTOR: Final = 1.1
+_WEIGHTS: Final = (-0.36, *SET_WEIGHTS, 0.51, 1.38, -13.45)  # in the order of `signs`
+_ERROR_FACTOR: Final = 1.01
 _SPREAD: Final = (0.01, 0.5)
 _SUPPORT: Final = (-2.0, 10.0)
 _POINTS: Final = 25
