@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from app.core.painting.brush import Brush, Tool
-from app.core.painting.canvas import Canvas, make_canvas
+from app.core.painting.brush import Brush, Tool, cover
+from app.core.painting.canvas import Canvas, Region, make_canvas
 from app.core.painting.stroke import Stroke
 
 SIZE = 96
@@ -66,6 +66,13 @@ def test_a_line_fades_with_the_distance_from_it() -> None:
     x, y = centres()
     distance = np.hypot(np.maximum(np.maximum(20 - x, x - 70), 0), y - 40)
     np.testing.assert_allclose(after.weights, smoothstep(distance, 5.0, 10.0), atol=1e-5)
+
+
+@pytest.mark.parametrize("tiny", [4e-66, 1e-30, 1e-9])
+def test_a_pen_that_rests_paints_a_dot(tiny: float) -> None:
+    region = Region(0, 0, 8, 8)
+    dot = cover(Brush(), (4.0, 4.0), (4.0, 4.0), region)
+    np.testing.assert_array_equal(cover(Brush(), (4.0, 4.0), (4.0, 4.0 + tiny), region), dot)
 
 
 def test_hard_brush_fades_over_one_pixel() -> None:

@@ -23,6 +23,7 @@ Point: TypeAlias = tuple[float, float]
 LEAST_DIAMETER: Final = 2.0
 """Smallest brush, canvas pixels."""
 
+_RESTING: Final = 1e-6  # canvas pixels: a shorter way is none, and cannot be divided by
 _EDGE: Final = 1.0  # the hardest edge still fades over a pixel, or it would show steps
 
 
@@ -121,7 +122,7 @@ def cover(brush: Brush, start: Point, stop: Point, region: Region) -> Float32:
     y = np.arange(region.top, region.bottom)[:, None] + (0.5 - start[1])
     dx, dy = stop[0] - start[0], stop[1] - start[1]
     length = dx * dx + dy * dy
-    if length > 0:
+    if length > _RESTING**2:
         along = (x * (dx / length) + y * (dy / length)).astype(np.float32)
         np.clip(along, 0.0, 1.0, out=along)
         across = x.astype(np.float32) - np.float32(dx) * along

@@ -74,7 +74,7 @@ class ShotsLine(QWidget):
         row.addWidget(self._open)
         row.addWidget(self._picture)
         row.addWidget(self._icon)
-        row.addWidget(self._words, 1)
+        row.addWidget(self._words, 1, Qt.AlignmentFlag.AlignVCenter)
         row.addWidget(self._all)
         self.setFixedHeight(t.px(_SMALL[1]))
         self._fill()
