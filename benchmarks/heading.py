@@ -24,7 +24,7 @@ import numpy as np
 
 from heading_cases import (  # isort: skip
     LOCATION, SHARED, Case, crop_cases, cut_out, demo_spots, demo_views, learnt, location,
-    location_cases, nothing_cases, scenes,
+    location_cases, nothing_cases, scenes, shipped_cases,
 )  # fmt: skip
 
 from app.core.angles import difference
@@ -265,6 +265,10 @@ def fit(count: int) -> dict[str, Any]:
         sight = see(case.picture)
         hard_questions(rows, case, sight, maps[case.place], chance)
         ask_wrongly(rows, case, sight, maps, chance)
+    for case in shipped_cases():
+        found = compare(see(case.picture), maps[LOCATION], case.fov_deg)
+        for _ in range(2):  # they are few, and nothing about them should be in doubt
+            rows.add("shipped", case, found)
     spots = demo_spots()
     maps = learnt(spots)
     for case in crop_cases(spots, chance, count):

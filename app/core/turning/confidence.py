@@ -40,13 +40,13 @@ SET_WEIGHTS: Final = (0.3, 0.25)
 """Of points and support: set by hand, since patterns that deceive the matching are too rare in the
 pictures for a fit, which would give them next to no weight and be hardly any better."""
 
-_WEIGHTS: Final = (-0.36, *SET_WEIGHTS, 0.51, 1.38, -13.45)  # in the order of `signs`
-_ERROR_FACTOR: Final = 1.01
+_WEIGHTS: Final = (-0.33, *SET_WEIGHTS, 0.5, 1.57, -15.26)  # in the order of `signs`
+_ERROR_FACTOR: Final = 1.11
 _SPREAD: Final = (0.01, 0.5)
 _SUPPORT: Final = (-2.0, 10.0)
 _POINTS: Final = 25
 _SHARE: Final = (0.02, 0.98)
-_TILT: Final = (0.5, 1.5)  # less is that of any wall
+_TILT: Final = (0.6, 1.5)  # less is that of any wall
 _LEAST_ERROR_DEG: Final = 0.05
 _LEAST_ZOOM: Final = 0.8  # things look larger from the probe, unless the field of view is wrong
 

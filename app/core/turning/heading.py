@@ -55,7 +55,7 @@ _LEAST_SIDE: Final = 32
 
 _SAME: Final = math.radians(1.5)
 _RATIO: Final = 0.9  # generous: the fit and the whole picture decide
-_NEAR_DEG: Final = 75.0
+_NEAR_DEG: Final = 60.0
 _TRIES: Final = 1200
 _SITTER_SPREAD: Final = 0.015  # of the picture plane, some 1 deg: how well a face is placed
 _NO_SITTER_SPREAD: Final = 0.04  # more would let the fit step aside to explain depth
@@ -82,7 +82,7 @@ class Effort(NamedTuple):
 SEARCHING: Final = Effort(640 * 480, 1000)
 """For a live picture, anywhere."""
 
-_TRACKING: Final = Effort(360 * 270, 450)  # nearly as exact, and three times as quick
+_TRACKING: Final = Effort(320 * 240, 350)  # nearly as exact, and three times as quick
 _FINE: Final = Effort(1200 * 900, 2500)
 
 
