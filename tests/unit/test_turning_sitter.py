@@ -156,9 +156,9 @@ def test_near_is_cheaper(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found is not None
     answers = module._answers
 
-    def counted(grey: Bytes) -> NDArray[np.float32]:
+    def counted(grey: Bytes, layers: module.Layers) -> NDArray[np.float32]:
         seen.append(grey.size)
-        return answers(grey)
+        return answers(grey, layers)
 
     monkeypatch.setattr(module, "_answers", counted)
     cost = []

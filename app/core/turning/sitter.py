@@ -28,11 +28,12 @@ from app.core.errors import CoreError
 from app.core.paths import resources
 from app.core.turning.headings import offset_angle
 
-__all__ = ["Sitter", "background_mask", "find_sitter", "prepared"]
+__all__ = ["Layers", "Sitter", "background_mask", "find_sitter", "likely_places", "prepared"]
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Kind: TypeAlias = Literal["face", "person"]
+Layers: TypeAlias = tuple[tuple[Float32, Float32], ...]
 
 _CELL: Final = 8  # pixels from one answer of the network to the next
 _USUAL_PX: Final = 26.0  # height of a head for which the network answers 0
@@ -45,7 +46,7 @@ _WINDOW: Final = 31  # pixels, for the local mean and deviation
 _FLOOR: Final = 6.0  # grey levels: noise in an even wall is not made into a pattern
 
 _WORTH_A_LOOK: Final = 0.3
-_BELIEVED: Final = 0.8
+_BELIEVED: Final = 0.85
 _BELIEVED_NEAR: Final = 0.55
 _MOST_LOOKS: Final = 3
 _LEAST_TALL: Final = 0.05  # of the picture's longer side: who is smaller is 4 m away and no sitter
@@ -273,9 +274,32 @@ def _apart(heads: list[_Head]) -> list[_Head]:
 # -- the network -----------------------------------------------------------------------------------
 
 
+def likely_places(grey: Bytes, layers: Layers, least: float) -> list[tuple[float, float]]:
+    """Return where a network sees heads of 14 to 46 pixels, surest first; for its training.
+
+    Parameters
+    ----------
+    grey : (H, W) uint8
+        sRGB.
+    layers : tuple
+        Weights (k, k, channels, features) and biases (features,) float32 of each layer.
+    least : float
+        Least likelihood.
+
+    Returns
+    -------
+    list of (float, float)
+        Columns and rows, pixels.
+    """
+    return [(head.x, head.y) for head in _decoded(_answers(grey, layers), least)]
+
+
 def _heads_in(grey: Bytes, least: float) -> list[_Head]:
-    """Heads of 14 to 46 pixels in a grey picture, surest first, in its own pixels."""
-    answers = _answers(grey)
+    return _decoded(_answers(grey, _network()), least)
+
+
+def _decoded(answers: Float32, least: float) -> list[_Head]:
+    """Return heads of 14 to 46 pixels, surest first, in pixels of the picture looked at."""
     likely = 1.0 / (1.0 + np.exp(-np.clip(answers[..., 0], -30.0, 30.0)))
     rows, columns = np.nonzero(likely >= least)
     if not len(rows):
@@ -304,10 +328,9 @@ def _heads_in(grey: Bytes, least: float) -> list[_Head]:
     return heads
 
 
-def _answers(grey: Bytes) -> Float32:
+def _answers(grey: Bytes, layers: Layers) -> Float32:
     """Return the network's answers (h, w, 4) for the cells of a grey picture."""
     values = prepared(grey)[..., None]
-    layers = _network()
     for number, (weights, bias) in enumerate(layers):
         values = _convolved(values, weights, bias, _STRIDES[number], _GAPS[number])
         if number < len(layers) - 1:
@@ -351,12 +374,13 @@ def _convolved(values: Float32, weights: Float32, bias: Float32, stride: int, ga
     )
     flat = windows.reshape(rows * columns, size * size * channels)
     # Not NumPy's product: its threads wait for each other where other work goes on.
-    product = cv2.gemm(flat, weights.reshape(-1, features), 1.0, None, 0.0)
-    return np.asarray((product + bias).reshape(rows, columns, features), np.float32)
+    start = np.tile(bias, (len(flat), 1))
+    product = cv2.gemm(flat, weights.reshape(-1, features), 1.0, start, 1.0)
+    return np.asarray(product, np.float32).reshape(rows, columns, features)
 
 
 @lru_cache(maxsize=1)
-def _network() -> tuple[tuple[Float32, Float32], ...]:
+def _network() -> Layers:
     path = resources() / "sitter" / "heads.npz"
     hint = "Install Turnlight again."
     stored = read_arrays(path, "network that finds heads", hint, 1 << 24)
