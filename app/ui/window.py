@@ -295,6 +295,11 @@ class Window(QWidget):
 
         def ready(_: None) -> None:
             self._presenter_of("styles")
+            self._runner.submit("turn-ready", after)
+
+        def after(token: object, report: object) -> None:
+            del token, report
+            importlib.import_module("app.ui.presenters.turn")
 
         self._runner.submit("styles-ready", work, done=ready)
 
