@@ -270,6 +270,7 @@ def test_the_command_bakes_in_scalar_from_mesh_to_files_that_solve(tmp_path: Pat
     assert load_pack(pack_path(target)).preintegrated.shape[1:] == (4, 8)
     assert sorted(file.name for file in tmp_path.iterdir()) == [
         "ball.npz",
+        "ball.shape.npz",
         "ball.styles.npz",
         "sphere.obj",
     ]
