@@ -26,6 +26,8 @@ __all__ = ["COMMANDS", "build_parser", "main"]
 
 COMMANDS: Final = {
     "solve": "find the best turn for each style in a panorama",
+    "light": "where to turn and where to hold a second light",
+    "lamp": "the library of lamps that were captured in a dark room",
     "render": "picture of the head under an environment",
     "merge": "merge a bracket of exposures into an environment",
     "capture": "take a bracket with a camera and make an environment of it",

@@ -8,6 +8,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from app.core.bench import run_all
+from app.core.bench_light import run_light
 from app.core.bench_merge import run_merge
 from app.core.pack import load_named_pack, load_transport_of
 from app.core.progress import Token, span
@@ -62,8 +63,9 @@ def run(args: argparse.Namespace) -> int:
     """
     pack = load_named_pack(args.head)
     transport = load_transport_of(pack, args.head)
-    rows, speed = run_all(transport, pack, span(_report, 0.0, 0.5), Token())
-    rows += run_merge(pack, span(_report, 0.5, 1.0), Token())
+    rows, speed = run_all(transport, pack, span(_report, 0.0, 0.4), Token())
+    rows += run_light(pack, transport, span(_report, 0.4, 0.6), Token(), speed)
+    rows += run_merge(pack, span(_report, 0.6, 1.0), Token())
     if args.json:
         print(json.dumps(_as_json(rows, speed, args.head)))
     else:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from app.core.styles import Style, StyleLamp
     from app.core.transport import Transport
 
-__all__ = ["LampMaps", "far_lamp", "mirror_index", "split_lamps"]
+__all__ = ["LampMaps", "LampWeights", "far_lamp", "lamp_weights", "mirror_index", "split_lamps"]
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
@@ -52,6 +52,27 @@ class LampMaps:
     maps: Float32
     style: NDArray[np.int32]
     ratio: Float64
+
+
+@dataclass(frozen=True, slots=True)
+class LampWeights:
+    """Weights of a single lamp of a style.
+
+    Attributes
+    ----------
+    style : int
+        Position of the style.
+    lamp : StyleLamp
+    weights : (P,) float64
+        Mean over the lamp's part of the face minus mean over the part that the style leaves dark.
+    ratio : float
+        Their value over the mean of the face, in the style's target picture.
+    """
+
+    style: int
+    lamp: StyleLamp
+    weights: Float64
+    ratio: float
 
 
 def far_lamp(lamp: StyleLamp, shape: tuple[int, int]) -> Float64:
@@ -111,7 +132,40 @@ def split_lamps(
     LampMaps
         For each lamp that is more than a fill light in a style of several such lamps.
     """
-    found: list[_Part] = []
+    found = [
+        _Part(one.style, one.lamp, colours.integrate(one.weights), one.ratio)
+        for one in lamp_weights(transport, styles, luminance, weights)
+    ]
+    if transport.header.symmetric:
+        found = _mirror_exact(styles, found)
+    empty = np.zeros((0, colours.rows, transport.environment_shape[1]), np.float32)
+    return LampMaps(
+        maps=np.stack([part.map for part in found]) if found else empty,
+        style=np.array([part.style for part in found], np.int32),
+        ratio=np.array([part.ratio for part in found], np.float64),
+    )
+
+
+def lamp_weights(
+    transport: Transport, styles: Sequence[Style], luminance: Float64, weights: Float64
+) -> tuple[LampWeights, ...]:
+    """Split the styles with several lamps among them.
+
+    Parameters
+    ----------
+    transport : Transport
+        Of the head.
+    styles : sequence of Style
+        S styles.
+    luminance, weights : (S, P) float64
+        Their target pictures on the head's pixels, and the weights f made of them.
+
+    Returns
+    -------
+    tuple of LampWeights
+        Style by style, for each lamp that is more than a fill light among several such lamps.
+    """
+    found: list[LampWeights] = []
     for row, style in enumerate(styles):
         lamps = _main_lamps(style)
         if len(lamps) < 2:
@@ -121,17 +175,10 @@ def split_lamps(
         # A target that does not show its own lamps gives nothing to measure by.
         if (shares > 0).all():
             found += [
-                _Part(row, lamp, colours.integrate(part), float(share))
+                LampWeights(row, lamp, part, float(share))
                 for lamp, part, share in zip(lamps, parts, shares, strict=True)
             ]
-    if transport.header.symmetric:
-        found = _mirror_exact(styles, found)
-    empty = np.zeros((0, colours.rows, transport.environment_shape[1]), np.float32)
-    return LampMaps(
-        maps=np.stack([part.map for part in found]) if found else empty,
-        style=np.array([part.style for part in found], np.int32),
-        ratio=np.array([part.ratio for part in found], np.float64),
-    )
+    return tuple(found)
 
 
 def mirror_index(styles: Sequence[Style], style: Style) -> int | None:

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import QSize, Qt, QTimer
 
 from app.core.errors import CoreError
+from app.ui.presenters.light_words import rescued
 from app.ui.presenters.model import Step
 from app.ui.robot import Lost, Robot
+from app.ui.screens.light import LightScreen
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -72,7 +74,14 @@ class Walk:
 
     def _walk(self) -> None:
         try:
-            for part in (self._probe, self._styles, self._paint, self._turn, self._others):
+            for part in (
+                self._probe,
+                self._styles,
+                self._paint,
+                self._turn,
+                self._light,
+                self._others,
+            ):
                 part()
             self._narrow()
         except Lost as lost:
@@ -139,11 +148,41 @@ class Walk:
             self._shoot("turn-selfie")
             robot.click("I walk")
 
-    def _others(self) -> None:
-        app = self._app
+    def _light(self) -> None:
+        """Hold a phone, and where that is too weak a panel, at the best place and elsewhere."""
+        robot, app = self._robot, self._app
         app.model.update(step=Step.LIGHT)
         self._linger()
+        self._shoot("light-empty")
+        presenter = robot.find("Light", LightScreen).presenter
+        work = presenter.work
+        robot.click("Take the phone")
+        self._linger()
+        if presenter.resolve().asks:
+            self._shoot("light-question")
+            robot.click("Cellar, 30 lx")
+        robot.wait(lambda: work.answers is not None, "places for the phone", _CAPTURE_S)
+        if work.answers is not None and not rescued(work.answers.placed):
+            robot.wait(lambda: not work.coming_closer, "the phone from nearer by", _CAPTURE_S)
+            self._shoot("light-too-weak")
+            weak = work.answers
+            presenter.take_lamp("panel")
+            robot.wait(lambda: work.answers is not weak, "places for the panel", _CAPTURE_S)
+        if work.answers is not None and (saved := rescued(work.answers.placed)):
+            presenter.choose(saved[0].name)
+        robot.wait(lambda: not presenter.resolve().detail.stale, "the face with the lamp")
+        app.window.dismiss_messages()
         self._shoot("light")
+        presenter.focus_lamp()
+        for key in (Qt.Key.Key_Up, Qt.Key.Key_Right):
+            robot.press(key, Qt.KeyboardModifier.ShiftModifier)
+        self._linger(1.0)
+        self._shoot("light-elsewhere")
+        robot.press(Qt.Key.Key_Home)
+        self._linger()
+
+    def _others(self) -> None:
+        app = self._app
         for what in ("places", "settings", "find", "tour", "help"):
             app.commands.ask(what)
             self._linger()
@@ -155,7 +194,7 @@ class Walk:
         for size, name in ((_SMALL, "narrow"), (_WIDE, "wide")):
             app.window.resize(size)
             self._linger()
-            for step in (Step.PROBE, Step.STYLES, Step.TURN):
+            for step in (Step.PROBE, Step.STYLES, Step.TURN, Step.LIGHT):
                 app.model.update(step=step, painting=None)
                 self._linger(1.0)
                 self._shoot(f"{step.value}-{name}")

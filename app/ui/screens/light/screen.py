@@ -1,108 +1,209 @@
-"""View of the step for a second light."""
+"""View of the Light screen: the lamp at the left, where it goes in the middle, what it does."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtCore import QEvent, QSize, Qt, QTimer
+from PySide6.QtWidgets import QApplication, QFileDialog, QHBoxLayout, QStackedWidget, QWidget
 
+from app.ui.presenters.light_state import LightSizes
+from app.ui.screens.light.detail import DetailColumn, portrait_size
+from app.ui.screens.light.lamp_column import LampColumn
+from app.ui.screens.light.middle import Brightness, Middle
+from app.ui.screens.light.row import PICTURE
 from app.ui.theme import theme
-from app.ui.widgets.buttons import Button
-from app.ui.widgets.cards import Frame
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
-from app.ui.widgets.surfaces import Scroll
+from app.ui.widgets.banner import Empty
+from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:
-    from app.ui.presenters.light import LightPresenter, LightRow, LightState
+    from PySide6.QtGui import QResizeEvent, QShowEvent
 
-__all__ = ["LightScreen"]
+    from app.ui.presenters.light import LightPresenter
+    from app.ui.presenters.light_state import LightState
 
-_WIDTH: Final = 760
+__all__ = ["LightScreen", "column_widths"]
+
+_FULL: Final = (312, 376)
+_COMPACT: Final = (272, 304)
+_USUAL: Final = 1352
+_WIDEST: Final = 560
+_GROWTH: Final = 0.16  # of each column, for each pixel beyond the usual width
+_LEAST: Final = (560, 560)  # of the middle
+_LEAST_COMPACT: Final = (300, 520)
+_PICTURES: Final = "Pictures (*.jpg *.jpeg *.png *.tif *.tiff *.dng *.exr *.hdr)"
+
+
+def column_widths(width: int, compact: bool) -> tuple[int, int]:
+    """Choose the widths of the left and the right column.
+
+    Parameters
+    ----------
+    width : int
+        Of the screen, logical pixels.
+    compact : bool
+        Whether this is the layout for small windows.
+
+    Returns
+    -------
+    int, int
+        312 and 376 in the usual window; from there on they grow with it.
+    """
+    t = theme()
+    if compact:
+        return t.px(_COMPACT[0]), t.px(_COMPACT[1])
+    more = max(int((width - t.px(_USUAL)) * _GROWTH), 0)
+    left, right = (min(t.px(each) + more, t.px(_WIDEST)) for each in _FULL)
+    return left, right
 
 
 class LightScreen(QWidget):
-    """Says what styles lack here and from where they are lit in a studio.
+    """The view of `app.ui.presenters.light.LightPresenter`.
 
     Parameters
     ----------
     presenter : LightPresenter
         Its presenter.
     compact : bool
-        For narrow windows; the layout is the same.
+        Whether this is the layout for small windows.
+
+    Attributes
+    ----------
+    presenter : LightPresenter
+        The same.
     """
 
     def __init__(self, presenter: LightPresenter, compact: bool) -> None:
         super().__init__()
-        del compact
-        self._presenter = presenter
+        self.presenter = presenter
+        self._compact = compact
         self._state: LightState | None = None
+        self._actions: tuple[tuple[str, str], ...] = ()
+        self.setAccessibleName("Light")
+        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self.setProperty("noFocusRing", True)
+        self.lamp = LampColumn(presenter, compact)
+        self.middle = Middle(presenter, compact)
+        self.detail = DetailColumn(presenter, compact)
+        self.question = Brightness(presenter)
+        self.empty = Empty("", icon="bulb")
+        self.empty.pressed.connect(self._pressed)
+        self.stack = QStackedWidget()
+        least = _LEAST_COMPACT if compact else _LEAST
+        self._room = Room(self.middle, *least)
+        for page in (self.empty, self.question, self._room):
+            self.stack.addWidget(page)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(0)
+        row.addWidget(self.lamp)
+        row.addWidget(self.stack, 1)
+        row.addWidget(self.detail)
+        self._portrait = QSize()
+        # Several sizes change with one resize; pictures are made once, after the last.
+        self._later = QTimer(self, singleShot=True, interval=0)
+        self._later.timeout.connect(self._tell_sizes)
+        self.detail.laid.connect(self._laid)
         t = theme()
-        self._headline = Text("", 20, 600, wrap=True)
-        self._words = Text("", 14, role="dim", wrap=True)
-        self._go_on = Button("", kind="primary", size="main")
-        self._go_on.clicked.connect(presenter.go_on)
-        self._rows = QVBoxLayout()
-        self._rows.setSpacing(t.px(8))
-        column = QVBoxLayout()
-        column.setSpacing(t.px(8))
-        column.addWidget(self._headline)
-        column.addWidget(self._words)
-        column.addSpacing(t.px(16))
-        column.addLayout(self._rows)
-        column.addSpacing(t.px(16))
-        foot = QHBoxLayout()
-        foot.addWidget(self._go_on)
-        foot.addStretch(1)
-        column.addLayout(foot)
-        column.addStretch(1)
-        body = QWidget()
-        body.setMaximumWidth(t.px(_WIDTH))
-        body.setLayout(column)
-        column.setContentsMargins(0, 0, 0, 0)
-        middle = QWidget()
-        row = QHBoxLayout(middle)
-        row.setContentsMargins(t.px(24), t.px(24), t.px(24), t.px(24))
-        row.addStretch(1)
-        row.addWidget(body, 100)
-        row.addStretch(1)
-        area = Scroll(middle)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.addWidget(area)
+        width = column_widths(t.px(_USUAL), compact)[1]
+        self._laid(portrait_size(width, compact))
+        self._tell_sizes()
+
+    # -- what the presenter calls --------------------------------------------------------------
 
     def show_state(self, state: LightState) -> None:
         """Show what changed."""
-        if state == self._state:
-            return
         before, self._state = self._state, state
-        self._headline.set_text(state.headline)
-        self._words.set_text(state.words)
-        self._go_on.set_text(state.action)
-        if before is None or before.rows != state.rows:
-            while (item := self._rows.takeAt(0)) is not None:
-                if (widget := item.widget()) is not None:
-                    widget.hide()
-                    widget.deleteLater()
-            for row in state.rows:
-                self._rows.addWidget(self._card(row))
+        self.lamp.show_state(state)
+        self._show_page(state)
+        if before is None or state.detail is not before.detail:
+            self.detail.show_state(state.detail)
+        self.detail.own.set_busy("Reading…" if state.capturing.busy else None)
+        self.detail.setVisible(bool(state.detail.key))
 
-    def _card(self, row: LightRow) -> QWidget:
-        t = theme()
-        card = Frame()
-        line = QHBoxLayout(card)
-        line.setContentsMargins(t.px(16), t.px(16), t.px(16), t.px(16))
-        line.setSpacing(t.px(16))
-        line.addWidget(Icon("bulb", 24))
-        words = QVBoxLayout()
-        words.setSpacing(t.px(4))
-        words.addWidget(Text(row.title, 16, 600, elide=True))
-        words.addWidget(Text(row.reason, 14, role="dim", wrap=True))
-        for lamp in row.lamps:
-            words.addWidget(Text(f"In a studio its lamp stands {lamp}.", 14, wrap=True))
-        line.addLayout(words, 1)
-        look = Button("Look at it", size="small")
-        look.setAccessibleName(f"Look at {row.title}")
-        look.clicked.connect(lambda: self._presenter.choose(row.name))
-        line.addWidget(look)
-        return card
+    def _show_page(self, state: LightState) -> None:
+        """Show schematics, question or what is missing; the keyboard stays on the page."""
+        page: QWidget = self._room
+        if state.empty or (not state.asks and state.heads.shape is None):
+            sentence = state.empty or "The lamp is being tried all around the head…"
+            self._actions = state.actions if state.empty else ()
+            self.empty.set(sentence, *(words for _, words in self._actions))
+            page = self.empty
+        elif state.asks:
+            page = self.question
+        else:
+            self.middle.show_state(state)
+        focus = QApplication.focusWidget()
+        here = focus is self or (focus is not None and self.stack.isAncestorOf(focus))
+        other = self.stack.currentWidget() is not page
+        if here and other:
+            # Else Qt gives it to whatever comes next in the window.
+            self.setFocus(Qt.FocusReason.OtherFocusReason)
+        self.stack.setCurrentWidget(page)
+        if here and other:
+            self._first_of(page).setFocus(Qt.FocusReason.OtherFocusReason)
+
+    def _first_of(self, page: QWidget) -> QWidget:
+        """Give the widget of a page that the keyboard comes to."""
+        if page is self._room:
+            return self.middle.map
+        if page is self.question:
+            return next(iter(self.question.answers.values()))
+        return self.empty.button() if self._actions else self
+
+    def take_lamp_focus(self) -> None:
+        """Give the keyboard to the lamp."""
+        self.middle.map.setFocus(Qt.FocusReason.ShortcutFocusReason)
+
+    def ask_pictures(self) -> None:
+        """Ask for the pictures of a lamp and hand them to the presenter."""
+        names, _ = QFileDialog.getOpenFileNames(
+            self, "Pictures of your lamp in a dark room", "", _PICTURES
+        )
+        if names:
+            self.presenter.take_pictures([Path(name) for name in names])
+
+    def _pressed(self, number: int) -> None:
+        if number < len(self._actions):
+            self.presenter.press(self._actions[number][0])
+
+    # -- sizes ---------------------------------------------------------------------------------
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Divide the room."""
+        left, right = column_widths(self.width(), self._compact)
+        self.lamp.setFixedWidth(left)
+        self.detail.setFixedWidth(right)
+        super().resizeEvent(event)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Give the keyboard to the lamp, unless somebody else has it."""
+        super().showEvent(event)
+        QTimer.singleShot(0, self, self._take_keys)
+
+    def _take_keys(self) -> None:
+        focus = QApplication.focusWidget()
+        if self.isVisible() and (focus is None or not focus.isVisible()):
+            self.middle.map.setFocus(Qt.FocusReason.OtherFocusReason)
+
+    def event(self, event: QEvent) -> bool:
+        """Make sharper pictures on a screen with smaller pixels."""
+        if event.type() == QEvent.Type.DevicePixelRatioChange:
+            self._later.start()
+        return super().event(event)
+
+    def _laid(self, portrait: QSize) -> None:
+        if portrait != self._portrait:
+            self._portrait = portrait
+            self._later.start()
+
+    def _tell_sizes(self) -> None:
+        dpr = self.devicePixelRatioF()
+        side = round(theme().px(PICTURE) * dpr)
+        self.presenter.sized(
+            LightSizes(
+                (side, side),
+                (round(self._portrait.height() * dpr), round(self._portrait.width() * dpr)),
+            )
+        )

@@ -1,0 +1,239 @@
+"""``turnlight lamp``: the library of lamps that were captured in a dark room."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from app.commands.telling import Teller
+from app.core.errors import CoreError
+from app.core.pack import load_named_pack
+from app.core.probe.finish import Wishes
+from app.core.probe.masks import parse_mask
+from app.core.second_light.captured import centroid
+from app.core.second_light.comparable import compare, with_lux
+from app.core.second_light.dark_room import GUIDE, capture_lamp
+from app.core.second_light.library import (
+    add_lamp,
+    delete_lamp,
+    lamps_folder,
+    list_lamps,
+    read_lamp,
+    update_lamp,
+)
+from app.core.second_light.mask import edit_mask
+
+if TYPE_CHECKING:
+    import argparse
+
+    from app.core.second_light.captured import CapturedLamp
+
+__all__ = ["add_parser", "run"]
+
+_STEPS = "\n".join(f"{number}. {step}" for number, step in enumerate(GUIDE, 1))
+_ANY_WHITE = 1.0  # stands for a known place where only the lamp is judged
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the ``lamp`` command to the command line.
+
+    Parameters
+    ----------
+    subparsers : argparse._SubParsersAction
+        Where commands are added.
+    """
+    parser = subparsers.add_parser(
+        "lamp",
+        help="the library of lamps that were captured in a dark room",
+        description="Capture a lamp in a dark room once, and use it as a second light anywhere.",
+    )
+    parser.set_defaults(run=run)
+    actions = parser.add_subparsers(metavar="ACTION", dest="action", required=True)
+    _add_words(actions)
+    guide = actions.add_parser("guide", help="how to capture a lamp, step by step")
+    shown = actions.add_parser("list", help="list the lamps")
+    mask = actions.add_parser("mask", help="correct where a lamp is in its capture")
+    mask.add_argument("name", metavar="NAME", help="a lamp of the library")
+    _add_masks(mask)
+    gone = actions.add_parser("remove", help="put a lamp into the trash")
+    gone.add_argument("name", metavar="NAME", help="a lamp of the library")
+    for each in (guide, shown, mask, gone):
+        each.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Do what was asked with the library.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        As parsed by the parser of `add_parser`.
+
+    Returns
+    -------
+    int
+        0.
+
+    Raises
+    ------
+    CoreError
+        When an argument, a file or a lamp is of no use; the library is as it was then.
+    """
+    actions = {"add": _add, "guide": _guide, "list": _list, "mask": _mask, "remove": _remove}
+    text, facts = actions[args.action](args)
+    print(json.dumps(facts, ensure_ascii=False) if args.json else text)
+    return 0
+
+
+def _add_words(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    add = actions.add_parser(
+        "add",
+        help="make a lamp of a bracket taken in a dark room",
+        description=f"Make a lamp of a bracket taken in a dark room. {' '.join(GUIDE)}",
+    )
+    add.add_argument("name", metavar="NAME", help="what the lamp is called")
+    add.add_argument(
+        "images",
+        metavar="IMAGE",
+        nargs="+",
+        type=Path,
+        help="the exposures, one folder of them, or one .exr or .hdr (channel A is the mask)",
+    )
+    add.add_argument("--distance", metavar="M", help="from the camera to the lamp, metres")
+    add.add_argument("--lux", metavar="E", help="what a light meter reads at the camera")
+    add.add_argument(
+        "--times", metavar="T,...", help="exposure times in seconds, in the order of the files"
+    )
+    add.add_argument(
+        "--response",
+        choices=("srgb", "recover", "auto"),
+        default="srgb",
+        help="camera curve (default: srgb, since dark rooms show mostly noise)",
+    )
+    _add_masks(add)
+    add.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def _add_masks(parser: argparse.ArgumentParser) -> None:
+    for option, words in (("--set", "is lamp too"), ("--clear", "is not the lamp")):
+        parser.add_argument(
+            option,
+            metavar="WHERE",
+            action="append",
+            default=[],
+            help=f'a region that {words}: box:-20,20,-10,30, "az,el;az,el;az,el", or a PNG '
+            "(white = the region); may be repeated",
+        )
+
+
+def _add(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
+    distance = None if args.distance is None else _positive(args.distance, "distance in metres")
+    lux = None if args.lux is None else _positive(args.lux, "illuminance in lux")
+    times = args.times and tuple(_positive(t, "exposure time") for t in args.times.split(","))
+    wishes = Wishes(times=times or None, response=args.response, sun="leave")
+    found = capture_lamp(
+        args.images,
+        load_named_pack("generic"),
+        wishes,
+        title=args.name,
+        distance_m=distance,
+        report=Teller(),
+    )
+    lamp = _edited(found.lamp, args)
+    lamp = lamp if lux is None else with_lux(lamp, lux)
+    warnings = list(found.warnings)
+    verdict = compare(_ANY_WHITE, lamp)
+    if not verdict.possible:
+        warnings.append(str(verdict))
+    if distance is None:
+        warnings.append("The lamp's distance is not known: --distance states it.")
+    for line in (*warnings, *found.notes):
+        print(line, file=sys.stderr)
+    kept = add_lamp(lamps_folder(), lamp)
+    facts = {**_facts(kept), "warnings": warnings, "notes": list(found.notes)}
+    return f"Kept “{kept.title}” as {kept.name}: {_words(facts)}.", facts
+
+
+def _guide(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
+    del args
+    return f"{_STEPS}\n\nThen: turnlight lamp add NAME IMAGE... --distance METRES", {
+        "steps": list(GUIDE)
+    }
+
+
+def _list(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
+    del args
+    entries, damaged = list_lamps(lamps_folder())
+    rows = [
+        {
+            "name": each.name,
+            "title": each.title,
+            "distance_m": each.distance_m,
+            "lux": each.lux,
+            "camera": each.camera,
+            "picture": None if each.picture is None else str(each.picture),
+            "remarks": list(each.remarks),
+        }
+        for each in entries
+    ]
+    lines = [f"{row['name']:<24}{row['title']:<32}{_words(row)}" for row in rows]
+    lines += [f"{each.path.name}: {each.reason}" for each in damaged]
+    bad = [{"file": str(each.path), "reason": each.reason} for each in damaged]
+    return "\n".join(lines) or "No lamps yet.", {"lamps": rows, "damaged": bad}
+
+
+def _mask(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
+    lamp = read_lamp(lamps_folder(), args.name)
+    edited = _edited(lamp, args)
+    if edited is lamp:
+        raise CoreError("Nothing was said about the mask.", "Use --set or --clear.")
+    update_lamp(lamps_folder(), edited)
+    facts = _facts(edited)
+    return f"Corrected “{edited.title}”: {_words(facts)}.", facts
+
+
+def _remove(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
+    gone = delete_lamp(lamps_folder(), args.name)
+    words = f"“{gone.title}” is in the trash: {gone.folder}"
+    return words, {"name": gone.name, "title": gone.title, "trash": str(gone.folder)}
+
+
+def _edited(lamp: CapturedLamp, args: argparse.Namespace) -> CapturedLamp:
+    for texts, lit in ((args.set, True), (args.clear, False)):
+        for text in texts:
+            lamp = edit_mask(lamp, parse_mask(text), lit=lit)
+    return lamp
+
+
+def _facts(lamp: CapturedLamp) -> dict[str, Any]:
+    azimuth, elevation = centroid(lamp.light)
+    return {
+        "name": lamp.name,
+        "title": lamp.title,
+        "distance_m": lamp.distance_m,
+        "lux": lamp.lux,
+        "white_cd_m2": lamp.white_cd_m2,
+        "camera": lamp.camera,
+        "solid_angle_sr": lamp.solid_angle_sr,
+        "azimuth_deg": azimuth,
+        "elevation_deg": elevation,
+    }
+
+
+def _words(facts: dict[str, Any]) -> str:
+    lux, metres = facts["lux"], facts["distance_m"]
+    light = "brightness not known" if lux is None else f"{lux:.3g} lux"
+    return f"{light} at {metres:g} m" if metres is not None else f"{light}, distance not known"
+
+
+def _positive(text: str, what: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value > 0.0):
+        raise CoreError(f"{text.strip()!r} is no {what}.")
+    return value

@@ -1,0 +1,389 @@
+"""``turnlight light``: the best turn and the best place of a second light, for styles."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from app.core.environment import read_environment, reduce
+from app.core.errors import CoreError
+from app.core.head_shape import HeadShape, load_shape_of
+from app.core.pack import load_named_pack, load_transport_of
+from app.core.second_light.added import from_captured, from_numbers
+from app.core.second_light.captured import CapturedLamp, placed
+from app.core.second_light.dimming import FULL, power_words, powers_of
+from app.core.second_light.lamp_file import read_lamp_file
+from app.core.second_light.library import lamps_folder, list_lamps, read_lamp
+from app.core.second_light.numbers import KINDS, NumbersLamp, parse
+from app.core.second_light.placements import direction
+from app.core.second_light.reach import above_floor, within_arm
+from app.core.second_light.scale import ASSUMED_LUX, illuminance, stated_white
+from app.core.second_light.search import place_all
+from app.core.second_light.words import metres, placement_words
+from app.core.solve import OBJECTIVES
+from app.core.styles import select
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from app.core.colour import FloatImage
+    from app.core.pack import StylePack
+    from app.core.second_light.added import AddedLight
+    from app.core.second_light.search import Placed
+    from app.core.transport import Transport
+
+__all__ = ["add_parser", "run"]
+
+_POWERS = ("best", "full")
+_REACHES = ("any", "floor", "arm")
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the ``light`` command to the command line.
+
+    Parameters
+    ----------
+    subparsers : argparse._SubParsersAction
+        Where commands are added.
+    """
+    parser = subparsers.add_parser(
+        "light",
+        help="where to turn and where to hold a second light",
+        description="Find how far to turn and where to hold a lamp so that a place gives a "
+        "style. Azimuth counts from the front of the face, positive toward the sitter's left; "
+        "altitude is positive upward; distances are from the middle of the head.",
+    )
+    parser.add_argument("environment", metavar="ENV", help="panorama, OpenEXR or Radiance .hdr")
+    parser.add_argument(
+        "--lamp",
+        metavar="LAMP",
+        required=True,
+        help=f"KIND or KIND@METRES ({', '.join(KINDS)}), a panorama of a lamp in a dark room, "
+        "or a lamp of your library",
+    )
+    parser.add_argument(
+        "--style", metavar="NAME", nargs="+", action="extend", help="styles wanted (default: all)"
+    )
+    parser.add_argument(
+        "--head",
+        metavar="NAME",
+        default="generic",
+        help="head to light: a name, or a transport file (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--objective",
+        choices=OBJECTIVES,
+        default=OBJECTIVES[0],
+        help="the best matching picture, or the paper's quality C (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--greedy",
+        action="store_true",
+        help="first turn, then place the lamp, instead of trying all combinations",
+    )
+    parser.add_argument(
+        "--power",
+        choices=_POWERS,
+        default=_POWERS[0],
+        help="for lamps from numbers: dimmed as fits best, or at full power, which the paper's "
+        "objective always takes (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--front",
+        metavar="DEG",
+        type=_finite,
+        default=0.0,
+        help="azimuth in the panorama at which the photographer stands (default: 0)",
+    )
+    parser.add_argument(
+        "--lux",
+        metavar="E",
+        type=_finite,
+        help="vertical illuminance at the face while it looks at the photographer, for a "
+        "panorama that does not state its brightness",
+    )
+    parser.add_argument(
+        "--reach",
+        choices=_REACHES,
+        default=_REACHES[0],
+        help="where the lamp can be held: anywhere, not through the floor, or within the "
+        "sitter's own arm's length (default: %(default)s)",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=run)
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text} is not a finite number")
+    return value
+
+
+@dataclass(frozen=True, slots=True)
+class _Scale:
+    """How bright the place is taken to be."""
+
+    gain: float
+    lux: float
+    assumed: bool
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the command.
+
+    Parameters
+    ----------
+    args : argparse.Namespace
+        As parsed by `add_parser`.
+
+    Returns
+    -------
+    int
+        Exit code 0.
+
+    Raises
+    ------
+    CoreError
+        For anything the user can put right.
+    """
+    start = time.perf_counter()
+    lamp = _find_lamp(args.lamp)
+    pack = load_named_pack(args.head)
+    names = [style.name for style in select(pack.styles, args.style)]
+    environment = read_environment(args.environment)
+    for warning in environment.warnings:
+        _say(warning)
+    radiance = reduce(environment, pack.header.environment)
+    scale = _scale(radiance, args)
+    transport = load_transport_of(pack, args.head)
+    shape = load_shape_of(transport, args.head)
+    added = _prepare(lamp, transport, shape)
+    begun = time.perf_counter()
+    found = place_all(
+        pack,
+        transport,
+        radiance * np.float32(scale.gain),
+        added,
+        args.objective,
+        styles=names,
+        allowed=_allowed(args.reach, added.distance_m),
+        greedy=args.greedy,
+        powers=_powers(lamp, args),
+        front_deg=args.front,
+    )
+    done = time.perf_counter()
+    times = {"seconds": round(done - start, 4), "search_seconds": round(done - begun, 4)}
+    if args.json:
+        values = _as_json(found, args, added, shape, scale)
+        print(json.dumps({**values, **times}, ensure_ascii=False))
+    else:
+        print(_table(found, added, shape, pack, environment.name, scale))
+    return 0
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr)
+
+
+def _find_lamp(text: str) -> NumbersLamp | CapturedLamp:
+    if text.strip().lower().partition("@")[0] in KINDS:
+        return parse(text)
+    if Path(text).suffix.lower() in (".exr", ".hdr"):
+        lamp, said = read_lamp_file(text)
+        for warning in said:
+            _say(warning)
+        return lamp
+    if "@" in text:
+        # Only a kind has a distance in its name; the sentence lists those there are.
+        return parse(text)
+    folder = lamps_folder()
+    if list_lamps(folder)[0]:
+        return read_lamp(folder, text)
+    raise CoreError(
+        f"There is no lamp called “{text}”, and none in your library.",
+        f"Known: {', '.join(KINDS)}. Keep one of your own with 'turnlight lamp add'.",
+    )
+
+
+def _prepare(
+    lamp: NumbersLamp | CapturedLamp, transport: Transport, shape: HeadShape
+) -> AddedLight:
+    if isinstance(lamp, NumbersLamp):
+        return from_numbers(transport, shape, lamp)
+    added = from_captured(transport, placed(lamp))
+    if not added.absolute:
+        _say(
+            f"{lamp.title} does not state its brightness: its radiance is taken as cd/m². "
+            "Merge its frames with their EXIF."
+        )
+    return added
+
+
+def _scale(radiance: FloatImage, args: argparse.Namespace) -> _Scale:
+    """Find what radiance 1 is in cd/m2: stated by the user, by the file, or assumed."""
+    relative = illuminance(radiance, args.front)
+    if args.lux is not None:
+        if not 0.0 < args.lux <= 1e6:
+            raise CoreError(
+                f"{args.lux:g} lux is no light to photograph in.",
+                "A candle-lit table has 10, a lit room 200, a cloudy day 10000, the sun 60000.",
+            )
+        return _stated(args.lux, relative)
+    white = stated_white(args.environment)
+    if white is not None:
+        return _Scale(white, white * relative, False)
+    _say(
+        f"This panorama does not state how bright the place is; {ASSUMED_LUX:g} lux at the face "
+        "are assumed. Say it with --lux."
+    )
+    scale = _stated(ASSUMED_LUX, relative)
+    return _Scale(scale.gain, scale.lux, True)
+
+
+def _stated(lux: float, relative: float) -> _Scale:
+    if relative <= 0.0:
+        raise CoreError(
+            "No light comes from where the photographer stands.", "Choose another --front."
+        )
+    return _Scale(lux / relative, lux, False)
+
+
+def _allowed(reach: str, distance_m: float | None) -> NDArray[np.bool_] | None:
+    if reach == "any":
+        return None
+    if distance_m is None:
+        raise CoreError(
+            "How far this lamp is held is not known.", "Leave out --reach, or capture it again."
+        )
+    allowed = above_floor(distance_m)
+    return allowed & within_arm(distance_m) if reach == "arm" else allowed
+
+
+def _powers(lamp: NumbersLamp | CapturedLamp, args: argparse.Namespace) -> tuple[float, ...]:
+    dimmed = args.power == "best" and args.objective == "picture"
+    return powers_of(lamp.kind) if dimmed and isinstance(lamp, NumbersLamp) else FULL
+
+
+def _as_json(
+    found: Sequence[Placed],
+    args: argparse.Namespace,
+    added: AddedLight,
+    shape: HeadShape,
+    scale: _Scale,
+) -> dict[str, Any]:
+    styles = [_style_json(one, added, shape) for one in found]
+    values: dict[str, Any] = {
+        "objective": args.objective,
+        "head": args.head,
+        "lamp": added.name,
+        "lamp_title": added.title,
+        "distance_m": added.distance_m,
+        "front_deg": args.front,
+        "reach": args.reach,
+        "greedy": args.greedy,
+        "illuminance_lux": _short(scale.lux),
+        "cd_m2_per_unit": _short(scale.gain),
+        "assumed": scale.assumed,
+        "rescues": [one.name for one in found if one.rescued],
+        "styles": styles,
+    }
+    return {**values, **styles[0]} if len(styles) == 1 else values
+
+
+def _style_json(one: Placed, added: AddedLight, shape: HeadShape) -> dict[str, Any]:
+    before = one.before
+    return {
+        "name": one.name,
+        "title": one.title,
+        "side": one.side,
+        "turn_deg": one.turn_deg,
+        "turn_refined_deg": round(one.turn_refined_deg, 6),
+        "lamp_azimuth_deg": one.lamp_azimuth_deg,
+        "lamp_altitude_deg": one.lamp_altitude_deg,
+        "lamp_azimuth_refined_deg": round(one.lamp_azimuth_refined_deg, 6),
+        "lamp_altitude_refined_deg": round(one.lamp_altitude_refined_deg, 6),
+        "words": _words(one, added, shape),
+        "power": one.power,
+        "power_words": power_words(one.power, added.name),
+        "quality": _short(one.quality),
+        "match": _short(one.match),
+        "strength": _short(one.strength),
+        "attainable": one.attainable,
+        "reason": one.reason,
+        "rescued": one.rescued,
+        "evaluated": one.evaluated,
+        "before": {
+            "turn_deg": before.turn_deg,
+            "turn_refined_deg": round(before.turn_refined_deg, 6),
+            "quality": _short(before.quality),
+            "match": _short(before.match),
+            "strength": _short(before.strength),
+            "attainable": before.attainable,
+            "reason": before.reason,
+        },
+    }
+
+
+def _words(one: Placed, added: AddedLight, shape: HeadShape) -> str:
+    azimuth, altitude = one.lamp_azimuth_refined_deg, one.lamp_altitude_refined_deg
+    distance = added.distance_m
+    skin = None
+    if distance is not None:
+        skin = shape.distance_to_skin(direction(azimuth, altitude) * distance)
+    return placement_words(azimuth, altitude, distance, skin)
+
+
+def _short(value: float) -> float:
+    """Nine significant digits: more than the data hold."""
+    return float(f"{value:.9g}")
+
+
+def _table(
+    found: Sequence[Placed],
+    added: AddedLight,
+    shape: HeadShape,
+    pack: StylePack,
+    place: str,
+    scale: _Scale,
+) -> str:
+    assumed = " (assumed)" if scale.assumed else ""
+    held = "" if added.distance_m is None else f" {metres(added.distance_m)} from its middle"
+    lines = [
+        f"{place} at {scale.lux:.3g} lux{assumed}, {added.title}, head {pack.header.head}{held}",
+        "",
+        f"{'style':<18}{'without':>8}{'with':>6}{'turn':>8}  where to hold the lamp",
+    ]
+    for one in found:
+        azimuth, altitude = one.lamp_azimuth_refined_deg, one.lamp_altitude_refined_deg
+        hold = placement_words(azimuth, altitude)
+        if one.power != 1.0:
+            hold += f", {power_words(one.power, added.name)}"
+        if one.reason:
+            hold += f"; {one.reason}"
+        lines.append(
+            f"{one.name:<18}{_points(one.before.match, one.before.attainable):>8}"
+            f"{_points(one.match, one.attainable):>6}{one.turn_refined_deg:>7.1f}°  {hold}"
+        )
+    rescued = ", ".join(one.name for one in found if one.rescued) or "none"
+    lines += ["", "Match of 100, in brackets where the style is out of reach."]
+    if len(found) == 1:
+        lines.append(f"Hold it {_words(found[0], added, shape)}.")
+    lines.append(f"Rescued by the lamp: {rescued}.")
+    return "\n".join(lines)
+
+
+def _points(value: float, attainable: bool) -> str:
+    """Round down, so that a value under a limit never reads as the limit."""
+    points = str(max(math.floor(value), 0))
+    return points if attainable else f"({points})"

@@ -1,0 +1,245 @@
+"""A second light at all placements, prepared for one head: what the search needs of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.environment import SHAPE
+from app.core.errors import CoreError
+from app.core.progress import Report, Token, silent, span
+from app.core.second_light.contrast import Contrast, FaceBasis, find_contrast, prepare_face
+from app.core.second_light.hidden import Hidden, find_hidden, two_parts
+from app.core.second_light.near import NearField, coverage, near_luminances, prepare_near
+from app.core.second_light.placements import COUNT
+
+if TYPE_CHECKING:
+    from app.core.head_shape import HeadShape
+    from app.core.second_light.captured import PlacedLamp
+    from app.core.second_light.numbers import NumbersLamp
+    from app.core.transport import Transport
+
+__all__ = ["AddedLight", "from_captured", "from_numbers"]
+
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+
+_BATCH: Final = 64
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AddedLight:
+    """One lamp at all placements, for one head. Its arrays must not be written to.
+
+    Attributes
+    ----------
+    name, title : str
+        For the command line, and to show.
+    distance_m : float or None
+        From the middle of the head; None where nobody said.
+    alpha : (576, 32, 64) float32
+        Share of each texel that the lamp hides, head frame.
+    light : (576, 32, 64, 3) float32 or None
+        Premultiplied radiance of a captured lamp, linear Rec. 709, cd/m2; None of a near lamp
+        from numbers, which is no environment.
+    pictures : (576, P) float32
+        Luminance of the head under the lamp alone, in the same unit.
+    glow : (3,) float64
+        Radiance of the face of a lamp from numbers, linear Rec. 709, cd/m2; 0 of a captured one.
+    absolute : bool
+        Whether all that is in cd/m2; otherwise in a unit of the capture's own.
+    hidden : Hidden
+        By the lamp, for the search.
+    contrast : Contrast
+        Of the face under the lamp, for the search.
+    """
+
+    name: str
+    title: str
+    distance_m: float | None
+    alpha: Float32 = field(repr=False)
+    light: Float32 | None = field(repr=False)
+    pictures: Float32 = field(repr=False)
+    glow: Float64 = field(repr=False)
+    absolute: bool
+    hidden: Hidden = field(repr=False)
+    contrast: Contrast = field(repr=False)
+
+    def over(self, light: NDArray[np.floating[Any]], number: int, power: float = 1.0) -> Float64:
+        """Composite the lamp over a place's light (eq. 7).
+
+        Parameters
+        ----------
+        light : (32, 64, 3) float
+            Linear Rec. 709 radiance as the face sees it, cd/m2.
+        number : int
+            The placement.
+        power : float, optional
+            Of the lamp, as a share of its full power.
+
+        Returns
+        -------
+        (32, 64, 3) float64
+            What a lamp from numbers gives is the picture beside it, not this: here it shines as
+            if it were far away.
+        """
+        share = self.alpha[number][..., None].astype(np.float64)
+        own = share * self.glow if self.light is None else self.light[number]
+        whole: Float64 = light * (1.0 - share) + power * own
+        return whole
+
+
+def from_numbers(
+    transport: Transport,
+    shape: HeadShape,
+    lamp: NumbersLamp,
+    token: Token | None = None,
+    report: Report = silent,
+    *,
+    near: NearField | None = None,
+    face: FaceBasis | None = None,
+) -> AddedLight:
+    """Prepare a lamp from numbers, with the near field of its distance.
+
+    Parameters
+    ----------
+    transport : Transport
+        Of the head.
+    shape : HeadShape
+        Of the same head.
+    lamp : NumbersLamp
+        Faces the middle of the head.
+    token, report : optional
+        Cancellation and progress.
+    near : NearField, optional
+        From `prepare_near` for this head, where it is at hand.
+    face : FaceBasis, optional
+        From `prepare_face` for this head, where it is at hand.
+
+    Returns
+    -------
+    AddedLight
+
+    Raises
+    ------
+    CoreError
+        If the head takes environments of another size.
+    Cancelled
+        If `token` says so.
+    """
+    face = prepare_face(transport) if face is None else face
+    near = prepare_near(transport, shape) if near is None else near
+    if token is not None:
+        token.check()
+    pictures = near_luminances(near, lamp, token, span(report, 0.0, 0.7))
+    alpha = coverage(lamp, SHAPE)
+    hidden = find_hidden(alpha)
+    report(0.7, f"Sorting what the {lamp.title.lower()} hides")
+    lit, beside = _in_basis(face, pictures[:, transport.face])
+    contrast = find_contrast(face, hidden, lit, beside)
+    report(1.0, "done")
+    return AddedLight(
+        name=lamp.kind,
+        title=lamp.title,
+        distance_m=lamp.distance_m,
+        alpha=alpha,
+        light=None,
+        pictures=pictures,
+        glow=lamp.luminance * np.asarray(lamp.colour, np.float64),
+        absolute=True,
+        hidden=hidden,
+        contrast=contrast,
+    )
+
+
+def from_captured(
+    transport: Transport,
+    placed: PlacedLamp,
+    token: Token | None = None,
+    report: Report = silent,
+    *,
+    face: FaceBasis | None = None,
+) -> AddedLight:
+    """Prepare a captured lamp.
+
+    Parameters
+    ----------
+    transport : Transport
+        Of the head.
+    placed : PlacedLamp
+        The lamp at all placements.
+    token, report : optional
+        Cancellation and progress.
+    face : FaceBasis, optional
+        From `prepare_face` for this head, where it is at hand.
+
+    Returns
+    -------
+    AddedLight
+
+    Raises
+    ------
+    CoreError
+        If the head or the lamp is of another size, or the lamp is none.
+    Cancelled
+        If `token` says so.
+    """
+    _check(placed)
+    face = prepare_face(transport) if face is None else face
+    report(0.3, f"Sorting what {placed.title} hides")
+    hidden = find_hidden(placed.alpha)
+    parts = two_parts(placed.light, face.mixing).reshape(COUNT, -1)
+    contrast = find_contrast(face, hidden, face.rows @ parts.T, np.zeros(COUNT))
+    report(0.8, f"Holding {placed.title} all around")
+    pictures = _luminances(transport, placed.light, token)
+    report(1.0, "done")
+    return AddedLight(
+        name=placed.name,
+        title=placed.title,
+        distance_m=placed.distance_m,
+        alpha=placed.alpha,
+        light=placed.light,
+        pictures=pictures,
+        glow=np.zeros(3),
+        absolute=placed.absolute,
+        hidden=hidden,
+        contrast=contrast,
+    )
+
+
+def _check(placed: PlacedLamp) -> None:
+    right = placed.light.shape == (COUNT, *SHAPE, 3) and placed.alpha.shape == (COUNT, *SHAPE)
+    if not right or not np.isfinite(placed.light).all() or placed.light.min() < 0:
+        raise CoreError(f"{placed.title} is no lamp as the search takes it.", "Capture it again.")
+    # False of what is not a number, too.
+    if not ((placed.alpha >= 0) & (placed.alpha <= 1)).all():
+        raise CoreError(f"The mask of {placed.title} is damaged.", "Make it again.")
+
+
+def _in_basis(face: FaceBasis, pictures: Float32) -> tuple[Float64, Float64]:
+    """(K, 576) coordinates of pictures on the face, and (576,) squared norms beside the basis."""
+    centred = pictures.astype(np.float64)
+    centred -= centred.mean(axis=1, keepdims=True)
+    basis = face.pixels.astype(np.float64)
+    found: Float64 = (centred @ basis).T
+    beside = np.square(centred).sum(axis=1) - np.square(found).sum(axis=0)
+    return found, np.maximum(beside, 0.0)
+
+
+def _luminances(transport: Transport, light: Float32, token: Token | None) -> Float32:
+    """(576, P) luminance of the head under environments."""
+    weights = transport.header.luminance_weights
+    pictures = np.zeros((len(light), len(transport.pixels)), np.float32)
+    texels = np.ascontiguousarray(transport.texel_basis.T)
+    for start in range(0, len(light), _BATCH):
+        if token is not None:
+            token.check()
+        part = slice(start, start + _BATCH)
+        flat = light[part].reshape(-1, texels.shape[0], 3)
+        for channel, weight in enumerate(weights):
+            seen = (flat[:, :, channel] @ texels) * np.float32(weight)
+            pictures[part] += seen @ transport.pixel_basis[channel].T
+    return pictures

@@ -1,0 +1,362 @@
+"""A lamp that was captured in a dark room, and how it looks from the head wherever it is held.
+
+The lamp is an environment with a mask (alpha): 1 where the lamp is, 0 elsewhere. What it gives is
+**premultiplied**: where a texel is half lamp, its light is already half. So over a place's own
+light L it is composited as eq. 7 of the paper has it,
+
+    L_add + (1 - alpha) L.
+
+L_add is first turned so that the middle of its energy lies straight in front of the face, then
+raised by the altitude and swung by the azimuth toward the sitter's left: R = R_y R_x. The lamp is
+turned at the size it was captured in, and only then reduced to the size that is searched.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.colour import LUMINANCE_WEIGHTS
+from app.core.environment import SHAPE, energy, enlarge, reduce_radiance, solid_angles
+from app.core.environment_file import repair
+from app.core.errors import CoreError
+from app.core.progress import Report, Token, silent
+from app.core.second_light.placements import ALTITUDES_DEG, COUNT
+from app.core.sphere import directions, remap_frame, rotate_light, rotation
+
+if TYPE_CHECKING:
+    from app.core.colour import FloatImage
+
+__all__ = [
+    "LARGEST",
+    "CapturedLamp",
+    "PlacedLamp",
+    "centring",
+    "centroid",
+    "make_lamp",
+    "over",
+    "placed",
+    "placed_at",
+]
+
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+
+LARGEST: Final = (512, 1024)
+"""Rows and columns that a captured lamp is kept in: 0.35 deg."""
+
+_FINE_ROWS: Final = 256  # the least that it is turned at
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CapturedLamp:
+    """A lamp as the probe saw it from where the head will be.
+
+    Attributes
+    ----------
+    name : str
+        In files and commands.
+    title : str
+        Its name on screen.
+    radiance : NDArray[np.float32], (H, 2 H, 3)
+        All that was captured, linear Rec. 709, the dark room too; read-only. Panorama frame.
+    alpha : NDArray[np.float32], (H, 2 H)
+        Share of each texel that the lamp covers, 0 to 1; read-only.
+    white_cd_m2 : float or None
+        Luminance of radiance 1, cd/m2; None where the exposure was not known.
+    distance_m : float or None
+        From the probe to the lamp, metres; None where nobody said.
+    camera : str
+        Model of the camera that captured it, "" where not stated.
+    """
+
+    name: str
+    title: str
+    radiance: FloatImage = field(repr=False)
+    alpha: Float32 = field(repr=False)
+    white_cd_m2: float | None = None
+    distance_m: float | None = None
+    camera: str = ""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the panorama."""
+        return self.radiance.shape[0], self.radiance.shape[1]
+
+    @property
+    def light(self) -> FloatImage:
+        """(H, 2 H, 3) float32: the lamp alone, premultiplied, in the unit of `radiance`."""
+        return self.radiance * (self.alpha > 0.0)[..., None]
+
+    @property
+    def solid_angle_sr(self) -> float:
+        """What the lamp covers, seen from the probe."""
+        return float(energy(self.alpha))
+
+    @property
+    def lux(self) -> float | None:
+        """Illuminance of a surface that faces the lamp, at its distance; None where unknown."""
+        if self.white_cd_m2 is None:
+            return None
+        light = self.light @ np.array(LUMINANCE_WEIGHTS, np.float32)
+        azimuth, elevation = centroid(self.light)
+        toward = directions(self.shape) @ rotation(azimuth, elevation)[:, 2]
+        return float(energy((light * np.maximum(toward, 0.0)).astype(np.float32))) * float(
+            self.white_cd_m2
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacedLamp:
+    """A captured lamp at all placements, as the face sees it (azimuth 0 of the panorama = front).
+
+    Attributes
+    ----------
+    name, title : str
+        Of the lamp.
+    light : NDArray[np.float32], (576, H, W, 3)
+        Premultiplied radiance, linear Rec. 709; number as in `placements`. cd/m2 where `absolute`.
+    alpha : NDArray[np.float32], (576, H, W)
+        Share of each texel that the lamp hides, 0 to 1.
+    distance_m : float or None
+        From the middle of the head, metres: the lamp holds for this distance only.
+    absolute : bool
+        Whether the light is in cd/m2; otherwise it is in a unit of its own.
+    """
+
+    name: str
+    title: str
+    light: FloatImage = field(repr=False)
+    alpha: Float32 = field(repr=False)
+    distance_m: float | None = None
+    absolute: bool = True
+
+
+def make_lamp(
+    name: str,
+    radiance: FloatImage,
+    alpha: Float32,
+    *,
+    title: str = "",
+    white_cd_m2: float | None = None,
+    distance_m: float | None = None,
+    camera: str = "",
+) -> CapturedLamp:
+    """Make a lamp of a capture and its mask, repaired, and reduced where it is very fine.
+
+    Parameters
+    ----------
+    name : str
+        Its name, also for messages.
+    radiance : NDArray[np.float32], (H, 2 H, 3)
+        Linear Rec. 709. It is not changed.
+    alpha : NDArray[np.float32], (H, 2 H)
+        Mask; values outside 0 to 1 are clipped, what is not a number becomes 0.
+    title : str, optional
+        Its name on screen; `name` by default.
+    white_cd_m2, distance_m, camera : optional
+        See `CapturedLamp`.
+
+    Returns
+    -------
+    CapturedLamp
+
+    Raises
+    ------
+    CoreError
+        When the sizes do not fit, or there is no light within the mask.
+    """
+    shape = radiance.shape
+    if radiance.ndim != 3 or shape[2] != 3 or shape[0] < 1 or shape[1] != 2 * shape[0]:
+        raise CoreError(f"{name} is not a full panorama: it has the shape {shape}.")
+    if alpha.shape != shape[:2]:
+        raise CoreError(f"The mask of {name} has the shape {alpha.shape}, its light {shape[:2]}.")
+    both = np.empty((*shape[:2], 4), np.float32)
+    both[..., :3] = radiance
+    repair(both[..., :3], name)
+    both[..., 3] = np.clip(np.nan_to_num(alpha, nan=0.0), 0.0, 1.0)
+    if shape[0] > LARGEST[0]:
+        # The lamp's own light, so that its edge does not take the room's in.
+        lamp = both[..., :3] * (both[..., 3:] > 0)
+        edge = reduce_radiance(lamp, LARGEST)
+        both = reduce_radiance(both, LARGEST)
+        covered = both[..., 3] > 0
+        both[covered, :3] = edge[covered]
+    light, mask = np.ascontiguousarray(both[..., :3]), np.clip(both[..., 3], 0.0, 1.0)
+    if not (light[mask > 0] > 0).any():
+        raise CoreError(f"The mask of {name} has no light in it.", "Mark where the lamp is.")
+    light.flags.writeable = mask.flags.writeable = False
+    return CapturedLamp(name, title or name, light, mask, white_cd_m2, distance_m, camera)
+
+
+def centroid(light: FloatImage) -> tuple[float, float]:
+    """Find the direction of the middle of an environment's energy.
+
+    Parameters
+    ----------
+    light : NDArray[np.float32], (H, W, 3)
+        Linear Rec. 709, not all black.
+
+    Returns
+    -------
+    azimuth_deg, elevation_deg : float
+        Panorama frame: of the sum of the directions, weighted by luminance and solid angle.
+    """
+    shape = light.shape[0], light.shape[1]
+    bright = light @ np.array(LUMINANCE_WEIGHTS, np.float32)
+    weight = bright * solid_angles(shape)[:, None]
+    middle = np.einsum("hw,hwk->k", weight, directions(shape).astype(np.float64))
+    return (
+        math.degrees(math.atan2(-middle[0], middle[2])),
+        math.degrees(math.atan2(middle[1], math.hypot(middle[0], middle[2]))),
+    )
+
+
+def centring(light: FloatImage) -> Float64:
+    """Return the rotation that brings the middle of the energy to azimuth 0, elevation 0.
+
+    It swings about the vertical, then lowers: a lamp that stood upright stays upright.
+
+    Parameters
+    ----------
+    light : NDArray[np.float32], (H, W, 3)
+        The lamp alone.
+
+    Returns
+    -------
+    (3, 3) float64
+        Moves the content, see `app.core.sphere`.
+    """
+    azimuth, elevation = centroid(light)
+    return rotation(azimuth, elevation).T
+
+
+def placed(
+    lamp: CapturedLamp,
+    shape: tuple[int, int] = SHAPE,
+    *,
+    token: Token | None = None,
+    report: Report = silent,
+) -> PlacedLamp:
+    """Turn a lamp to all placements.
+
+    Parameters
+    ----------
+    lamp : CapturedLamp
+        The lamp.
+    shape : tuple of int, optional
+        Rows and columns of the search; 64 columns, one to each azimuth.
+    token, report : Token, Report, optional
+        To stop, and to say how far it is.
+
+    Returns
+    -------
+    PlacedLamp
+        The energy of the light is kept to 0.1 %.
+
+    Raises
+    ------
+    ValueError
+        When `shape` does not have one column to each azimuth.
+    Cancelled
+        When the token was cancelled.
+    """
+    columns = COUNT // len(ALTITUDES_DEG)
+    if shape[1] != columns:
+        raise ValueError(f"{shape[1]} columns for {columns} azimuths")
+    fine = _fine(lamp)
+    light = np.empty((COUNT, *shape, 3), np.float32)
+    alpha = np.empty((COUNT, *shape), np.float32)
+    for row, altitude in enumerate(ALTITUDES_DEG):
+        (token or Token()).check()
+        report(row / len(ALTITUDES_DEG), "turning the lamp")
+        ahead, hidden = _turned(fine, rotation(0.0, float(altitude)) @ fine.centring, shape)
+        for column in range(columns):
+            # Toward the sitter's left is to the left in the panorama.
+            light[row * columns + column] = np.roll(ahead, -column, axis=1)
+            alpha[row * columns + column] = np.roll(hidden, -column, axis=1)
+    known = lamp.white_cd_m2 is not None
+    return PlacedLamp(lamp.name, lamp.title, light, alpha, lamp.distance_m, known)
+
+
+def placed_at(
+    lamp: CapturedLamp, azimuth_deg: float, altitude_deg: float, shape: tuple[int, int] = SHAPE
+) -> tuple[FloatImage, Float32]:
+    """Turn a lamp to any one placement.
+
+    Parameters
+    ----------
+    lamp : CapturedLamp
+        The lamp.
+    azimuth_deg, altitude_deg : float
+        Deg, from in front toward the sitter's left, and upward.
+    shape : tuple of int, optional
+        Rows and columns wanted.
+
+    Returns
+    -------
+    light : NDArray[np.float32], (H, W, 3)
+        As one of `PlacedLamp.light`.
+    alpha : NDArray[np.float32], (H, W)
+        As one of `PlacedLamp.alpha`.
+    """
+    fine = _fine(lamp)
+    return _turned(fine, rotation(-azimuth_deg, altitude_deg) @ fine.centring, shape)
+
+
+def over(light: FloatImage, alpha: Float32, scene: FloatImage) -> FloatImage:
+    """Composite a lamp over the light of a place (eq. 7).
+
+    Parameters
+    ----------
+    light : NDArray[np.float32], (..., H, W, 3)
+        The lamp, premultiplied.
+    alpha : NDArray[np.float32], (..., H, W)
+        Its mask.
+    scene : NDArray[np.float32], (H, W, 3)
+        The place as the face sees it at its turn, in the same unit.
+
+    Returns
+    -------
+    NDArray[np.float32], (..., H, W, 3)
+        light + (1 - alpha) scene.
+    """
+    mixed: FloatImage = light + (np.float32(1.0) - alpha)[..., None] * scene
+    return mixed
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Fine:
+    """A lamp at the size that it is turned at, in cd/m2 where that is known."""
+
+    light: Float32
+    alpha: Float32
+    centring: Float64
+
+
+def _fine(lamp: CapturedLamp) -> _Fine:
+    light = lamp.light
+    if lamp.white_cd_m2 is not None:
+        light = light * np.float32(lamp.white_cd_m2)
+    alpha = lamp.alpha
+    times = -(-_FINE_ROWS // lamp.shape[0])
+    if times > 1:
+        wanted = lamp.shape[0] * times, lamp.shape[1] * times
+        light, alpha = enlarge(light, wanted), enlarge(alpha, wanted)
+    return _Fine(light, alpha, centring(light))
+
+
+def _turned(fine: _Fine, matrix: Float64, shape: tuple[int, int]) -> tuple[Float32, Float32]:
+    turned = rotate_light(fine.light, matrix)
+    held, got = energy(fine.light), energy(turned)
+    # Of a lamp over a pole some 0.1 % is lost.
+    turned *= np.divide(held, got, out=np.ones_like(got), where=got > 0).astype(np.float32)
+    light = reduce_radiance(turned, shape)
+    # Plain interpolation for the mask: an area that is covered stays covered, with 1.
+    hidden = np.asarray(remap_frame(fine.alpha, matrix), np.float32)
+    alpha = reduce_radiance(hidden[..., None], shape)[..., 0]
+    return light, np.clip(alpha, 0.0, 1.0)

@@ -1,0 +1,324 @@
+"""Contrast of a face under a place's light and a lamp: the denominator of match.
+
+The picture is linear in its three parts: the place's light, less what the lamp hides of it, plus
+the lamp's own. In an orthonormal basis of the pictures that the head can give, each part has a
+hundred-odd coordinates, and the squared norm of the sum is theirs. All parts are measured in the
+same basis, so that a sun that the lamp hides is gone, however bright it was.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.angles import TURNS
+from app.core.environment import SHAPE
+from app.core.errors import CoreError
+from app.core.search_light import find_colours
+from app.core.second_light.hidden import (
+    by_turn,
+    correlate,
+    correlate_at,
+    hidden_tables,
+    two_parts,
+)
+
+if TYPE_CHECKING:
+    from app.core.second_light.hidden import Hidden
+    from app.core.transport import Transport
+
+__all__ = ["Contrast", "FaceBasis", "Norms", "find_contrast", "norm_at", "norms", "prepare_face"]
+
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+Floats: TypeAlias = NDArray[np.floating[Any]]
+
+_MAIN: Final = (48, 144)  # coordinates that the search looks at, at least and at most
+_SIZE: Final = 4e7  # numbers in the tables of what a lamp hides; large lamps get fewer coordinates
+_LEAST: Final = 0.02  # texels that give less than this share of the strongest contrast count less
+_BATCH: Final = 48  # coordinates at a time: what they need stays in the cache
+_PURE: Final = 1e-4
+_STEPS: Final = np.arange(TURNS)
+_SUMS: Final = (_STEPS[:, None] + _STEPS) % TURNS
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FaceBasis:
+    """An orthonormal basis of a face's pictures, each less its mean over the face.
+
+    Attributes
+    ----------
+    pixels : (F, K) float32
+        On the face's pixels; those first that matter most.
+    rows : (K, 4096) float64
+        Times two-part light they sum to the coordinates of the picture.
+    mixing : (2, 3) float64
+        How light is split in two, see `app.core.search_light`.
+    """
+
+    pixels: Float32 = field(repr=False)
+    rows: Float64 = field(repr=False)
+    mixing: Float64
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contrast:
+    """A lamp's own picture and the hidden one, in a face's basis.
+
+    Attributes
+    ----------
+    face : FaceBasis
+        Of the head.
+    spectra : (33, D, 64) complex128
+        The first D rows of its basis, transformed along azimuth and conjugate.
+    lamp : (K, 576) float64
+        Coordinates of the lamp's pictures.
+    beside : (576,) float64
+        Squared norm of what of them lies beside the basis.
+    hidden : tuple of (M, D, 64) float32
+        Per altitude: what each hidden texel counts in the first D coordinates.
+    shadows : tuple of (1, M, 64) float64
+        Per altitude: what each hidden texel counts along the lamp's own picture.
+    """
+
+    face: FaceBasis = field(repr=False)
+    spectra: NDArray[np.complex128] = field(repr=False)
+    lamp: Float64 = field(repr=False)
+    beside: Float64 = field(repr=False)
+    hidden: tuple[Float32, ...] = field(repr=False)
+    shadows: tuple[Float64, ...] = field(repr=False)
+
+
+def prepare_face(transport: Transport) -> FaceBasis:
+    """Find the basis of a head; takes a second.
+
+    Parameters
+    ----------
+    transport : Transport
+        Of the head, for environments of 64 x 32 texels.
+
+    Returns
+    -------
+    FaceBasis
+
+    Raises
+    ------
+    CoreError
+        If the transport takes other environments.
+    """
+    if transport.environment_shape != SHAPE:
+        raise CoreError(
+            "A second light needs a head baked for 64 x 32 texels.", "Choose another head."
+        )
+    colours = find_colours(transport)
+    grey, tint = (_centred(basis[transport.face]) for basis in colours.bases)
+    texels = colours.texels.reshape(len(colours.texels), -1).astype(np.float64)
+    tinted = np.einsum("rkw,kh->rhw", colours.mixed, colours.mixtures).reshape(texels.shape)
+    pictures, rows, merits = [], [], []
+    for kind in _kinds(transport):
+        values, vectors = np.linalg.eigh(grey[:, kind].T @ grey[:, kind])
+        keep = values > 1e-10 * values[-1]
+        basis = grey[:, kind] @ (vectors[:, keep] / np.sqrt(values[keep]))
+        first = (basis.T @ grey[:, kind]) @ texels[kind]
+        second = (basis.T @ tint[:, kind]) @ tinted[kind]
+        # The sun may stand in any texel: each counts by the shape of its picture.
+        size = np.linalg.norm(first, axis=0)
+        even = first / np.maximum(size, _LEAST * size.max())
+        values, turned = np.linalg.eigh(even @ even.T)
+        pictures.append(basis @ turned)
+        rows.append(turned.T @ np.concatenate([first, second], axis=1))
+        merits.append(values)
+    order = np.argsort(-np.concatenate(merits), kind="stable")
+    return FaceBasis(
+        pixels=np.concatenate(pictures, axis=1)[:, order].astype(np.float32),
+        rows=np.concatenate(rows)[order],
+        mixing=colours.mixing,
+    )
+
+
+def find_contrast(face: FaceBasis, hidden: Hidden, lamp: Float64, beside: Float64) -> Contrast:
+    """Put a lamp into a face's basis.
+
+    Parameters
+    ----------
+    face : FaceBasis
+        Of the head.
+    hidden : Hidden
+        By the lamp.
+    lamp : (K, 576) float64
+        Coordinates of the lamp's pictures.
+    beside : (576,) float64
+        Squared norm of what of them lies beside the basis.
+
+    Returns
+    -------
+    Contrast
+    """
+    texels = sum(len(own) for own in hidden.own)
+    main = int(np.clip(_SIZE / (TURNS * max(texels, 1)), *_MAIN))
+    rows = face.rows[:main]
+    grid = rows.reshape(len(rows), -1, SHAPE[1])
+    tables = hidden_tables(hidden, rows.astype(np.float32))
+    own = lamp[:main].reshape(len(rows), -1, TURNS)
+    shadows = [
+        np.einsum("dmk,dk->mk", table, own[:, altitude], optimize=True)[None]
+        for altitude, table in enumerate(tables)
+    ]
+    return Contrast(
+        face=face,
+        spectra=np.ascontiguousarray(np.fft.rfft(grid, axis=2).conj().transpose(2, 0, 1)),
+        lamp=lamp,
+        beside=beside,
+        hidden=tuple(np.ascontiguousarray(table.transpose(1, 0, 2)) for table in tables),
+        shadows=tuple(shadows),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Norms:
+    """Squared contrast of the face, for any power of the lamp.
+
+    Attributes
+    ----------
+    place, both : (64, 576) float64, or (1, 576) at one turn
+        Of the place's light less what the lamp hides; twice its product with the lamp's picture.
+    lamp : (576,) float64
+        Of the lamp's picture.
+    """
+
+    place: Float64 = field(repr=False)
+    both: Float64 = field(repr=False)
+    lamp: Float64 = field(repr=False)
+
+    def at(self, power: float) -> Float64:
+        """Norm over the face of the picture's luminance minus its mean."""
+        squared = self.place + power * self.both
+        squared += power * power * self.lamp
+        found: Float64 = np.sqrt(np.maximum(squared, 0.0))
+        return found
+
+
+def norms(
+    contrast: Contrast, hidden: Hidden, light: Floats, scale: float, turn: int | None = None
+) -> Norms:
+    """Find the contrast of the face at all turns and placements.
+
+    Parameters
+    ----------
+    contrast : Contrast
+        Of the lamp.
+    hidden : Hidden
+        By the lamp.
+    light : (32, 64, 3) float
+        Of the place, at turn 0, linear Rec. 709 radiance.
+    scale : float
+        What `light` was divided by; the lamp's pictures are divided by it here.
+    turn : int, optional
+        The only turn wanted, 0..63.
+
+    Returns
+    -------
+    Norms
+    """
+    parts = two_parts(light, contrast.face.mixing)
+    place = _at_all_turns(contrast, parts)
+    place = place if turn is None else place[:, [turn]]
+    own = np.square(contrast.lamp).sum(axis=0) + contrast.beside
+    both = place.T @ contrast.lamp[: len(place)]
+    if turn is None:
+        both -= correlate(hidden, contrast.shadows, parts)[0]
+    else:
+        both -= correlate_at(hidden, contrast.shadows, parts, turn)
+    left = _left(contrast, hidden, place.astype(np.float32), parts, turn)
+    return Norms(left, both * (2.0 / scale), own / scale**2)
+
+
+def _left(
+    contrast: Contrast, hidden: Hidden, place: Float32, parts: Float64, turn: int | None
+) -> Float64:
+    """(64 or 1, 576) squared norm of what the lamp leaves of the place's pictures."""
+    flat = parts.reshape(-1).astype(np.float32)
+    # From the lamp, light depends on turn minus azimuth alone: that is the first axis here.
+    turned = np.ascontiguousarray(place[:, _SUMS].transpose(1, 0, 2)) if turn is None else place
+    found = []
+    for views, table in zip(hidden.views, contrast.hidden, strict=True):
+        if turn is not None:
+            seen = flat[views[(turn - _STEPS) % TURNS]]
+            rest = turned - np.einsum("km,mdk->dk", seen, table)
+            found.append(np.square(rest).sum(axis=0))
+            continue
+        squared = np.zeros((TURNS, TURNS), np.float32)
+        for start in range(0, table.shape[1], _BATCH):
+            part = slice(start, start + _BATCH)
+            columns = table[:, part]
+            size = columns.shape[1]
+            lost = flat[views] @ columns.reshape(len(table), size * TURNS)
+            lost = lost.reshape(TURNS, size, TURNS)
+            np.subtract(turned[:, part], lost, out=lost)
+            squared += np.einsum("tdk,tdk->tk", lost, lost)
+        found.append(squared)
+    stacked: Float64 = np.stack(found).astype(np.float64)
+    return by_turn(stacked[None])[0] if turn is None else stacked.reshape(1, -1)
+
+
+def norm_at(
+    contrast: Contrast,
+    hidden: Hidden,
+    light: Floats,
+    scale: float,
+    turn: int,
+    number: int,
+    power: float = 1.0,
+) -> float:
+    """Find the contrast at one turn and placement, in all coordinates.
+
+    Parameters
+    ----------
+    contrast, hidden, light, scale
+        As for `norms`.
+    turn, number : int
+        On the grids, 0..63 and 0..575.
+    power : float, optional
+        Of the lamp, as a share of its full power.
+
+    Returns
+    -------
+    float
+    """
+    face = contrast.face
+    parts = two_parts(np.roll(light, -turn, axis=1), face.mixing).reshape(-1)
+    altitude, azimuth = divmod(number, TURNS)
+    own, share = hidden.own[altitude][:, azimuth], hidden.shares[altitude][:, azimuth]
+    parts[own] -= share * parts[own]
+    strength = power / scale
+    picture = face.rows @ parts + contrast.lamp[:, number] * strength
+    squared = float(picture @ picture) + float(contrast.beside[number]) * strength**2
+    return float(np.sqrt(max(squared, 0.0)))
+
+
+def _at_all_turns(contrast: Contrast, parts: Float64) -> Float64:
+    """(D, 64) coordinates of the place's pictures."""
+    spectrum = np.fft.rfft(parts.reshape(-1, SHAPE[1]), axis=1).T
+    product = (contrast.spectra @ spectrum[:, :, None])[:, :, 0]
+    found: Float64 = np.fft.irfft(product.T, n=SHAPE[1], axis=1)
+    return found
+
+
+def _centred(pixels: Float32) -> Float64:
+    centred = pixels.astype(np.float64)
+    centred -= centred.mean(axis=0)
+    return centred
+
+
+def _kinds(transport: Transport) -> list[NDArray[np.bool_]]:
+    """Rows of T that are even and that are odd; all of them, for a head without symmetry."""
+    rows = transport.texel_basis.reshape(-1, *transport.environment_shape).astype(np.float64)
+    flipped = np.einsum("rhw,rhw->r", rows, rows[:, :, ::-1])
+    turned = flipped / (np.einsum("rhw,rhw->r", rows, rows) + 1e-30)
+    pure = bool((np.abs(np.abs(turned) - 1.0) < _PURE).all())
+    if not (pure and transport.header.symmetric):
+        return [np.ones(len(rows), bool)]
+    return [turned > 0, turned < 0]

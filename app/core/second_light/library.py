@@ -1,0 +1,421 @@
+"""The user's captured lamps in their folder: keep, name, correct, put away and get back.
+
+    FOLDER/<name>.json           what is known of the lamp; only ever replaced as a whole
+    FOLDER/<name>-<digits>.exr   its capture, and its mask as channel A; named by its checksum
+    FOLDER/<name>.png            a small picture of it
+    FOLDER/trash/                lamps that were put away, and captures that were corrected
+
+The text makes a lamp count: the capture is whole before the text names it. Where the text is
+damaged, the capture still holds the light, its unit and the mask.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import unicodedata
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+from app.core.errors import CoreError
+from app.core.paths import user_data
+from app.core.places.names import words_of
+from app.core.second_light.lamp_file import read_lamp_file
+from app.core.second_light.lamp_store import (
+    MAX_TITLE,
+    capture_named,
+    capture_path,
+    captures,
+    checksum,
+    facts_of,
+    names,
+    write_lamp,
+    write_text,
+)
+from app.core.second_light.numbers import KINDS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+    from pathlib import Path
+
+    from app.core.second_light.captured import CapturedLamp
+    from app.core.settings.json_file import Facts
+
+__all__ = [
+    "CANNOT_READ",
+    "DamagedLamp",
+    "LampEntry",
+    "TrashedLamp",
+    "add_lamp",
+    "delete_lamp",
+    "lamps_folder",
+    "list_lamps",
+    "read_lamp",
+    "rename_lamp",
+    "restore_lamp",
+    "update_lamp",
+]
+
+CANNOT_READ: Final = "This lamp cannot be read. Its files are untouched."
+
+_MOST_LAMPS: Final = 500
+_TRASH: Final = "trash"
+_LONGEST: Final = 28
+_RESERVED: Final = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(-.*)?")  # on Windows
+
+
+@dataclass(frozen=True, slots=True)
+class LampEntry:
+    """A lamp of the library, without its light.
+
+    Attributes
+    ----------
+    name, title : str
+        In commands and files, and on screen.
+    distance_m : float or None
+        At which it was captured, metres.
+    lux : float or None
+        What it gives there; None where its exposure was not known.
+    camera : str
+        Model of the camera, "" where not known.
+    picture : Path or None
+        Small sRGB picture.
+    remarks : tuple of str
+        What was lost of it, in sentences.
+    """
+
+    name: str
+    title: str
+    distance_m: float | None
+    lux: float | None
+    camera: str
+    picture: Path | None
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class DamagedLamp:
+    """A lamp in the folder that cannot be read.
+
+    Attributes
+    ----------
+    path : Path
+        Its file.
+    reason : str
+        What is wrong with it.
+    message : str
+        What a list says.
+    """
+
+    path: Path
+    reason: str
+    message: str = CANNOT_READ
+
+
+@dataclass(frozen=True, slots=True)
+class TrashedLamp:
+    """A lamp that was put away.
+
+    Attributes
+    ----------
+    folder : Path
+        Its own folder within the trash.
+    name, title : str
+        As they were.
+    """
+
+    folder: Path
+    name: str
+    title: str
+
+
+def lamps_folder() -> Path:
+    """Return the folder of the user's lamps; it need not exist."""
+    return user_data() / "lamps"
+
+
+def list_lamps(folder: Path) -> tuple[tuple[LampEntry, ...], tuple[DamagedLamp, ...]]:
+    """List the lamps of a folder without reading their light.
+
+    Parameters
+    ----------
+    folder : Path
+        Need not exist.
+
+    Returns
+    -------
+    tuple of LampEntry
+        By title.
+    tuple of DamagedLamp
+        What is none; left as it is.
+    """
+    entries: list[LampEntry] = []
+    damaged: list[DamagedLamp] = []
+    try:
+        found = names(folder)
+    except OSError as error:
+        return (), (DamagedLamp(folder, f"The folder cannot be read: {words_of(error)}."),)
+    for name in found[:_MOST_LAMPS]:
+        try:
+            entries.append(_entry(folder, name, *facts_of(folder, name)))
+        except CoreError as error:
+            damaged.append(DamagedLamp(folder / f"{name}.json", str(error)))
+    return tuple(sorted(entries, key=lambda each: _key(each.title))), tuple(damaged)
+
+
+def read_lamp(folder: Path, name: str) -> CapturedLamp:
+    """Read a lamp.
+
+    Parameters
+    ----------
+    folder : Path
+        Where lamps are kept.
+    name : str
+        Its name, or its title.
+
+    Returns
+    -------
+    CapturedLamp
+        The very numbers that were kept.
+
+    Raises
+    ------
+    CoreError
+        When there is none of that name, or it is damaged.
+    """
+    found = _find(folder, name)
+    facts, _ = facts_of(folder, found)
+    path = capture_path(folder, found, facts)
+    lamp, _ = read_lamp_file(path)
+    if facts.get("sha256", "") not in ("", checksum(lamp)):
+        raise CoreError(
+            f"The capture of “{facts['title']}” is damaged: its checksum does not fit.",
+            "Capture the lamp again.",
+        )
+    white = lamp.white_cd_m2 if facts["white_cd_m2"] is None else facts["white_cd_m2"]
+    return replace(
+        lamp,
+        name=found,
+        title=facts["title"],
+        white_cd_m2=white,
+        distance_m=facts["distance_m"],
+        camera=facts["camera"],
+    )
+
+
+def add_lamp(folder: Path, lamp: CapturedLamp, title: str = "") -> CapturedLamp:
+    """Keep a lamp under a name and title of its own.
+
+    Parameters
+    ----------
+    folder : Path
+        Where lamps are kept; made when missing.
+    lamp : CapturedLamp
+        Its name is not used.
+    title : str, optional
+        Any text, the lamp's own by default; a number is added when a lamp bears it already.
+
+    Returns
+    -------
+    CapturedLamp
+        As it was kept.
+
+    Raises
+    ------
+    CoreError
+        If it cannot be written, or the title is empty or too long. Nothing counts then.
+    """
+    wanted = _free_title(folder, _clean(title or lamp.title))
+    named = replace(lamp, name=_free_name(folder, wanted), title=wanted)
+    write_lamp(folder, named)
+    return named
+
+
+def update_lamp(folder: Path, lamp: CapturedLamp) -> None:
+    """Replace a lamp, its mask or brightness corrected; the old one goes to the trash.
+
+    Parameters
+    ----------
+    folder : Path
+        Where lamps are kept.
+    lamp : CapturedLamp
+        With the name of one that is kept.
+
+    Raises
+    ------
+    CoreError
+        When there is none of that name, or it cannot be written; the old one then still counts.
+    """
+    name = _find(folder, lamp.name)
+    old = read_lamp(folder, name)
+    write_lamp(_trash_folder(folder, name), old)
+    write_lamp(folder, replace(lamp, title=_clean(lamp.title)))
+    if checksum(old) != checksum(lamp):
+        with contextlib.suppress(OSError):
+            capture_named(folder, name, checksum(old)).unlink()
+
+
+def rename_lamp(folder: Path, name: str, title: str) -> CapturedLamp:
+    """Give a lamp another title; its name in files stays.
+
+    Raises
+    ------
+    CoreError
+        If another lamp is called so, or it cannot be read or written.
+    """
+    lamp = read_lamp(folder, name)
+    wanted = _clean(title)
+    if _key(wanted) in _titles(folder, without=lamp.name):
+        raise CoreError(f"There is already a lamp called “{wanted}”.", "Choose another name.")
+    renamed = replace(lamp, title=wanted)
+    write_text(folder, renamed)
+    return renamed
+
+
+def delete_lamp(folder: Path, name: str) -> TrashedLamp:
+    """Put a lamp away, so that `restore_lamp` can bring it back.
+
+    Parameters
+    ----------
+    folder : Path
+        Where lamps are kept.
+    name : str
+        Its name, or its title.
+
+    Returns
+    -------
+    TrashedLamp
+
+    Raises
+    ------
+    CoreError
+        When there is none of that name, or its files cannot be moved.
+    """
+    found = _find(folder, name)
+    facts, _ = facts_of(folder, found)
+    away = _trash_folder(folder, found)
+    files = [folder / f"{found}.json", *captures(folder, found), folder / f"{found}.png"]
+    try:
+        # First the text, without which the lamp does not count.
+        for file in files:
+            if file.exists():
+                os.replace(file, away / file.name)
+    except OSError as error:
+        raise CoreError(f"“{facts['title']}” was not deleted: {words_of(error)}.") from error
+    return TrashedLamp(away, found, facts["title"])
+
+
+def restore_lamp(folder: Path, trashed: TrashedLamp) -> CapturedLamp:
+    """Bring a lamp back; its files in the trash stay as they are.
+
+    Returns
+    -------
+    CapturedLamp
+        Under its old name and title, unless others bear them by now.
+
+    Raises
+    ------
+    CoreError
+        If it is no longer in the trash, damaged, or cannot be written.
+    """
+    lamp = read_lamp(trashed.folder, trashed.name)
+    title = _free_title(folder, lamp.title)
+    taken = lamp.name in names(folder)
+    back = replace(lamp, name=_free_name(folder, title) if taken else lamp.name, title=title)
+    write_lamp(folder, back)
+    return back
+
+
+def _entry(folder: Path, name: str, facts: Facts, remarks: tuple[str, ...]) -> LampEntry:
+    capture_path(folder, name, facts)
+    picture = folder / f"{name}.png"
+    return LampEntry(
+        name,
+        facts["title"],
+        facts["distance_m"],
+        facts["lux"],
+        facts["camera"],
+        picture if picture.is_file() else None,
+        remarks,
+    )
+
+
+def _find(folder: Path, wanted: str) -> str:
+    there = names(folder)
+    if wanted in there:
+        return wanted
+    titles = _titles(folder)
+    if _key(wanted) in titles:
+        return titles[_key(wanted)]
+    known = ", ".join(there) or "none yet"
+    raise CoreError(f"There is no lamp {wanted!r} in the library.", f"There are: {known}.")
+
+
+def _titles(folder: Path, without: str = "") -> dict[str, str]:
+    """Names by title, as it is compared."""
+    titles = {}
+    for name in names(folder):
+        # A title that cannot be read cannot be met again either.
+        with contextlib.suppress(CoreError):
+            if name != without:
+                titles[_key(facts_of(folder, name)[0]["title"])] = name
+    return titles
+
+
+def _clean(title: str) -> str:
+    visible = "".join(letter if letter.isprintable() else " " for letter in title)
+    value = " ".join(visible.split())
+    if not value:
+        raise CoreError("The lamp needs a name.", "Type one.")
+    if len(value) > MAX_TITLE:
+        raise CoreError(f"This name is longer than {MAX_TITLE} characters.", "Shorten it.")
+    return value
+
+
+def _key(title: str) -> str:
+    return unicodedata.normalize("NFKC", title).casefold()
+
+
+def _free_title(folder: Path, title: str) -> str:
+    taken = _titles(folder)
+    if _key(title) not in taken:
+        return title
+    base = re.sub(r" \d{1,4}$", "", title)
+    return _first(
+        (f"{base[: MAX_TITLE - 5]} {count}" for count in range(2, 10_000)),
+        lambda candidate: _key(candidate) not in taken,
+    )
+
+
+def _free_name(folder: Path, title: str) -> str:
+    plain = unicodedata.normalize("NFKD", title).encode("ascii", "ignore").decode().lower()
+    base = re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:_LONGEST].strip("-") or "lamp"
+    if _RESERVED.fullmatch(base) or base in KINDS:
+        base = f"my-{base}"
+    taken = set(names(folder))
+    return _first(
+        (base if count == 1 else f"{base}-{count}" for count in range(1, 10_000)),
+        lambda candidate: candidate not in taken,
+    )
+
+
+def _first(candidates: Iterable[str], free: Callable[[str], bool]) -> str:
+    found = next((candidate for candidate in candidates if free(candidate)), None)
+    if found is None:
+        raise CoreError("There are too many lamps of this name.", "Choose another name.")
+    return found
+
+
+def _trash_folder(folder: Path, name: str) -> Path:
+    trash = folder / _TRASH
+    try:
+        trash.mkdir(parents=True, exist_ok=True)
+        for count in range(1, 100_000):
+            away = trash / (name if count == 1 else f"{name}-{count}")
+            if not away.exists():
+                away.mkdir()
+                return away
+    except OSError as error:
+        raise CoreError(f"The lamp cannot be put away: {words_of(error)}.") from error
+    raise CoreError("The trash of lamps is full.", f"Empty {trash}.")

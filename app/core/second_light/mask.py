@@ -1,0 +1,363 @@
+"""Finding a lamp in the capture of a dark room: what is lamp, and what room, glow and reflection.
+
+The panorama is first turned so that the brightest body of light lies in its middle, where texels
+are square and neither seam nor pole is near. Then its outline is looked for over many levels of
+brightness: while the level passes from the room's to the lamp's, the outline of a lamp with edges
+stays where it is. Of several such levels the highest counts that still holds nearly all of the
+light: below it the lamp's reflection on the table or the lit wall would be taken along, above it
+a dim rim would be lost. Last, each piece of the edge is put where the light has half its step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.colour import LUMINANCE_WEIGHTS
+from app.core.environment import solid_angles
+from app.core.errors import CoreError
+from app.core.probe.masks import MaskSpec, draw_mask
+from app.core.second_light.captured import CapturedLamp, centroid, make_lamp
+from app.core.sphere import remap_frame, rotation
+
+if TYPE_CHECKING:
+    from app.core.colour import FloatImage
+
+__all__ = ["LampMask", "edit_mask", "find_mask"]
+
+Bool: TypeAlias = NDArray[np.bool_]
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+
+_GRID: Final = (256, 512)
+_STANDS_OUT: Final = 2.5  # times the room's median
+_STEPS: Final = 17  # quarter stops below the lamp's level
+_BRIDGE_DEG: Final = 0.75  # half of what may lie between the parts of one lamp
+_LARGEST: Final = 0.2  # share of the sphere
+_STEADY: Final = 0.15  # change of the area within half a stop
+_HOLDS: Final = 0.7  # of the squared light, which counts bright parts more than wide ones
+_RING_DEG: Final = 1.0  # around the edge, for its two sides' levels
+_DARK: Final = 10.0  # times brighter than the room a lamp should be
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LampMask:
+    """Where the lamp is in a capture.
+
+    Attributes
+    ----------
+    alpha : NDArray[np.float32], (H, 2 H)
+        Share of each texel that the lamp covers, 0 to 1.
+    contrast : float
+        Luminance of the lamp over the median of everything else.
+    rejected : int
+        How many other bright spots were left out.
+    clipped : float
+        Share of the lamp that is clipped in every frame, 0 to 1.
+    """
+
+    alpha: Float32 = field(repr=False)
+    contrast: float
+    rejected: int
+    clipped: float
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know, in sentences."""
+        said = []
+        if self.contrast < _DARK:
+            said.append(
+                f"The room is not dark: the lamp is only {self.contrast:.0f} times brighter. "
+                "Close curtains and switch off other lights, or check the mask."
+            )
+        if self.clipped > 0.01:
+            said.append(
+                f"{100 * self.clipped:.0f} % of the lamp is clipped in every frame: it counts as "
+                "dimmer than it is. Take darker frames too."
+            )
+        return tuple(said)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was done, in sentences."""
+        if not self.rejected:
+            return ()
+        spots = (
+            "1 other bright spot was"
+            if self.rejected == 1
+            else (f"{self.rejected} other bright spots were")
+        )
+        return (f"{spots} taken for a reflection or another light and left out.",)
+
+
+def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:
+    """Find the lamp in a capture of a dark room.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, 2 H, 3)
+        Linear Rec. 709, any scale, finite and not negative.
+    clipped : NDArray[np.float32], (H, 2 H), optional
+        Share of each texel that is clipped in every frame.
+
+    Returns
+    -------
+    LampMask
+        One lamp: the body of light that holds most of it.
+
+    Raises
+    ------
+    CoreError
+        When nothing stands out of the room.
+    """
+    light = np.asarray(radiance @ np.array(LUMINANCE_WEIGHTS, np.float32), np.float32)
+    core = _core(light)
+    forward = rotation(core.azimuth_deg, core.elevation_deg).T
+    seen = np.asarray(remap_frame(light, forward), np.float32)
+    size = (light.shape[1], light.shape[0])
+    whole = cv2.resize(core.mask.astype(np.float32), size, interpolation=cv2.INTER_NEAREST)
+    sure = np.asarray(remap_frame(np.asarray(whole, np.float32), forward)) > 0.5
+    found = _outline(seen, sure)
+    edge = _at_half(seen, found.mask)
+    alpha = np.clip(np.asarray(remap_frame(edge, forward.T), np.float32), 0.0, 1.0)
+    lost = 0.0 if clipped is None else float((clipped * alpha).sum() / max(alpha.sum(), 1e-9))
+    return LampMask(alpha, found.contrast, found.rejected, lost)
+
+
+def edit_mask(lamp: CapturedLamp, spec: MaskSpec, *, lit: bool) -> CapturedLamp:
+    """Set or clear a region of a lamp's mask by hand.
+
+    Parameters
+    ----------
+    lamp : CapturedLamp
+        The lamp.
+    spec : MaskSpec
+        A box, polygon, cap or picture, in the frame of the capture.
+    lit : bool
+        Whether the region is lamp from now on, or is not.
+
+    Returns
+    -------
+    CapturedLamp
+        The same lamp with another mask.
+
+    Raises
+    ------
+    CoreError
+        When the region cannot be drawn, or no light would be left.
+    """
+    region = draw_mask(spec, lamp.shape) > 0.5
+    alpha = np.where(region, np.float32(lit), lamp.alpha).astype(np.float32)
+    return make_lamp(
+        lamp.name,
+        lamp.radiance,
+        alpha,
+        title=lamp.title,
+        white_cd_m2=lamp.white_cd_m2,
+        distance_m=lamp.distance_m,
+        camera=lamp.camera,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Outline:
+    mask: Bool
+    contrast: float
+    rejected: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Level:
+    """The lamp at one level of brightness: its area in sr, and its squared light."""
+
+    step: int
+    area: float
+    power: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Core:
+    """The lamp roughly: where its middle is, and what surely belongs to it."""
+
+    azimuth_deg: float
+    elevation_deg: float
+    mask: Bool = field(repr=False)  # (h, w), on a small grid
+
+
+def _core(light: Float32) -> _Core:
+    """Find the body that holds most of the light.
+
+    Over all levels of brightness, what hangs together above a level is counted by its light and
+    by how it stands out of what is around it: neither sparks nor lit walls shall pass for a lamp.
+    """
+    height, width = light.shape
+    size = (min(width, _GRID[1]), min(height, _GRID[0]))
+    grid = np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA), np.float32)
+    weight = _areas(grid)
+    room = _median(grid, weight)
+    low, high = max(_STANDS_OUT * room, 1e-5 * float(grid.max())), float(grid.max())
+    if not 0.0 < low < high:
+        raise _nothing()
+    excess = np.maximum(grid - room, 0.0) * weight
+    best, mask = 0.0, np.zeros(grid.shape, np.bool_)
+    for level in np.geomspace(low, high, max(2 * round(np.log2(high / low)), 1), endpoint=False):
+        held, body = _most(grid >= level, excess, weight)
+        score = held * _standing_out(grid, body, weight) ** 3 if held > 0.0 else 0.0
+        # Upward, so that of nearly equal ones the highest counts: less hangs on to it.
+        if score > 0.9 * best:
+            best, mask = max(score, best), body
+    if best == 0.0:
+        raise _nothing()
+    peaky = np.where(mask, grid, np.float32(0.0))
+    return _Core(*centroid(np.repeat(peaky[..., None], 3, axis=2)), mask)
+
+
+def _most(bright: Bool, excess: Float64, weight: Float64) -> tuple[float, Bool]:
+    """Find which connected part of a mask holds the most light, and how much."""
+    columns = bright.shape[1]
+    # Twice, side by side, so that no seam parts a lamp.
+    twice = np.concatenate([bright, bright], axis=1).astype(np.uint8)
+    labels = cv2.connectedComponents(twice, connectivity=8)[1]
+    areas, sums = (np.bincount(labels.ravel(), np.tile(v, 2).ravel()) for v in (weight, excess))
+    sums[0] = 0.0
+    sums[areas > 2.0 * _LARGEST * 4.0 * np.pi] = 0.0
+    chosen = labels == int(np.argmax(sums))
+    body: Bool = chosen[:, :columns] | chosen[:, columns:]
+    return float(excess[body].sum()) if sums.max() > 0.0 else 0.0, body
+
+
+def _standing_out(grid: Float32, body: Bool, weight: Float64) -> float:
+    """How many times brighter a body is than what is around it; no more than dark rooms need."""
+    near = body.astype(np.uint8)
+    wide = cv2.dilate(near, np.ones((9, 9), np.uint8)) - cv2.dilate(near, np.ones((3, 3), np.uint8))
+    around = _median(grid, np.where(wide > 0, weight, 0.0)) if wide.any() else 0.0
+    own = float((grid * weight)[body].sum() / weight[body].sum())
+    return min(own / max(around, own / _DARK), _DARK)
+
+
+def _outline(seen: Float32, core: Bool) -> _Outline:
+    """Find the lamp's texels, its core being known, both around the middle of the panorama."""
+    weight = _areas(seen)
+    room = _median(seen, weight)
+    top = _own_level(seen[core], weight[core])
+    steps = [k for k in range(_STEPS) if top * 2.0 ** (-k / 4) > 1.5 * room]
+    masks = [_body(seen >= top * 2.0 ** (-k / 4), core) for k in steps]
+    power = np.minimum(seen, top).astype(np.float64) ** 2 * weight
+    levels = [
+        _Level(k, float(weight[mask].sum()), float(power[mask].sum()))
+        for k, mask in zip(steps, masks, strict=True)
+    ]
+    step = _best_level(levels)
+    mask = masks[steps.index(step)]
+    outside = _median(seen, np.where(mask, 0.0, weight))
+    inside = _median(seen, np.where(mask, weight, 0.0))
+    others = (seen > top * 2.0 ** (-step / 4)) & ~mask
+    return _Outline(mask, inside / max(outside, 1e-6 * inside), _spots(others))
+
+
+def _own_level(values: Float32, weight: Float64) -> float:
+    """Find the lamp's own level: more than half of its squared light lies below it."""
+    order = np.argsort(values)
+    reached = np.cumsum((values.astype(np.float64) ** 2 * weight)[order])
+    if not (reached.size and reached[-1] > 0.0):
+        raise _nothing()
+    return float(values[order[int(np.searchsorted(reached, 0.6 * reached[-1]))]])
+
+
+def _body(bright: Bool, core: Bool) -> Bool:
+    """Mark what hangs together with most of the core, small gaps bridged."""
+    radius = max(round(_BRIDGE_DEG * bright.shape[0] / 180.0), 1)
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1, 2 * radius + 1))
+    joined = cv2.dilate(bright.astype(np.uint8), kernel)
+    labels = cv2.connectedComponents(joined, connectivity=8)[1]
+    counts = np.bincount(labels[core & bright], minlength=1)
+    counts[0] = 0
+    body: Bool = (labels == int(np.argmax(counts))) & bright & bool(counts.any())
+    return body
+
+
+def _best_level(levels: list[_Level]) -> int:
+    """Choose the step at which the outline stands still, see the module's text."""
+    if not levels:
+        raise _nothing()
+    areas = [level.area for level in levels]
+    changes = [
+        (areas[min(k + 1, len(areas) - 1)] - areas[max(k - 1, 0)]) / max(areas[k], 1e-12)
+        for k in range(len(areas))
+    ]
+    usable = [k for k, area in enumerate(areas) if k > 0 and area < _LARGEST * 4.0 * np.pi]
+    if not usable:
+        raise _nothing()
+    limit = max(_STEADY, 1.3 * min(changes[k] for k in usable))
+    runs: list[list[int]] = []
+    for k in (k for k in usable if changes[k] <= limit):
+        if runs and runs[-1][-1] == k - 1:
+            runs[-1].append(k)
+        else:
+            runs.append([k])
+    middles = [run[len(run) // 2] for run in runs]
+    whole = levels[middles[-1]].power
+    return levels[next(k for k in middles if levels[k].power >= _HOLDS * whole)].step
+
+
+def _at_half(seen: Float32, mask: Bool) -> Float32:
+    """Put the edge where the light has half its step; (H, W) alpha, soft over one texel."""
+    radius = max(round(_RING_DEG * seen.shape[0] / 180.0), 2)
+    size = (2 * radius + 1, 2 * radius + 1)
+    three = np.ones((3, 3), np.uint8)
+    alpha = mask.astype(np.float32)
+    for _ in range(2):
+        hard = (alpha >= 0.5).astype(np.uint8)
+        core, clear = cv2.erode(hard, three), 1 - cv2.dilate(hard, three)
+        ring = cv2.dilate(hard, three, iterations=2) - cv2.erode(hard, three, iterations=2)
+        inside, any_in = _around(seen, core, size)
+        outside, any_out = _around(seen, clear, size)
+        span = inside - outside
+        told = (ring > 0) & any_in & any_out & (span > 0.2 * inside)
+        share = np.divide(seen - outside, span, out=np.zeros_like(seen), where=told)
+        alpha = np.where(told, np.clip(share, 0.0, 1.0), hard).astype(np.float32)
+    return alpha
+
+
+def _around(seen: Float32, where: NDArray[Any], size: tuple[int, int]) -> tuple[Float32, Bool]:
+    """Mean of a picture over a region around each texel, and where there is any of it."""
+    weight = cv2.blur(where.astype(np.float32), size)
+    total = cv2.blur(seen * where, size)
+    known = weight > 1e-4
+    mean = np.divide(total, weight, out=np.zeros_like(seen), where=known)
+    return np.asarray(mean, np.float32), np.asarray(known, np.bool_)
+
+
+def _spots(mask: Bool) -> int:
+    """Count the spots of a mask that are larger than noise."""
+    count, _, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
+    least = max((0.5 * len(mask) / 180.0) ** 2, 4.0)
+    return int(np.count_nonzero(stats[1:count, cv2.CC_STAT_AREA] >= least))
+
+
+def _areas(picture: Float32) -> Float64:
+    """Solid angle of each texel, (H, W)."""
+    height, width = picture.shape
+    return np.broadcast_to(solid_angles((height, width))[:, None], (height, width))
+
+
+def _median(values: Float32, weight: Float64) -> float:
+    """Weighted median, over every fourth texel of large panoramas."""
+    step = 2 if values.size > 1 << 18 else 1
+    flat, weights = values[::step, ::step].ravel(), weight[::step, ::step].ravel()
+    if not weights.sum() > 0.0:
+        flat, weights = values.ravel(), weight.ravel()
+    order = np.argsort(flat)
+    reached = np.cumsum(weights[order])
+    return float(flat[order[min(int(np.searchsorted(reached, 0.5 * reached[-1])), flat.size - 1)]])
+
+
+def _nothing() -> CoreError:
+    return CoreError(
+        "No lamp stands out in this capture.",
+        "Make the room darker, put the lamp nearer, and capture again.",
+    )

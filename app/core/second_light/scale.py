@@ -1,0 +1,77 @@
+"""How bright a place is: what a lamp's light can be added to.
+
+A lamp rescues a style by night that it cannot touch in the sun, so the place's brightness must be
+known in cd/m2. An environment that was merged from exposures states it; of any other somebody has
+to say how much light falls on the face.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.environment import solid_angles
+from app.core.search_light import luminance_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+__all__ = ["ASSUMED_LUX", "illuminance", "stated_white"]
+
+Floats: TypeAlias = NDArray[np.floating[Any]]
+
+ASSUMED_LUX: Final = 200.0
+"""Vertical illuminance at the face where nothing is known: a lit room."""
+
+_ATTRIBUTE: Final = "whiteLuminance"
+_MOST: Final = 1e12
+
+
+def illuminance(light: Floats, azimuth_deg: float = 0.0) -> float:
+    """Find the vertical illuminance at a face.
+
+    Parameters
+    ----------
+    light : (H, W, 3) or (H, W) float
+        Environment, linear Rec. 709 radiance or luminance.
+    azimuth_deg : float, optional
+        Azimuth in the panorama that the face looks to, deg.
+
+    Returns
+    -------
+    float
+        Lux where the light is in cd/m2.
+    """
+    luminance = luminance_of(light)
+    height, width = luminance.shape
+    elevation = np.pi * (0.5 - (np.arange(height) + 0.5) / height)
+    azimuth = 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5) - math.radians(azimuth_deg)
+    facing = np.maximum(np.outer(np.cos(elevation), np.cos(azimuth)), 0.0)
+    return float((luminance * facing).sum(axis=1) @ solid_angles((height, width)))
+
+
+def stated_white(path: Path | str) -> float | None:
+    """Read the luminance of radiance 1 that an OpenEXR file states.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+
+    Returns
+    -------
+    float or None
+        Cd/m2; None where the file states none, or cannot be read.
+    """
+    import OpenImageIO as oiio
+
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        oiio.geterror()
+        return None
+    value = float(source.spec().get_float_attribute(_ATTRIBUTE, 0.0))
+    source.close()
+    return value if 0.0 < value <= _MOST else None

@@ -1,0 +1,290 @@
+"""Where to turn and where to hold a lamp: eq. 7 of the paper, exactly, under both objectives.
+
+All 64 turns times 576 placements are evaluated for every style. As without a lamp, numbers that
+decide anything are free of exposure: the place's light is divided by its mean luminance, and the
+lamp by the same number, so that what counts is how strong the lamp is beside the place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.angles import TURNS, turn_of_index, wrap
+from app.core.light_table import normalised
+from app.core.reasons import EPSILON, MIN_STRENGTH, LightMap, Limits, reason
+from app.core.search_light import luminance_of
+from app.core.second_light.contrast import norm_at
+from app.core.second_light.lamp_tables import (
+    LampTables,
+    Place,
+    lamp_alone,
+    lamp_tables,
+    left_everywhere,
+    see_place,
+)
+from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
+from app.core.second_light.seeking import Found, seek
+from app.core.solve import Objective, StyleResult, solve_all
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.core.pack import StylePack
+    from app.core.second_light.added import AddedLight
+    from app.core.transport import Transport
+
+__all__ = ["ALL", "Placed", "place_all"]
+
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+Floats: TypeAlias = NDArray[np.floating[Any]]
+
+ALL: Final = TURNS * COUNT
+"""Combinations of a turn and a placement."""
+
+_STEP_DEG: Final = 360.0 / TURNS
+_TILT_DEG: Final = float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0])
+_WEAK: Final = 0.1  # of the face's mean: a lamp that gives less cannot shape it
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """What a place can do for a style together with a lamp.
+
+    Attributes
+    ----------
+    name, title, side : str
+        Of the style.
+    turn_index, placement : int
+        On the grids, 0..63 and 0..575; the turn counted from the panorama's centre column.
+    turn_deg, turn_refined_deg : float
+        The turn on the grid, and between; deg in (-180, 180], positive clockwise.
+    lamp_azimuth_deg, lamp_altitude_deg : float
+        Where the lamp is held, on the grid; deg, positive toward the sitter's left and upward.
+    lamp_azimuth_refined_deg, lamp_altitude_refined_deg : float
+        The same between the grid's places.
+    quality, match, strength : float
+        There, on the grid. Quality (eq. 7) in the unit of the environment, the others of 100.
+    attainable : bool
+    reason : str or None
+        Why not, even with the lamp; None when attainable.
+    before : StyleResult
+        Without the lamp.
+    map : (9, 64) float32
+        The objective at the chosen turn: match of 100, or quality; altitude by azimuth.
+    evaluated : int
+        Combinations of a turn and a placement that were evaluated.
+    power : float
+        Of the lamp, as a share of its full power.
+    """
+
+    name: str
+    title: str
+    side: str
+    turn_index: int
+    placement: int
+    turn_deg: float
+    turn_refined_deg: float
+    lamp_azimuth_deg: float
+    lamp_altitude_deg: float
+    lamp_azimuth_refined_deg: float
+    lamp_altitude_refined_deg: float
+    quality: float
+    match: float
+    strength: float
+    attainable: bool
+    reason: str | None
+    before: StyleResult
+    map: Float32 = field(repr=False)
+    evaluated: int
+    power: float = 1.0
+
+    @property
+    def rescued(self) -> bool:
+        """Whether the lamp makes attainable what is not without it."""
+        return self.attainable and not self.before.attainable
+
+
+def place_all(
+    pack: StylePack,
+    transport: Transport,
+    radiance: Floats,
+    added: AddedLight,
+    objective: Objective = "picture",
+    *,
+    styles: Sequence[str] | None = None,
+    allowed: Mask | None = None,
+    greedy: bool = False,
+    powers: Sequence[float] = (1.0,),
+    epsilon: float = EPSILON,
+    min_strength: float = MIN_STRENGTH,
+    front_deg: float = 0.0,
+    tables: LampTables | None = None,
+) -> tuple[Placed, ...]:
+    """Find for every style the best turn and the best place of a lamp (eq. 7).
+
+    Parameters
+    ----------
+    pack : StylePack
+        Head and styles.
+    transport : Transport
+        The pack was made from.
+    radiance : (32, 64, 3) float
+        Environment at turn 0, linear Rec. 709, in the unit of the lamp: cd/m2.
+    added : AddedLight
+        The lamp, prepared for the same head.
+    objective : {"picture", "paper"}
+        The best match among combinations of sufficient strength, or C.
+    styles : sequence of str, optional
+        Names of the styles wanted; all by default.
+    allowed : (576,) bool, optional
+        Placements that can be reached; all by default.
+    greedy : bool, optional
+        First the best turn without the lamp, then the lamp's placement, as the paper tried.
+    powers : sequence of float, optional
+        What the lamp may be dimmed to, as shares of its full power, see `dimming`; the picture
+        objective takes the one that matches best, of equals the first. The paper's always gains
+        by more light, so it takes the first.
+    epsilon, min_strength : float, optional
+        As for `app.core.solve.solve_all`.
+    front_deg : float, optional
+        Azimuth at which the photographer stands, deg; turns are counted from there.
+    tables : LampTables, optional
+        From `lamp_tables` for the same pack and lamp, where they are at hand.
+
+    Returns
+    -------
+    tuple of Placed
+        In the pack's order.
+
+    Raises
+    ------
+    EnvironmentFileError
+        If the environment is black, not finite or has another size.
+    StyleError
+        If a style is unknown.
+    CoreError
+        If no placement is allowed.
+    """
+    light, scale = normalised(radiance, pack.header.environment)
+    if light.ndim == 2:
+        light = np.repeat(light[..., None], 3, axis=2)
+    limits = Limits(epsilon, min_strength)
+    chosen = None if styles is None else {pack.index(name) for name in styles}
+    rows = [row for row in range(len(pack.styles)) if chosen is None or row in chosen]
+    before = solve_all(
+        pack,
+        radiance,
+        objective,
+        epsilon=epsilon,
+        min_strength=min_strength,
+        styles=[pack.styles[row].name for row in rows],
+        front_deg=front_deg,
+    )
+    tables = lamp_tables(pack, transport, added) if tables is None else tables
+    place = see_place(tables, light, scale)
+    if greedy:
+        turns = [result.turn_index for result in before]
+        found = [
+            seek(tables, place, [row], objective, limits, allowed, powers, turn=turn)[0]
+            for row, turn in zip(rows, turns, strict=True)
+        ]
+    else:
+        found = list(seek(tables, place, rows, objective, limits, allowed, powers))
+    count = COUNT if allowed is None else int(np.count_nonzero(allowed))
+    evaluated = TURNS + count if greedy else TURNS * count
+    ask = _Asked(tables, place, limits, objective, max(powers), evaluated, front_deg)
+    return tuple(_answer(ask, one, result) for one, result in zip(found, before, strict=True))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Asked:
+    tables: LampTables
+    place: Place
+    limits: Limits
+    objective: Objective
+    most: float
+    evaluated: int
+    front_deg: float
+
+
+def _answer(ask: _Asked, found: Found, before: StyleResult) -> Placed:
+    tables, place, limits = ask.tables, ask.place, ask.limits
+    spot, style = found.spot, tables.pack.styles[found.row]
+    quality, match, strength = _measure(tables, place, found)
+    attainable = match >= limits.match and strength >= limits.strength
+    why = None
+    if not attainable:
+        why = _why(tables, place, found, match, strength, limits, ask.most)
+    turn, (azimuth, altitude) = turn_of_index(spot.turn), placement(spot.number)
+    fine = found.moves
+    shown = found.values * (1.0 if ask.objective == "picture" else place.scale)
+    return Placed(
+        name=style.name,
+        title=style.title,
+        side=style.side,
+        turn_index=spot.turn,
+        placement=spot.number,
+        turn_deg=wrap(turn - ask.front_deg),
+        turn_refined_deg=wrap(turn + fine[0] * _STEP_DEG - ask.front_deg),
+        lamp_azimuth_deg=azimuth,
+        lamp_altitude_deg=altitude,
+        lamp_azimuth_refined_deg=wrap(azimuth + fine[1] * _STEP_DEG),
+        lamp_altitude_refined_deg=altitude + fine[2] * _TILT_DEG,
+        quality=quality * place.scale,
+        match=match,
+        strength=strength,
+        attainable=attainable,
+        reason=why,
+        before=before,
+        map=shown.reshape(-1, TURNS).astype(np.float32),
+        evaluated=ask.evaluated,
+        power=found.power,
+    )
+
+
+def _measure(tables: LampTables, place: Place, found: Found) -> tuple[float, float, float]:
+    """Quality, match and strength of one combination, with all coordinates of its contrast."""
+    pack, added, count = tables.pack, tables.added, tables.count
+    row, spot, power = found.row, found.spot, found.power
+    singles = [k for k, style in enumerate(pack.lamp_style) if style == row]
+    wanted = [row, count, *(count + 1 + k for k in singles)]
+    values = left_everywhere(tables, place, wanted, spot.turn)[:, 0, spot.number]
+    values = values + power * lamp_alone(tables, place, wanted)[:, spot.number]
+    quality, mean = float(values[0]), max(float(values[1]), 1e-30)
+    norm = norm_at(
+        added.contrast, added.hidden, place.light, place.scale, spot.turn, spot.number, power
+    )
+    match = 100.0 * quality / (float(pack.weight_norm[row]) * norm) if norm > 0 else 0.0
+    parts = [quality / float(pack.studio_ratio[row])]
+    parts += [
+        float(v) / float(pack.lamp_ratio[k]) for k, v in zip(singles, values[2:], strict=True)
+    ]
+    return quality, match, 100.0 * min(parts) / mean
+
+
+def _why(
+    tables: LampTables,
+    place: Place,
+    found: Found,
+    match: float,
+    strength: float,
+    limits: Limits,
+    most: float,
+) -> str | None:
+    """Say why even with the lamp not, the lamp at `most` of its power when at its strongest."""
+    spot, mean = found.spot, tables.count
+    strongest = most * float(tables.lit[mean].max()) / place.scale
+    if strongest < _WEAK * float(place.curves[mean, spot.turn]):
+        weak = strength < limits.strength and match >= limits.match
+        number = f"strength {max(int(strength), 0)}" if weak else f"match {max(int(match), 0)}"
+        return f"The lamp is too weak for the light here: {number} of 100"
+    turned = np.roll(place.light, -spot.turn, axis=1) * place.scale
+    light = luminance_of(tables.added.over(turned, spot.number, found.power))
+    style = tables.pack.styles[found.row]
+    return reason(style, match, strength, limits, LightMap(light), 0.0)

@@ -1,0 +1,181 @@
+"""Pictures of a face with a lamp anywhere around it, fast enough to follow a hand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.angles import wrap
+from app.core.colour import luminance
+from app.core.gallery import framing, portraits
+from app.core.light_here import turned
+from app.core.second_light.captured import CapturedLamp, placed_at
+from app.core.second_light.near import near_picture
+from app.core.second_light.placements import ALTITUDES_DEG
+from app.core.transport import render, to_image
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.core.second_light.search import Placed
+    from app.ui.presenters.light_state import Size
+    from app.ui.presenters.light_work import Answers, InHand, Spot
+    from app.ui.presenters.model import Head
+
+__all__ = ["View", "look", "targets"]
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float32: TypeAlias = NDArray[np.float32]
+
+_STEP_DEG: Final = 5.625
+_HIDES_ROWS: Final = len(ALTITUDES_DEG)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """A style with the lamp at one spot.
+
+    Attributes
+    ----------
+    answers : Answers
+    name : str
+        Of the style.
+    spot : Spot
+    size : Size
+        Of the pictures.
+    with_lamp : (h, w, 3) uint8
+        sRGB.
+    without : (h, w, 3) uint8
+        Of the place alone, at its own best turn.
+    target : (h, w, 3) uint8
+        Of the style.
+    match, strength : float
+        At the spot, of 100.
+    """
+
+    answers: Answers
+    name: str
+    spot: Spot
+    size: Size
+    with_lamp: Bytes = field(repr=False)
+    without: Bytes = field(repr=False)
+    target: Bytes = field(repr=False)
+    match: float
+    strength: float
+
+
+def targets(head: Head, size: Size, names: Sequence[str] | None = None) -> dict[str, Bytes]:
+    """Make the target portraits of styles, of all by default: sRGB, by name."""
+    pack = head.pack
+    wanted = [style.name for style in pack.styles] if names is None else names
+    linear = np.stack([pack.target(name) for name in wanted])
+    shown = portraits(linear, pack.coverage.astype(np.float32), framing(pack.header.picture, size))
+    return dict(zip(wanted, shown, strict=True))
+
+
+def look(answers: Answers, name: str, spot: Spot, size: Size, known: View | None) -> View:
+    """Make the pictures of a style with the lamp at a spot, and without it.
+
+    Parameters
+    ----------
+    answers : Answers
+        Where the lamp belongs.
+    name : str
+        Of a style in them.
+    spot : Spot
+        Where the lamp is held.
+    size : Size
+        Of the pictures.
+    known : View or None
+        The one before; what does not depend on the spot is taken over.
+
+    Returns
+    -------
+    View
+
+    Raises
+    ------
+    KeyError
+        If there is no answer for the style.
+    """
+    one = answers.of(name)
+    if one is None:
+        raise KeyError(name)
+    hand, question = answers.hand, answers.question
+    transport = hand.head.transport
+    facing = wrap(one.turn_refined_deg + question.front_deg)
+    lamp_picture, hidden = _of_lamp(hand, spot)
+    place = turned(question.light, facing, transport.environment_shape)
+    place = place * ((1.0 - hidden) * question.gain)[..., None]
+    picture = render(transport, place) + lamp_picture
+    match, strength = _judge(hand.head, name, picture)
+    shown = _portrait(hand.head, picture, size)
+    if known is not None and (known.answers, known.name, known.size) == (answers, name, size):
+        without, target = known.without, known.target
+    else:
+        without, target = _without(answers, one, size), targets(hand.head, size, (name,))[name]
+    return View(answers, name, spot, size, shown, without, target, match, strength)
+
+
+def _of_lamp(hand: InHand, spot: Spot) -> tuple[Float32, Float32]:
+    """Picture (P, 3) under the lamp alone, cd/m2, and the share (H, W) of texels it hides."""
+    lamp = hand.lamp
+    if isinstance(lamp, CapturedLamp):
+        light, hidden = placed_at(lamp, *spot)
+        return render(hand.head.transport, light), hidden
+    return near_picture(hand.near, lamp, *spot), _hidden(hand.added.alpha, spot)
+
+
+def _hidden(alpha: Float32, spot: Spot) -> Float32:
+    """Share of each texel that is hidden, between the four placements around a spot."""
+    columns = len(alpha) // _HIDES_ROWS
+    across = spot[0] / _STEP_DEG
+    up = (spot[1] - float(ALTITUDES_DEG[0])) / float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0])
+    up = min(max(up, 0.0), _HIDES_ROWS - 1.0)
+    left, lower = math.floor(across), min(math.floor(up), _HIDES_ROWS - 2)
+    beside, above = np.float32(across - left), np.float32(up - lower)
+
+    def at(row: int) -> Float32:
+        start = row * columns
+        first, second = alpha[start + left % columns], alpha[start + (left + 1) % columns]
+        mixed: Float32 = first + (second - first) * beside
+        return mixed
+
+    low: Float32 = at(lower)
+    return low + (at(lower + 1) - low) * above
+
+
+def _without(answers: Answers, one: Placed, size: Size) -> Bytes:
+    """Portrait in the place's own light, at the best turn that it has without a lamp."""
+    head, light = answers.hand.head, answers.question.light
+    facing = wrap(one.before.turn_refined_deg + answers.question.front_deg)
+    picture = render(head.transport, turned(light, facing, head.transport.environment_shape))
+    return _portrait(head, picture, size)
+
+
+def _portrait(head: Head, picture: Float32, size: Size) -> Bytes:
+    linear = to_image(head.transport, picture)[np.newaxis]
+    coverage = head.pack.coverage.astype(np.float32)
+    shown: Bytes = portraits(linear, coverage, framing(head.transport.size, size))[0]
+    return shown
+
+
+def _judge(head: Head, name: str, picture: Float32) -> tuple[float, float]:
+    """Match and strength of a picture (P, 3), see the definitions in `app.core.solve`."""
+    transport, pack = head.transport, head.pack
+    face = transport.face
+    flat = pack.target(name).reshape(-1, 3)[transport.pixels[face]]
+    wanted, seen = (luminance(one).astype(np.float64) for one in (flat, picture[face]))
+    span = float(np.ptp(wanted))
+    weights = (wanted - wanted.mean()) / max(span, 1e-30)
+    mean = float(seen.mean())
+    quality = float(weights @ seen)
+    contrast = math.sqrt(float(weights @ weights)) * float(np.linalg.norm(seen - mean))
+    match = 100.0 * quality / contrast if contrast > 0 else 0.0
+    studio = float(pack.studio_ratio[pack.index(name)])
+    strength = 100.0 * quality / max(mean, 1e-30) / studio if studio > 0 else 0.0
+    return match, strength

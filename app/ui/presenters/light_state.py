@@ -1,0 +1,327 @@
+"""What the Light screen shows, as plain data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from app.core.head_shape import HeadShape
+
+__all__ = [
+    "BRIGHTNESS",
+    "DISTANCES_M",
+    "CapturingState",
+    "DetailState",
+    "HeadsState",
+    "HoldState",
+    "LampState",
+    "LightSizes",
+    "LightState",
+    "LightView",
+    "RowState",
+    "Section",
+    "SkyState",
+    "Verdict",
+]
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float32: TypeAlias = NDArray[np.float32]
+Size: TypeAlias = tuple[int, int]
+"""Rows and columns, device pixels."""
+
+Verdict: TypeAlias = Literal["", "in", "out"]
+"""Whether the style is in reach where the lamp is held; empty while that is not known."""
+
+BRIGHTNESS: tuple[tuple[str, str, float], ...] = (
+    ("night", "Night street", 5.0),
+    ("cellar", "Cellar", 30.0),
+    ("living", "Living room", 150.0),
+    ("office", "Office", 300.0),
+    ("studio", "Studio", 500.0),
+    ("overcast", "Overcast sky", 8000.0),
+    ("sun", "Sun", 60000.0),
+)
+"""Answers to "How bright is it here?": key, words, lux on a vertical surface at the face."""
+
+DISTANCES_M: tuple[float, ...] = (
+    *(round(0.2 + 0.05 * step, 2) for step in range(16)),
+    *(round(1.0 + 0.1 * step, 1) for step in range(10)),
+    *(2.0 + 0.5 * step for step in range(7)),
+)
+"""Stops of the distance slider, metres from the middle of the head."""
+
+
+@dataclass(frozen=True, slots=True)
+class LightSizes:
+    """How large pictures are on the view's screen, rows and columns of device pixels."""
+
+    row: Size = (56, 56)
+    portrait: Size = (176, 160)
+
+
+@dataclass(frozen=True, slots=True)
+class LampState:
+    """The lamp in hand, and what the user says about the place.
+
+    Attributes
+    ----------
+    items : tuple of (str, str, str, str)
+        Lamps to choose from: key, title, what it is, icon.
+    key : str
+        The chosen one; empty while none is.
+    distance : int
+        Stop of the slider, in `DISTANCES_M`; nearest to a captured lamp's own distance.
+    distance_words : str
+        "30 cm".
+    distance_fixed : str
+        Why it cannot be changed; empty where it can.
+    arm, floor : bool
+        Only within arm's reach; not through the floor.
+    brightness : str
+        Key of the answer in `BRIGHTNESS`; empty while the question is open.
+    measured : str
+        "210 lx at the face, as measured"; empty where the place's scale is not known.
+    """
+
+    items: tuple[tuple[str, str, str, str], ...] = ()
+    key: str = ""
+    distance: int = 0
+    distance_words: str = ""
+    distance_fixed: str = ""
+    arm: bool = False
+    floor: bool = True
+    brightness: str = ""
+    measured: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class RowState:
+    """A style in the list. Two that are equal look the same.
+
+    Attributes
+    ----------
+    key, title, line : str
+        Name of the style, its title, and the side of its light or what is missing.
+    before, after : int
+        Match without and with the lamp, of 100.
+    limit : float
+        Tick of the meter.
+    chosen : bool
+        The one in front.
+    spoken : str
+        Accessible name.
+    version : int
+        Another number: another picture.
+    picture : (h, w, 3) uint8 or None
+        Target, sRGB; not compared.
+    """
+
+    key: str
+    title: str
+    line: str
+    before: int
+    after: int
+    limit: float = 45.0
+    chosen: bool = False
+    spoken: str = ""
+    version: int = 0
+    picture: Bytes | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A part of the list: "Rescued by this lamp", "2 of 3", and its styles."""
+
+    title: str
+    count: str
+    rows: tuple[RowState, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class HoldState:
+    """The two steps, in words.
+
+    Attributes
+    ----------
+    turn, turn_line : str
+        "Turn 56° counter-clockwise", and what that does.
+    turn_works : bool
+        Whether there is a turn to go to.
+    hold, hold_line : str
+        "Hold the LED panel to the sitter’s left (camera right), …", and how far away.
+    """
+
+    turn: str = ""
+    turn_line: str = ""
+    turn_works: bool = False
+    hold: str = ""
+    hold_line: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeadsState:
+    """The lamp around the head.
+
+    Attributes
+    ----------
+    shape : HeadShape or None
+        Outlines, metres.
+    distance_m : float
+        Of the lamp, from the middle of the head.
+    azimuth_deg, altitude_deg : float
+        Where it is held, positive toward the sitter's left and upward.
+    best : tuple of float or None
+        Best azimuth and altitude, deg.
+    place_light_deg : float or None
+        From where the place lights the face at the turn, azimuth as above; None where its light
+        comes from all around.
+    spoken : str
+        The placement in words.
+    """
+
+    shape: HeadShape | None = field(default=None, repr=False)
+    distance_m: float = 0.3
+    azimuth_deg: float = 0.0
+    altitude_deg: float = 0.0
+    best: tuple[float, float] | None = None
+    place_light_deg: float | None = None
+    spoken: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SkyState:
+    """Matches over all directions of the lamp at the turn that is shown.
+
+    Attributes
+    ----------
+    tones : (h, w) uint8 or None
+        Brighter is better; azimuth −180 at the left to 180 at the right, which is the sitter's
+        left; altitude from the top down.
+    closed : (h, w) bool or None
+        Where the lamp may not be held.
+    line : (n, 4) float32
+        Pieces of the line of the limit: azimuth and altitude of both ends, deg.
+    half_height_deg : float
+        Altitude of the upper edge.
+    words : str
+        "brighter is a better match, the line is 45".
+    """
+
+    tones: Bytes | None = field(default=None, repr=False)
+    closed: NDArray[np.bool_] | None = field(default=None, repr=False)
+    line: Float32 = field(default_factory=lambda: np.zeros((0, 4), np.float32), repr=False)
+    half_height_deg: float = 75.9375
+    words: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DetailState:
+    """The chosen style with the lamp where it is held.
+
+    Attributes
+    ----------
+    key, title, side : str
+        Of the style.
+    target, with_lamp, without : (h, w, 3) uint8 or None
+        Portraits, sRGB.
+    without_tag : str
+        "Without it, at 62°".
+    before, after : str
+        Matches, of 100.
+    verdict : Verdict
+        Whether it is in reach now.
+    verdict_words : str
+        "in reach, over 45".
+    best_title, best_line : str
+        "Best place: 63", and how to get there.
+    at_best : bool
+        Whether the lamp is there.
+    numbers : tuple of (str, str)
+        Label and value.
+    stale : bool
+        The picture is of a place where the lamp was a moment ago.
+    """
+
+    key: str = ""
+    title: str = ""
+    side: str = ""
+    target: Bytes | None = field(default=None, repr=False)
+    with_lamp: Bytes | None = field(default=None, repr=False)
+    without: Bytes | None = field(default=None, repr=False)
+    without_tag: str = "Without it"
+    before: str = ""
+    after: str = ""
+    verdict: Verdict = ""
+    verdict_words: str = ""
+    best_title: str = ""
+    best_line: str = ""
+    at_best: bool = True
+    numbers: tuple[tuple[str, str], ...] = ()
+    stale: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class CapturingState:
+    """A lamp of one's own that is being read."""
+
+    busy: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LightState:
+    """What the Light screen shows.
+
+    Attributes
+    ----------
+    empty : str
+        Sentence in place of the schematics; empty when they are shown.
+    actions : tuple of (str, str)
+        Key and words of its buttons.
+    asks : bool
+        Whether it is asked how bright the place is; in place of the schematics.
+    lamp : LampState
+    sections : tuple of Section
+        The list.
+    note : str
+        Above the list: "This lamp is too weak at 30 cm. …".
+    note_action : str
+        Words on its button; may be empty.
+    busy : bool
+        New answers are on their way; old ones are shown dim.
+    hold : HoldState
+    heads : HeadsState
+    sky : SkyState
+    detail : DetailState
+    capturing : CapturingState
+    """
+
+    empty: str = ""
+    actions: tuple[tuple[str, str], ...] = ()
+    asks: bool = False
+    lamp: LampState = field(default_factory=LampState)
+    sections: tuple[Section, ...] = ()
+    note: str = ""
+    note_action: str = ""
+    busy: bool = False
+    hold: HoldState = field(default_factory=HoldState)
+    heads: HeadsState = field(default_factory=HeadsState)
+    sky: SkyState = field(default_factory=SkyState)
+    detail: DetailState = field(default_factory=DetailState)
+    capturing: CapturingState = field(default_factory=CapturingState)
+
+
+class LightView(Protocol):
+    """Shows a `LightState`."""
+
+    def show_state(self, state: LightState) -> None:
+        """Show it."""
+
+    def take_lamp_focus(self) -> None:
+        """Give the keyboard to the lamp."""
+
+    def ask_pictures(self) -> None:
+        """Ask for the pictures of a lamp; the answer goes to the presenter's `take_pictures`."""

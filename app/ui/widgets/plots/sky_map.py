@@ -1,0 +1,227 @@
+"""Matches over all directions of a lamp, unrolled around the head, with the lamp on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, Protocol
+
+import numpy as np
+from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath, QPen
+from PySide6.QtWidgets import QSizePolicy
+
+from app.core.angles import wrap
+from app.ui.theme import theme
+from app.ui.widgets.plots.base import draw_text
+from app.ui.widgets.plots.lamp_plot import LampPlot, draw_best, draw_lamp
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from PySide6.QtGui import QMouseEvent
+    from PySide6.QtWidgets import QWidget
+
+    from app.ui.widgets.plots.geometry import Point
+
+__all__ = ["Sky", "SkyMap"]
+
+_LABELS: Final = 24  # height of the line of words below
+_RADIUS: Final = 6
+_HATCH: Final = 8
+_NAMES: Final = (
+    (0.0, "behind", "behind"),
+    (0.25, "sitter’s right (camera left)", "sitter’s right"),
+    (0.5, "in front", "in front"),
+    (0.75, "sitter’s left (camera right)", "sitter’s left"),
+    (1.0, "behind", "behind"),
+)
+
+
+class Sky(Protocol):
+    """A map of matches, as it is drawn.
+
+    Attributes
+    ----------
+    tones : (h, w) uint8 or None
+        Azimuth −180° to 180° to the right, altitude from the top down; None draws nothing.
+    closed : (h, w) bool or None
+        Where the lamp may not be held.
+    line : (n, 4) float32
+        Pieces of a line: azimuth and altitude of both ends, deg.
+    half_height_deg : float
+        Altitude of the upper edge.
+    """
+
+    @property
+    def tones(self) -> NDArray[np.uint8] | None:
+        """Brightness of the map."""
+
+    @property
+    def closed(self) -> NDArray[np.bool_] | None:
+        """Where the lamp may not be held."""
+
+    @property
+    def line(self) -> NDArray[np.float32]:
+        """Pieces of a line."""
+
+    @property
+    def half_height_deg(self) -> float:
+        """Altitude of the upper edge."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Blank:
+    """No map yet."""
+
+    tones: None = None
+    closed: None = None
+    line: NDArray[np.float32] = field(default_factory=lambda: np.zeros((0, 4), np.float32))
+    half_height_deg: float = 75.0
+
+
+class SkyMap(LampPlot):
+    """A map of 360° by the band of altitudes that is searched.
+
+    Azimuth grows to the right, which is toward the sitter's left as the camera sees it.
+    """
+
+    def __init__(self, parent: QWidget | None = None) -> None:
+        super().__init__("Where the lamp works at this turn", parent)
+        self._sky: Sky = _Blank()
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+
+    def show_sky(self, sky: Sky) -> None:
+        """Show another map."""
+        if sky is not self._sky:
+            self._sky = sky
+            self.update()
+
+    def sizeHint(self) -> QSize:
+        """Give the size as designed, the words below with it."""
+        t = theme()
+        return QSize(t.px(616), t.px(136 + _LABELS))
+
+    def minimumSizeHint(self) -> QSize:
+        """Give the smallest useful size."""
+        t = theme()
+        return QSize(t.px(280), t.px(72 + _LABELS))
+
+    @property
+    def area(self) -> QRectF:
+        """Where the map lies, logical pixels."""
+        return QRectF(0.0, 0.0, self.width(), max(self.height() - theme().px(_LABELS), 1.0))
+
+    def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
+        """Where a direction lies, logical pixels."""
+        area, half = self.area, self._sky.half_height_deg
+        return (
+            area.left() + (wrap(azimuth_deg) + 180.0) / 360.0 * area.width(),
+            area.top() + (half - altitude_deg) / (2.0 * half) * area.height(),
+        )
+
+    def spot_at(self, point: Point) -> tuple[float, float]:
+        """Read a direction, deg."""
+        area, half = self.area, self._sky.half_height_deg
+        across = min(max((point[0] - area.left()) / area.width(), 0.0), 1.0)
+        down = min(max((point[1] - area.top()) / area.height(), 0.0), 1.0)
+        return across * 360.0 - 180.0, half - 2.0 * half * down
+
+    def takes(self, point: Point) -> bool:
+        """Anywhere on the map: the lamp comes to the pointer."""
+        ready = self._state is not None and self._state.shape is not None
+        return ready and self.area.contains(QPointF(*point))
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Take the lamp, and bring it here."""
+        super().mousePressEvent(event)
+        if self.dragging:
+            self.moved.emit(*self.spot_at((event.position().x(), event.position().y())))
+
+    def draw(self, painter: QPainter, ratio: float) -> None:
+        """Paint the map from the cache, then the lamp."""
+        t, area = theme(), self.area
+        size = area.size().toSize()
+        if self._sky.tones is None:
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(t.c.well)
+            painter.drawRoundedRect(area, t.px(_RADIUS), t.px(_RADIUS))
+        else:
+            key = id(self._sky)
+            painter.drawPixmap(0, 0, self.kept("sky", key, size, ratio, self._draw_sky))
+        self._draw_names(painter)
+        state = self._state
+        if self._sky.tones is None or state is None or state.shape is None:
+            return
+        place = self.place_of(state.azimuth_deg, state.altitude_deg)
+        if state.best is not None:
+            draw_best(painter, self.place_of(*state.best))
+        draw_lamp(painter, place, focused=self.hasFocus())
+
+    def _draw_sky(self, painter: QPainter) -> None:
+        t, area, sky = theme(), self.area, self._sky
+        assert sky.tones is not None
+        clip = QPainterPath()
+        clip.addRoundedRect(area, t.px(_RADIUS), t.px(_RADIUS))
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        tones = np.ascontiguousarray(sky.tones)
+        height, width = tones.shape
+        image = QImage(tones.data, width, height, width, QImage.Format.Format_Grayscale8)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(Qt.GlobalColor.black)
+        painter.drawPath(clip)
+        # Only where the rounded plate is: a clip would leave jagged corners.
+        painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceIn)
+        painter.drawImage(area, image.copy())
+        painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceAtop)
+        if sky.closed is not None:
+            self._draw_closed(painter, area)
+        lines = [
+            QLineF(QPointF(*self._raw(a, b)), QPointF(*self._raw(c, d))) for a, b, c, d in sky.line
+        ]
+        for colour, wide in ((Qt.GlobalColor.black, 4.0), (Qt.GlobalColor.white, 1.75)):
+            pen = QPen(QColor(colour), wide)
+            pen.setCapStyle(Qt.PenCapStyle.RoundCap)
+            painter.setPen(pen)
+            painter.drawLines(lines)
+
+    def _raw(self, azimuth_deg: float, altitude_deg: float) -> Point:
+        """As `place_of`, without wrapping: a line may end at either edge."""
+        area, half = self.area, self._sky.half_height_deg
+        return (
+            area.left() + (azimuth_deg + 180.0) / 360.0 * area.width(),
+            area.top() + (half - altitude_deg) / (2.0 * half) * area.height(),
+        )
+
+    def _draw_closed(self, painter: QPainter, area: QRectF) -> None:
+        """Hatch where the lamp may not be held."""
+        closed = self._sky.closed
+        assert closed is not None
+        rows, columns = closed.shape
+        path = QPainterPath()
+        wide, tall = area.width() / columns, area.height() / rows
+        for row, column in zip(*np.nonzero(closed), strict=True):
+            path.addRect(QRectF(column * wide, row * tall, wide + 0.01, tall + 0.01))
+        painter.save()
+        painter.setClipPath(path.simplified())
+        shade = QColor(Qt.GlobalColor.black)
+        shade.setAlphaF(0.55)
+        painter.fillRect(area, shade)
+        light = QColor(Qt.GlobalColor.white)
+        light.setAlphaF(0.35)
+        painter.setPen(QPen(light, 1.0))
+        step = theme().px(_HATCH)
+        for start in range(int(-area.height()), int(area.width()), step):
+            painter.drawLine(QPointF(start, area.height()), QPointF(start + area.height(), 0.0))
+        painter.restore()
+
+    def _draw_names(self, painter: QPainter) -> None:
+        t = theme()
+        font = t.font(12)
+        painter.setFont(font)
+        long = sum(painter.fontMetrics().horizontalAdvance(name) for _, name, _ in _NAMES)
+        roomy = long + t.px(32) < self.width()
+        y = self.height() - t.px(_LABELS) / 2.0 + t.px(3)
+        for share, name, short in _NAMES:
+            align = 0.0 if share == 0.0 else 1.0 if share == 1.0 else 0.5
+            draw_text(
+                painter, (share * self.width(), y), name if roomy else short, font, t.c.dim, align
+            )

@@ -1,0 +1,191 @@
+"""The second light on the real head: exactness, speed, rescue in the dark, both sides."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from app.core.angles import wrap
+from app.core.environment import read_environment, reduce
+from app.core.head_shape import load_shape_of
+from app.core.light_table import normalised
+from app.core.pack import StylePack, load_named_pack, load_transport_of
+from app.core.second_light.added import AddedLight, from_captured, from_numbers
+from app.core.second_light.captured import make_lamp, placed
+from app.core.second_light.contrast import FaceBasis, prepare_face
+from app.core.second_light.dimming import powers_of
+from app.core.second_light.lamp_tables import (
+    LampTables,
+    lamp_alone,
+    lamp_tables,
+    left_everywhere,
+    see_place,
+)
+from app.core.second_light.near import prepare_near
+from app.core.second_light.numbers import parse
+from app.core.second_light.scale import illuminance
+from app.core.second_light.search import Placed, place_all
+from app.core.transport import Transport, render
+from tests.helpers.second_light import composite, full_targets
+from tests.helpers.shared import SHARED, needs_shared
+
+ROOT = Path(__file__).resolve().parents[2]
+SLACK = 4.0
+SECONDS = {"light.one": 1.5e-3, "light.all": 25e-3, "light.match": 60e-3}
+DIM = {
+    "dikhololo_night": 5.0,
+    "st_peters_square_night": 5.0,
+    "drachenfels_cellar": 30.0,
+    "empty_warehouse_01": 150.0,
+    "leadenhall_market": 200.0,
+    "lebombo": 200.0,
+    "st_fagans_interior": 300.0,
+}
+OTHERS = ("quarry_01", "rooitou_park", "potsdamer_platz")
+
+pytestmark = pytest.mark.slow
+
+
+@cache
+def _head() -> tuple[StylePack, Transport, FaceBasis]:
+    pack = load_named_pack("generic")
+    transport = load_transport_of(pack, "generic")
+    return pack, transport, prepare_face(transport)
+
+
+@cache
+def _lamp(word: str) -> tuple[AddedLight, LampTables]:
+    pack, transport, face = _head()
+    if word == "captured":
+        light = np.full((256, 512, 3), 0.01, np.float32)
+        alpha = np.zeros((256, 512), np.float32)
+        alpha[118:150, 250:270] = 1.0  # not in the middle, and not its own mirror image
+        light[118:150, 250:270] = (700.0, 600.0, 420.0)
+        light[118:124, 250:256] *= 6.0
+        lamp = make_lamp("tall", light, alpha, white_cd_m2=1.0, distance_m=0.4)
+        added = from_captured(transport, placed(lamp), face=face)
+    else:
+        shape = load_shape_of(transport, "generic")
+        near = prepare_near(transport, shape)
+        added = from_numbers(transport, shape, parse(word), near=near, face=face)
+    return added, lamp_tables(pack, transport, added)
+
+
+@cache
+def _scene(name: str, lux: float) -> NDArray[np.float32]:
+    light = reduce(read_environment(SHARED / "hdri" / f"{name}_1k.hdr"))
+    return light * np.float32(lux / illuminance(light))
+
+
+@needs_shared
+@pytest.mark.parametrize("name", [*DIM, *OTHERS])
+def test_quality_and_its_maximum_are_eq_7(name: str) -> None:
+    pack, transport, _ = _head()
+    added, tables = _lamp("captured")
+    place = _scene(name, DIM.get(name, 8000.0))
+    light, scale = normalised(place, (32, 64))
+    seen = see_place(tables, light, scale)
+    found = left_everywhere(tables, seen, range(18)) + lamp_alone(tables, seen, range(18))[:, None]
+    found *= scale
+    targets = full_targets(pack)
+    rng = np.random.default_rng(1)
+    for turn, number in zip(rng.integers(0, 64, 220), rng.integers(0, 576, 220), strict=True):
+        plain = np.tensordot(targets, composite(added, place, turn, number), 3)
+        np.testing.assert_allclose(
+            found[:, turn, number], plain, rtol=1e-4, atol=1e-6 * np.abs(plain).max()
+        )
+    for row, one in enumerate(place_all(pack, transport, place, added, "paper", tables=tables)):
+        assert one.quality == pytest.approx(float(found[row].max()), rel=1e-6)
+        whole = float((targets[row] * composite(added, place, one.turn_index, one.placement)).sum())
+        assert one.quality == pytest.approx(whole, rel=1e-4)
+
+
+@needs_shared
+@pytest.mark.parametrize("word", ["captured", "panel@0.3"])
+def test_match_is_that_of_the_rendered_picture(word: str) -> None:
+    pack, transport, _ = _head()
+    added, tables = _lamp(word)
+    weights = np.asarray(transport.header.luminance_weights)
+    face = transport.face
+    for name in ("lebombo", "rooitou_park", "dikhololo_night"):
+        place = _scene(name, DIM.get(name, 8000.0))
+        for one in place_all(pack, transport, place, added, tables=tables):
+            seen = composite(added, place, one.turn_index, one.placement).astype(np.float32)
+            picture = render(transport, seen) @ weights
+            if added.light is None:
+                picture = picture + added.pictures[one.placement]
+            target = pack.target(one.name).reshape(-1, 3)[transport.pixels] @ weights
+            plain = 100 * np.corrcoef(target[face], picture[face])[0, 1]
+            assert one.match == pytest.approx(plain, abs=0.5)
+            assert one.map.ravel()[one.placement] == pytest.approx(plain, abs=1.0)
+
+
+@needs_shared
+@pytest.mark.parametrize("name", DIM)
+def test_a_panel_at_30_cm_makes_badger_and_loop_rim_better_in_the_dark(name: str) -> None:
+    pack, transport, _ = _head()
+    added, tables = _lamp("panel@0.3")
+    styles = ["badger", "left-loop-rim", "right-loop-rim"]
+    found = place_all(
+        pack,
+        transport,
+        _scene(name, DIM[name]),
+        added,
+        styles=styles,
+        powers=powers_of("panel"),
+        tables=tables,
+    )
+    for one in found:
+        assert one.match > one.before.match
+        assert one.attainable or not one.before.attainable
+
+
+@needs_shared
+def test_a_mirrored_place_gives_the_mirrored_answer() -> None:
+    pack, transport, _ = _head()
+    added, tables = _lamp("panel@0.3")
+    place = _scene("drachenfels_cellar", 30.0)
+
+    def answers(light: NDArray[np.float32]) -> dict[str, Placed]:
+        found = place_all(pack, transport, light, added, powers=(1 / 32, 1 / 64), tables=tables)
+        return {one.name: one for one in found}
+
+    here, there = answers(place), answers(place[:, ::-1])
+    for name in ("left-loop-rim", "right-split", "left-below-side"):
+        twin = name.replace("left", "*").replace("right", "left").replace("*", "right")
+        one, other = here[name], there[twin]
+        assert wrap(other.turn_deg + one.turn_deg) == 0.0
+        assert wrap(other.lamp_azimuth_deg + one.lamp_azimuth_deg) == 0.0
+        assert other.lamp_altitude_deg == one.lamp_altitude_deg
+        assert other.match == pytest.approx(one.match, abs=0.05)
+
+
+@cache
+def _rows() -> dict[str, dict[str, float]]:
+    environ = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    done = subprocess.run(
+        [sys.executable, "-m", "app", "bench", "--json"],
+        cwd=ROOT,
+        env=environ,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=True,
+    )
+    return {row["name"]: row for row in json.loads(done.stdout)["rows"]}
+
+
+@pytest.mark.parametrize("name", SECONDS)
+def test_speed(name: str) -> None:
+    row = _rows()[name]
+    assert row["seconds"] <= SLACK * SECONDS[name]
+    assert row["ratio"] >= 100.0
+    assert row["limit_seconds"] > 0

@@ -1,0 +1,245 @@
+"""`turnlight light` as a user meets it: table, JSON, scale, reach, and what bad input gives."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.cli import main
+from app.core.angles import wrap
+from app.core.head_shape import save_shape, shape_path
+from app.core.images import write_exr
+from app.core.pack import pack_path, save_pack
+from app.core.second_light.captured import make_lamp
+from app.core.second_light.library import add_lamp, lamps_folder
+from app.core.transport import save_transport
+from tests.helpers.second_light import head_shape
+from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
+
+KEYS = {
+    "turn_deg",
+    "turn_refined_deg",
+    "lamp_azimuth_deg",
+    "lamp_altitude_deg",
+    "quality",
+    "match",
+    "strength",
+    "attainable",
+    "reason",
+    "evaluated",
+    "seconds",
+    "words",
+    "illuminance_lux",
+    "assumed",
+    "before",
+}
+
+
+@pytest.fixture(scope="module")
+def head(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A head of the user's own: transport, pack and shape beside each other."""
+    path = tmp_path_factory.mktemp("heads") / "sphere.npz"
+    digest = save_transport(path, lambert_sphere_transport())
+    pack = synthetic_pack()
+    header = dataclasses.replace(pack.header, transport_sha256=digest)
+    save_pack(pack_path(path), dataclasses.replace(pack, header=header))
+    save_shape(shape_path(path), head_shape())
+    return str(path)
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """One light at azimuth 30, height 35, with a little fill; its brightness is not stated."""
+    path = tmp_path_factory.mktemp("places") / "yard.exr"
+    light = lamp_environment(30.0, 35.0, 8.0, (64, 128), fill=0.02)
+    write_exr(path, np.repeat(light[..., None], 3, axis=2).astype(np.float32))
+    return str(path)
+
+
+def _light(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:
+    assert main(["light", *words, "--json"]) == 0
+    values: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return values
+
+
+def test_json_of_one_style(capsys: pytest.CaptureFixture[str], head: str, place: str) -> None:
+    words = (place, "--head", head, "--lamp", "phone@0.3", "--lux", "60", "--style", "badger")
+    values = _light(capsys, *words)
+    assert values.keys() >= KEYS
+    assert values["illuminance_lux"] == 60.0
+    assert values["assumed"] is False
+    assert values["evaluated"] == 36864
+    assert values["distance_m"] == 0.3
+    assert "30 cm from the middle of the head, about" in values["words"]
+    assert values["match"] > values["before"]["match"]
+    assert values["attainable"] == (values["match"] >= 45 and values["strength"] >= 20)
+    assert values["styles"][0]["match"] == values["match"]
+
+
+def test_all_styles_and_the_rescued(
+    capsys: pytest.CaptureFixture[str], head: str, place: str
+) -> None:
+    values = _light(capsys, place, "--head", head, "--lamp", "panel@0.4", "--lux", "100")
+    assert len(values["styles"]) == 18
+    rescued = [
+        one["name"]
+        for one in values["styles"]
+        if one["attainable"] and not one["before"]["attainable"]
+    ]
+    assert values["rescues"] == rescued
+    assert "badger" in rescued
+
+
+def test_the_side_that_the_lamp_fills(
+    capsys: pytest.CaptureFixture[str], head: str, place: str
+) -> None:
+    words = (place, "--head", head, "--lamp", "panel@0.4", "--lux", "100", "--style", "badger")
+    values = _light(capsys, *words)
+    # The place's own light, from where the sitter sees it; the lamp goes to the other side.
+    own_side = -(30.0 - values["turn_deg"])
+    assert np.sign(wrap(own_side)) == -np.sign(values["lamp_azimuth_deg"])
+    side = "left (camera right)" if values["lamp_azimuth_deg"] > 0 else "right (camera left)"
+    assert side in values["words"]
+
+
+def test_the_scale_is_assumed_stated_by_the_file_or_by_the_user(
+    capsys: pytest.CaptureFixture[str], head: str, place: str, tmp_path: Path
+) -> None:
+    words = ("--head", head, "--lamp", "phone@0.3", "--style", "below")
+    assert main(["light", place, *words, "--json"]) == 0
+    captured = capsys.readouterr()
+    values = json.loads(captured.out)
+    assert values["assumed"] is True
+    assert values["illuminance_lux"] == pytest.approx(200.0)
+    assert "--lux" in captured.err
+    light = lamp_environment(30.0, 35.0, 8.0, (64, 128), fill=0.02)
+    stated = tmp_path / "stated.exr"
+    write_exr(stated, np.repeat(light[..., None], 3, axis=2).astype(np.float32), 40.0)
+    known = _light(capsys, str(stated), *words)
+    assert known["assumed"] is False
+    assert known["cd_m2_per_unit"] == pytest.approx(40.0)
+    told = _light(capsys, str(stated), *words, "--lux", str(known["illuminance_lux"]))
+    assert told["match"] == pytest.approx(known["match"], rel=1e-4)
+    bright = _light(capsys, str(stated), *words, "--lux", "60000")
+    assert "too weak" in bright["reason"]
+
+
+def test_greedy_front_power_and_reach(
+    capsys: pytest.CaptureFixture[str], head: str, place: str
+) -> None:
+    words = (place, "--head", head, "--lamp", "panel@0.4", "--style", "left-rim")
+    scale = ("--lux", "80")
+    plain = _light(capsys, *words, *scale, "--objective", "paper")
+    assert plain["power"] == 1.0
+    greedy = _light(capsys, *words, *scale, "--objective", "paper", "--greedy")
+    assert greedy["evaluated"] == 640
+    assert greedy["turn_deg"] == greedy["before"]["turn_deg"]
+    assert greedy["quality"] <= plain["quality"] * (1 + 1e-9)
+    full = _light(capsys, *words, *scale, "--power", "full")
+    best = _light(capsys, *words, *scale)
+    assert full["power"] == 1.0
+    assert best["match"] >= full["match"] - 0.5
+    arm = _light(capsys, *words, *scale, "--reach", "arm")
+    assert arm["evaluated"] < 36864
+    assert abs(arm["lamp_azimuth_deg"]) < 160
+
+
+def test_a_captured_lamp_from_a_file(
+    capsys: pytest.CaptureFixture[str], head: str, place: str, tmp_path: Path
+) -> None:
+    room = np.full((128, 256, 3), 0.02, np.float32)
+    room[56:72, 118:138] = 30.0
+    file = tmp_path / "my-lamp.exr"
+    write_exr(file, room, 10.0)
+    words = (place, "--head", head, "--lamp", str(file), "--lux", "100", "--style", "badger")
+    values = _light(capsys, *words)
+    assert values["lamp"] == "my-lamp"
+    assert values["distance_m"] is None
+    assert values["power"] == 1.0
+    assert "cm" not in values["words"]
+    unknown = tmp_path / "unknown.exr"
+    write_exr(unknown, room)
+    assert main(["light", place, "--head", head, "--lamp", str(unknown), "--lux", "9"]) == 0
+    assert "does not state its brightness" in capsys.readouterr().err
+
+
+def test_a_lamp_of_the_library(
+    capsys: pytest.CaptureFixture[str],
+    head: str,
+    place: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("TURNLIGHT_HOME", str(tmp_path / "home"))
+    light = np.full((128, 256, 3), 0.02, np.float32)
+    alpha = np.zeros((128, 256), np.float32)
+    alpha[56:72, 118:138] = 1.0
+    light[alpha > 0] = 300.0
+    lamp = make_lamp("desk", light, alpha, white_cd_m2=1.0, distance_m=0.45)
+    add_lamp(lamps_folder(), lamp, "Desk lamp")
+    words = (place, "--head", head, "--lux", "100", "--style", "badger")
+    values = _light(capsys, *words, "--lamp", "Desk lamp")
+    assert values["lamp_title"] == "Desk lamp"
+    assert values["distance_m"] == 0.45
+    assert "45 cm from the middle of the head" in values["words"]
+    assert main(["light", *words, "--lamp", "candle"]) == 2
+    assert "candle" in capsys.readouterr().err
+
+
+def test_the_table(capsys: pytest.CaptureFixture[str], head: str, place: str) -> None:
+    words = ("light", place, "--head", head, "--lamp", "panel@0.4", "--lux", "100")
+    assert main([*words]) == 0
+    out = capsys.readouterr().out
+    lines = out.splitlines()
+    assert "100 lux" in lines[0]
+    assert sum(line.startswith(("left-", "right-")) for line in lines) == 12
+    assert lines[-1].startswith("Rescued by the lamp: ")
+    assert "badger" in lines[-1]
+    assert main([*words, "--style", "badger"]) == 0
+    assert "Hold it " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["{place}", "--lamp", "candle@0.3"], "no lamp called"),
+        (["{place}", "--lamp", "candle"], "none in your library"),
+        (["{place}", "--lamp", "phone@soon"], "no distance"),
+        (["{place}", "--lamp", "phone@90"], "cannot be reckoned"),
+        (["{place}", "--lamp", "{folder}/none.exr"], "none.exr"),
+        (["{place}", "--lamp", "{folder}/text.hdr"], "text.hdr"),
+        (["{place}"], "--lamp"),
+        (["{place}", "--lamp", "phone", "--style", "disco"], "no style"),
+        (["{place}", "--lamp", "phone", "--lux", "-3"], "no light to photograph in"),
+        (["{place}", "--lamp", "phone", "--lux", "nan"], "finite"),
+        (["{place}", "--lamp", "panel@2", "--reach", "arm", "--lux", "9"], "within reach"),
+        (["{folder}/nothing.exr", "--lamp", "phone"], "nothing.exr"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_exit_code_2(
+    capsys: pytest.CaptureFixture[str],
+    head: str,
+    place: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    words: list[str],
+    sentence: str,
+) -> None:
+    monkeypatch.setenv("TURNLIGHT_HOME", str(tmp_path / "home"))
+    (tmp_path / "text.hdr").write_text("this is no picture")
+    filled = [word.format(place=place, folder=tmp_path) for word in words]
+    try:
+        code = main(["light", *filled, "--head", head])
+    except SystemExit as stop:
+        code = int(stop.code or 0)
+    captured = capsys.readouterr()
+    assert code == 2
+    assert captured.out == ""
+    assert sentence in captured.err
+    assert len(captured.err.strip().splitlines()) == 1
+    assert "Traceback" not in captured.err

@@ -1,0 +1,152 @@
+"""The Light presenter on a real head with answers that a test decides on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from app.core.head_shape import load_shape_of
+from app.core.light_here import LightHere
+from app.core.second_light.search import Placed
+from app.core.solve import StyleResult
+from app.ui.presenters import light_jobs
+from app.ui.presenters.light import LightPresenter
+from app.ui.presenters.light_pictures import View
+from app.ui.presenters.light_state import LightState
+from app.ui.presenters.light_work import Answers, InHand, Question
+from tests.helpers.styles_screen import HoldingRunner, Table, head, scene_light
+
+__all__ = ["LightRig", "Watching", "placed"]
+
+BEST = {"badger": (-74.0, -16.0), "left-split": (80.0, 5.0), "right-split": (-80.0, 5.0)}
+SAVED = {"badger": (20.0, 62.0), "below": (9.0, 48.0)}
+GAINED = {"left-split": (61.0, 84.0)}
+
+
+def placed(before: StyleResult, match: float, spot: tuple[float, float], turn: float) -> Placed:
+    """An answer: the map has its peak where the lamp is best."""
+    azimuths = np.arange(64) * 5.625
+    altitudes = np.arange(-4, 5) * 16.875
+    away = (azimuths - spot[0] + 180.0) % 360.0 - 180.0
+    values = match * np.exp(-(away[None, :] ** 2 + (altitudes[:, None] - spot[1]) ** 2) / 3200.0)
+    return Placed(
+        name=before.name,
+        title=before.title,
+        side=before.side,
+        turn_index=0,
+        placement=0,
+        turn_deg=turn,
+        turn_refined_deg=turn,
+        lamp_azimuth_deg=spot[0],
+        lamp_altitude_deg=spot[1],
+        lamp_azimuth_refined_deg=spot[0],
+        lamp_altitude_refined_deg=spot[1],
+        quality=1.0,
+        match=match,
+        strength=60.0,
+        attainable=match >= 45.0,
+        reason=None,
+        before=before,
+        map=values.astype(np.float32),
+        evaluated=36864,
+    )
+
+
+class Watching:
+    """A view that remembers."""
+
+    def __init__(self) -> None:
+        self.states: list[LightState] = []
+        self.asked = self.focused = 0
+
+    def show_state(self, state: LightState) -> None:
+        self.states.append(state)
+
+    def ask_pictures(self) -> None:
+        self.asked += 1
+
+    def take_lamp_focus(self) -> None:
+        self.focused += 1
+
+    @property
+    def last(self) -> LightState:
+        return self.states[-1]
+
+
+class LightRig:
+    """Model, services and presenter; how a lamp is tried is told by `saved` and `gained`.
+
+    Parameters
+    ----------
+    folder : Path
+        The user's.
+    patch : pytest.MonkeyPatch
+        Puts the answers in place of the search.
+    """
+
+    def __init__(self, folder: Path, patch: pytest.MonkeyPatch) -> None:
+        self.table = Table(folder, HoldingRunner())
+        self.runner, self.model = self.table.runner, self.table.model
+        self.saved, self.gained = dict(SAVED), dict(GAINED)
+        self.hands: list[Any] = []
+        self.questions: list[Question] = []
+        self.looks: list[tuple[str, tuple[float, float]]] = []
+        self.nearer: Placed | None = None
+        self.allowed = np.ones(576, bool)
+        patch.setattr(light_jobs, "take_in_hand", self.take)
+        patch.setattr(light_jobs, "ask", self._ask)
+        patch.setattr(light_jobs, "look", self._look)
+        patch.setattr(light_jobs, "closer", lambda *_: self.nearer)
+        self.shape = load_shape_of(head().transport, "generic")
+        self.presenter = LightPresenter(self.table.services, self.table.desk)
+        self.view = Watching()
+
+    def start(
+        self, light: LightHere | None = None, lamp: str = "phone", bright: str = "living"
+    ) -> LightRig:
+        """Open a place, take a lamp and say how bright it is."""
+        self.table.open(light or scene_light())
+        self.presenter.attach(self.view)
+        if lamp:
+            self.presenter.take_lamp(lamp)
+        if bright:
+            self.presenter.set_brightness(bright)
+        return self
+
+    @property
+    def state(self) -> LightState:
+        return self.presenter.resolve()
+
+    def take(self, of: Any, lamp: Any, known: Any, token: Any, report: Any) -> InHand:
+        del known, token, report
+        self.hands.append(lamp)
+        nothing: Any = SimpleNamespace(distance_m=lamp.distance_m)
+        return InHand(of, self.shape, nothing, nothing, lamp, nothing, nothing)
+
+    def _ask(self, hand: InHand, question: Question, styles: Any = None) -> Answers:
+        del styles
+        self.questions.append(question)
+        before = {one.name: one for one in self.model.results}
+        answers = []
+        for style in hand.head.pack.styles:
+            without, match = {**self.saved, **self.gained}.get(style.name, (90.0, 92.0))
+            old = replace(before[style.name], match=without, attainable=without >= 45.0)
+            spot = BEST.get(style.name, (0.0, 20.0))
+            answers.append(placed(old, match, spot, -56.0))
+        return Answers(hand, question, tuple(answers), self.allowed)
+
+    def _look(
+        self, answers: Answers, name: str, spot: tuple[float, float], size: Any, known: Any
+    ) -> View:
+        del known
+        self.looks.append((name, spot))
+        one = answers.of(name)
+        assert one is not None
+        grey = np.full((*size, 3), 90, np.uint8)
+        away = abs(spot[0] - one.lamp_azimuth_refined_deg)
+        return View(answers, name, spot, size, grey, grey, grey, max(one.match - away, 0.0), 50.0)

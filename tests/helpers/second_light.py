@@ -1,0 +1,125 @@
+"""Lamps and a head's shape for tests of the second light, on the head that needs no baking."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.head_shape import HeadShape
+from app.core.pack import StylePack
+from app.core.second_light.added import AddedLight, from_captured, from_numbers
+from app.core.second_light.captured import PlacedLamp
+from app.core.second_light.contrast import FaceBasis, prepare_face
+from app.core.second_light.numbers import NumbersLamp, parse
+from app.core.second_light.placements import placement
+from tests.helpers.synthetic import (
+    lambert_sphere_transport,
+    lamp_direction,
+    solid_angles,
+    synthetic_pack,
+    texel_directions,
+)
+
+Float64 = NDArray[np.float64]
+
+HEAD = np.array([0.078, 0.112, 0.098])
+
+
+def coloured_place(seed: int = 3, strength: float = 1.2) -> NDArray[np.float32]:
+    """(32, 64, 3) lively coloured radiance, with two bright lights in it."""
+    rng = np.random.default_rng(seed)
+    light = np.exp(strength * rng.standard_normal((32, 64, 3)))
+    light[9:11, 20:22] += (300.0, 260.0, 200.0)
+    light[14, 50] += (60.0, 80.0, 120.0)
+    return light.astype(np.float32)
+
+
+@lru_cache(maxsize=2)
+def placed_lamp(gain: float = 400.0, lopsided: bool = False) -> PlacedLamp:
+    """A round warm lamp of 22 deg; lopsided, it has a dim half and is no mirror image of itself."""
+    fine = texel_directions(128, 256)
+    area = np.broadcast_to(solid_angles(128, 256)[:, None], (128, 256))
+    light = np.zeros((576, 32, 64, 3), np.float32)
+    alpha = np.zeros((576, 32, 64), np.float32)
+    whole = area.reshape(32, 4, 64, 4).sum(axis=(1, 3))
+    for number in range(0, 576, 64):
+        altitude = placement(number)[1]
+        toward = lamp_direction(0.0, altitude)
+        inside = (fine @ toward >= np.cos(np.radians(11.0))).astype(float)
+        bright = inside * np.where(fine[..., 0] > 0.03, 0.3, 1.0) if lopsided else inside
+        share = (inside * area).reshape(32, 4, 64, 4).sum(axis=(1, 3)) / whole
+        shine = (bright * area).reshape(32, 4, 64, 4).sum(axis=(1, 3)) / whole
+        for azimuth in range(64):
+            alpha[number + azimuth] = np.roll(share, -azimuth, axis=1)
+            rolled = np.roll(shine, -azimuth, axis=1)[..., None]
+            light[number + azimuth] = gain * rolled * (1.1, 1.0, 0.7)
+    return PlacedLamp("round", "Round lamp", light, np.minimum(alpha, 1.0), 0.5)
+
+
+@lru_cache(maxsize=1)
+def face_basis() -> FaceBasis:
+    """Of the head that needs no baking."""
+    return prepare_face(lambert_sphere_transport())
+
+
+@lru_cache(maxsize=4)
+def captured(gain: float = 400.0, lopsided: bool = False) -> AddedLight:
+    """The round lamp, prepared for that head."""
+    lamp = placed_lamp(gain, lopsided)
+    return from_captured(lambert_sphere_transport(), lamp, face=face_basis())
+
+
+@lru_cache(maxsize=1)
+def head_shape() -> HeadShape:
+    """Of that head: an ellipsoid; its nose does not stand out here."""
+    transport = lambert_sphere_transport()
+    size, half = transport.size, 0.125
+    row, column = np.divmod(transport.pixels, size)
+    step = 2 * half / size
+    x, y = -half + (column + 0.5) * step, half - (row + 0.5) * step
+    rest = np.maximum(1 - (x / HEAD[0]) ** 2 - (y / HEAD[1]) ** 2, 0.0)
+    positions = np.stack([x, y, HEAD[2] * np.sqrt(rest)], axis=1).astype(np.float32)
+    around = np.linspace(0, 2 * np.pi, 90, endpoint=False)
+    ring = np.stack([np.cos(around), np.sin(around)], axis=1)
+    skin = texel_directions(24, 48).reshape(-1, 3) * HEAD
+    return HeadShape(
+        head="synthetic",
+        pixels=transport.pixels,
+        positions=positions,
+        skin=skin.astype(np.float32),
+        above=(ring * HEAD[[0, 2]]).astype(np.float32),
+        side=(ring * HEAD[[2, 1]]).astype(np.float32),
+        eye_point=np.array([0.0, 0.02, 0.09], np.float32),
+    )
+
+
+@lru_cache(maxsize=4)
+def from_word(word: str) -> tuple[NumbersLamp, AddedLight]:
+    """A lamp from numbers, prepared for that head."""
+    lamp = parse(word)
+    return lamp, from_numbers(lambert_sphere_transport(), head_shape(), lamp, face=face_basis())
+
+
+def full_targets(pack: StylePack) -> Float64:
+    """(S, 32, 64, 3) F of every style per channel, as the pack counts it."""
+    rows = pack.target_rows.astype(np.float64)
+    second = np.einsum("kh,skw->shw", pack.mixtures, rows[:, 32:])
+    first = rows[:, :32]
+    return np.stack(
+        [pack.mixing[0, c] * first + pack.mixing[1, c] * second for c in range(3)], axis=-1
+    )
+
+
+def composite(added: AddedLight, place: NDArray[np.floating], turn: int, number: int) -> Float64:
+    """(32, 64, 3) eq. 7's environment as one would write it down."""
+    turned = np.roll(place.astype(np.float64), -turn, axis=1)
+    shown = (1.0 - added.alpha[number].astype(np.float64))[..., None] * turned
+    whole: Float64 = shown if added.light is None else shown + added.light[number]
+    return whole
+
+
+def pack() -> StylePack:
+    """Styles of that head."""
+    return synthetic_pack()

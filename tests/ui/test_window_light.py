@@ -1,0 +1,145 @@
+"""Left and right of the second light, with the real search, through the whole window.
+
+A place without a side, dim, and a lamp strong beside it: then the lamp is the key light. Split from
+the sitter's left needs it at the sitter's left, which the camera sees at the right.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from PySide6.QtWidgets import QApplication
+
+from app.core.images import write_exr
+from app.ui.presenters.light import LightPresenter
+from app.ui.presenters.model import Step
+from app.ui.robot import Robot
+from app.ui.screens.light import LightScreen
+from app.ui.start import App
+from tests.helpers.whole_window import open_light, opened, quick_heads
+
+LEFT, RIGHT = "the sitter’s left (camera right)", "the sitter’s right (camera left)"
+
+
+@pytest.fixture(scope="module")
+def running(
+    qapp: QApplication, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[tuple[App, Robot, LightPresenter, LightScreen]]:
+    home = tmp_path_factory.mktemp("home")
+    rows = np.linspace(1.2, 0.8, 64, dtype=np.float32)
+    path = home / "even.exr"
+    write_exr(path, np.broadcast_to(rows[:, None, None], (64, 128, 3)).copy())
+    with pytest.MonkeyPatch.context() as patch:
+        quick_heads(patch)
+        with opened(home, sounds=False) as (app, robot):
+            open_light(app, robot, path)
+            app.window.dismiss_messages()
+            app.model.update(step=Step.LIGHT)
+            robot.settle()
+            robot.click("Take the phone")
+            presenter = app.window._presenter_of("light")
+            assert isinstance(presenter, LightPresenter)
+            robot.click("Night street, 5 lx")
+            robot.wait(lambda: presenter.front is not None, "the answers", 200)
+            view = app.window.findChild(LightScreen)
+            assert isinstance(view, LightScreen)
+            yield app, robot, presenter, view
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("style", "sign"), [("left-split", 1), ("right-split", -1)])
+def test_the_lamp_of_a_side_is_drawn_and_said_on_that_side(
+    running: tuple[App, Robot, LightPresenter, LightScreen], style: str, sign: int
+) -> None:
+    app, robot, presenter, view = running
+    app.model.update(step=Step.LIGHT)
+    presenter.choose(style)
+    robot.wait(lambda: not presenter.resolve().detail.stale, "the picture")
+    robot.settle()
+    state = presenter.resolve()
+    assert state.detail.key == style
+    # Where it is held, by the frame of the placements.
+    assert 55.0 < sign * state.heads.azimuth_deg < 115.0
+    # In words, twice.
+    side, other = (LEFT, RIGHT) if sign > 0 else (RIGHT, LEFT)
+    assert side in state.hold.hold
+    assert other not in state.hold.hold
+    # In the three drawings.
+    above, aside, sky = view.middle.plots
+    place = above.lamp_place()
+    assert place is not None
+    assert sign * (place[0] - above.width() / 2.0) > 60.0
+    assert view.middle.side.from_left is (sign > 0)
+    place = sky.lamp_place()
+    assert place is not None
+    assert sign * (place[0] - sky.width() / 2.0) > 60.0
+    front, back = aside.place_of(sign * 10.0, 0.0), aside.place_of(sign * 170.0, 0.0)
+    assert sign * (back[0] - front[0]) > 0, "the camera is where the face looks"
+    # In the pictures: the lit half of the face.
+    for picture in (state.detail.with_lamp, state.detail.target):
+        assert picture is not None
+        rows, columns = picture.shape[:2]
+        tone = picture.astype(float).mean(axis=2)[rows // 4 : 3 * rows // 4]
+        half = columns // 2
+        right, left = tone[:, half:].mean(), tone[:, :half].mean()
+        assert sign * (right - left) > 5.0
+    # In the numbers.
+    azimuth = dict(state.detail.numbers)["Lamp azimuth"]
+    assert azimuth.startswith("−") is (sign < 0)
+
+
+@pytest.mark.slow
+def test_the_turn_that_is_said_is_the_turn_that_is_gone_to(
+    running: tuple[App, Robot, LightPresenter, LightScreen],
+) -> None:
+    app, robot, presenter, _ = running
+    app.model.update(step=Step.LIGHT)
+    presenter.choose("left-split")
+    robot.settle()
+    said = presenter.resolve().hold.turn
+    robot.click("Turn first")
+    assert app.model.step is Step.TURN
+    goal = app.model.target_turn_deg
+    assert goal is not None
+    number = re.search(r"\d+", said)
+    assert abs(goal) == pytest.approx(int(number.group()) if number else 0.0, abs=0.5)
+    assert ("counter" in said) is (round(goal) < 0)
+
+
+@pytest.mark.slow
+def test_only_what_an_arm_reaches_is_offered(
+    running: tuple[App, Robot, LightPresenter, LightScreen],
+) -> None:
+    app, robot, presenter, view = running
+    app.model.update(step=Step.LIGHT)
+    robot.settle()
+    view.lamp.arm.click()
+    robot.wait(lambda: presenter.resolve().sky.closed is not None, "the hatch", 60)
+    answers = presenter.work.answers
+    assert answers is not None
+    assert not answers.allowed.all()
+    assert all(answers.allowed[one.placement] for one in answers.placed)
+    view.lamp.arm.click()
+    robot.wait(lambda: presenter.resolve().sky.closed is None, "no hatch", 60)
+
+
+@pytest.mark.slow
+def test_the_number_where_the_lamp_belongs_is_that_of_its_picture(
+    running: tuple[App, Robot, LightPresenter, LightScreen],
+) -> None:
+    _, robot, presenter, _ = running
+    answers = presenter.work.answers
+    assert answers is not None
+    for name in ("left-split", "butterfly", "left-rembrandt"):
+        presenter.choose(name)
+        one = answers.of(name)
+        assert one is not None
+        robot.wait(lambda: not presenter.resolve().detail.stale, "the picture")
+        view = presenter.work.view
+        assert view is not None
+        # The search counts whole texels of the turn; the picture is of the refined one.
+        assert view.match == pytest.approx(one.match, abs=1.5)
+        assert view.match > one.match - 0.3

@@ -1,0 +1,278 @@
+"""The Light presenter: which lamp, which style, where it is held, and what is said about it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from app.core.errors import CoreError
+from app.core.places import CaptureFacts, Place
+from app.core.second_light.scale import illuminance
+from app.ui.presenters import light_jobs
+from app.ui.presenters.light import LightPresenter
+from app.ui.presenters.light_state import BRIGHTNESS, DISTANCES_M
+from app.ui.presenters.model import Step
+from tests.helpers.light_rig import BEST, LightRig, Watching
+from tests.helpers.styles_screen import scene_light
+
+
+@pytest.fixture
+def rig(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> LightRig:
+    return LightRig(tmp_path, monkeypatch)
+
+
+def keys(rig: LightRig, section: str) -> list[str]:
+    found = [part for part in rig.state.sections if part.title == section]
+    return [row.key for part in found for row in part.rows]
+
+
+def test_without_light_it_leads_to_the_probe(rig: LightRig) -> None:
+    rig.presenter.attach(rig.view)
+    assert "No light" in rig.view.last.empty
+    rig.model.update(step=Step.LIGHT)
+    rig.presenter.press(rig.view.last.actions[0][0])
+    assert rig.model.step is Step.PROBE
+
+
+def test_without_a_lamp_it_offers_the_phone(rig: LightRig) -> None:
+    rig.start(lamp="", bright="")
+    assert rig.state.empty.startswith("No lamp chosen. A phone at full brightness")
+    rig.presenter.press("phone")
+    assert rig.state.lamp.key == "phone"
+    assert not rig.state.empty
+
+
+def test_it_asks_how_bright_it_is_and_nothing_is_tried_before(rig: LightRig) -> None:
+    rig.start(bright="")
+    assert rig.state.asks
+    assert rig.hands == []
+    rig.presenter.set_brightness("cellar")
+    assert rig.state.lamp.brightness == "cellar"
+    assert rig.view.last.hold.hold
+    light = scene_light()
+    lux = {key: value for key, _, value in BRIGHTNESS}["cellar"]
+    assert rig.questions[-1].gain * illuminance(light.searched) == pytest.approx(lux, rel=1e-6)
+
+
+def test_the_answer_holds_for_its_place_only(rig: LightRig) -> None:
+    rig.start(bright="cellar")
+    rig.model.update(light=scene_light("studio"))
+    assert rig.state.asks
+    rig.model.update(light=scene_light())
+    assert not rig.state.asks
+
+
+def test_a_measured_place_is_not_asked_about(rig: LightRig) -> None:
+    place = Place("Here", rig.table.services.today(), capture=CaptureFacts(white_cd_m2=120.0))
+    rig.start(bright="")
+    rig.model.update(place=place)
+    assert not rig.state.asks
+    assert rig.questions[-1].gain == 120.0
+    assert "lx at the face" in rig.state.lamp.measured
+
+
+def test_the_list_has_the_rescued_first_then_the_better(rig: LightRig) -> None:
+    rig.start()
+    assert keys(rig, "Rescued by this lamp") == ["badger", "below"]
+    assert keys(rig, "Better with it") == ["left-split"]
+    first = rig.state.sections[0]
+    assert first.count == "2 of 2"
+    row = first.rows[0]
+    assert (row.before, row.after) == (20, 62)
+    assert "match 20 without the lamp, 62 with it" in row.spoken
+    assert rig.state.detail.key == "badger"
+
+
+def test_a_style_out_of_reach_stays_in_front_even_if_it_is_not_rescued(rig: LightRig) -> None:
+    rig.saved["flat"] = (30.0, 41.0)
+    rig.start()
+    rig.model.choose("flat")
+    assert rig.state.detail.key == "flat"
+    assert keys(rig, "Still out of reach") == ["flat"]
+    assert rig.state.detail.verdict_words == "out of reach, under 45"
+
+
+def test_words_name_both_steps(rig: LightRig) -> None:
+    rig.start()
+    rig.presenter.choose("left-split")
+    hold = rig.state.hold
+    assert hold.turn == "Turn 56° counter-clockwise"
+    assert hold.hold.startswith("Hold the phone screen to the sitter’s left (camera right)")
+    assert hold.hold.endswith("raised 5°")
+    assert hold.hold_line.startswith("30 cm from the middle of the head, about ")
+    rig.presenter.choose("right-split")
+    assert "to the sitter’s right (camera left)" in rig.state.hold.hold
+
+
+def test_turn_first_goes_to_the_turn_of_the_lamp(rig: LightRig) -> None:
+    rig.start()
+    rig.presenter.turn()
+    model = rig.model
+    assert (model.step, model.chosen, model.goal_deg) == (Step.TURN, "badger", -56.0)
+
+
+def test_moving_the_lamp_moves_words_numbers_and_match_but_not_the_best(rig: LightRig) -> None:
+    rig.start()
+    assert rig.state.detail.at_best
+    assert rig.state.detail.after == "62"
+    rig.presenter.hold_at(-94.0, 4.0)
+    state = rig.state
+    assert (state.heads.azimuth_deg, state.heads.altitude_deg) == (-94.0, 4.0)
+    assert state.heads.best == BEST["badger"]
+    assert state.detail.after == "42"
+    assert state.detail.verdict == "out"
+    assert state.detail.best_title == "Best place: 62"
+    assert state.detail.best_line == "Move the lamp 20° toward the camera and lower it by 20°."
+    assert dict(state.detail.numbers)["Lamp azimuth"] == "−94°"
+    assert state.hold.turn == "Turn 56° counter-clockwise"
+    rig.presenter.go_best()
+    assert rig.state.detail.after == "62"
+
+
+def test_the_lamp_stays_within_the_band_that_is_searched(rig: LightRig) -> None:
+    rig.start()
+    rig.presenter.hold_at(200.0, 90.0)
+    assert (rig.state.heads.azimuth_deg, rig.state.heads.altitude_deg) == (-160.0, 67.5)
+
+
+def test_pictures_of_the_last_place_are_made_and_never_two_at_a_time(rig: LightRig) -> None:
+    rig.start()
+    rig.looks.clear()
+    rig.runner.held.add("light-view")
+    for azimuth in (10.0, 20.0, 30.0):
+        rig.presenter.hold_at(azimuth, 0.0)
+        assert rig.runner.ran.count("light-view") <= 2
+    assert rig.state.detail.stale
+    rig.runner.release("light-view")
+    # The one that was begun is shown, and then the newest; none between.
+    assert [spot[0] for _, spot in rig.looks] == [10.0, 30.0]
+    assert not rig.state.detail.stale
+
+
+def test_another_distance_is_tried_anew(rig: LightRig) -> None:
+    rig.start()
+    stop = DISTANCES_M.index(0.5)
+    rig.presenter.hold_at(10.0, 0.0)
+    rig.presenter.move_away(stop)
+    assert [lamp.distance_m for lamp in rig.hands] == [0.3, 0.5]
+    assert rig.state.lamp.distance_words == "50 cm"
+    assert rig.state.heads.azimuth_deg == BEST["badger"][0], "at its best place again"
+
+
+def test_late_answers_for_a_lamp_that_was_put_away_are_not_shown(rig: LightRig) -> None:
+    rig.start()
+    rig.runner.held.add("light-lamp")
+    rig.presenter.take_lamp("panel")
+    first = rig.runner.waiting["light-lamp"]
+    rig.presenter.take_lamp("flash")
+    count = len(rig.questions)
+    first()
+    assert len(rig.questions) == count
+    rig.presenter.move_away(3)
+    rig.runner.release("light-lamp")
+    assert rig.questions[-1] is not rig.questions[count - 1]
+
+
+def test_a_weak_lamp_says_what_it_does_from_nearer_by(rig: LightRig) -> None:
+    rig.saved = {"badger": (20.0, 40.0)}
+    rig.start()
+    assert rig.state.note == "This lamp is too weak at 30 cm. Try a stronger one."
+    rig.presenter.choose("badger")
+    badger = rig.presenter.front
+    assert badger is not None
+    assert badger.name == "badger"
+    rig.nearer = replace(badger, match=51.0, attainable=True)
+    rig.presenter.move_away(DISTANCES_M.index(0.35))
+    assert rig.state.note == "This lamp is too weak at 35 cm. At 20 cm it brings badger to 51."
+    assert rig.state.note_action == "Hold it at 20 cm"
+    rig.presenter.come_closer()
+    assert rig.state.lamp.distance_words == "20 cm"
+
+
+def test_reach_is_asked_for(rig: LightRig) -> None:
+    rig.start()
+    assert (rig.questions[-1].arm, rig.questions[-1].floor) == (False, True)
+    rig.presenter.set_arm(True)
+    rig.presenter.set_floor(False)
+    assert (rig.questions[-1].arm, rig.questions[-1].floor) == (True, False)
+
+
+def test_trouble_is_said_in_its_own_words_and_can_be_tried_again(
+    rig: LightRig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*_: object) -> None:
+        raise CoreError("The head's shape is missing.", "Bake it again.")
+
+    right = rig.take
+    monkeypatch.setattr(light_jobs, "take_in_hand", fails)
+    rig.start()
+    assert rig.state.empty == "The head's shape is missing. Bake it again."
+    monkeypatch.setattr(light_jobs, "take_in_hand", right)
+    rig.presenter.press("again")
+    assert not rig.state.empty
+
+
+def test_nothing_is_tried_while_nobody_looks(rig: LightRig) -> None:
+    rig.start()
+    rig.presenter.left()
+    count = len(rig.questions)
+    rig.model.update(front_deg=40.0)
+    assert len(rig.questions) == count
+    rig.presenter.entered()
+    assert rig.questions[-1].front_deg == 40.0
+
+
+def own_lamp(path: Path, *, known: bool) -> Path:
+    """Write the panorama of a lamp, its mask as the fourth channel."""
+    import OpenImageIO as oiio
+
+    picture = np.zeros((64, 128, 4), np.float32)
+    picture[26:38, 60:68] = (400.0, 400.0, 400.0, 1.0)
+    spec = oiio.ImageSpec(128, 64, 4, "float")
+    spec.channelnames = ("R", "G", "B", "A")
+    spec.alpha_channel = 3
+    if known:
+        spec.attribute("whiteLuminance", 1.0)
+    out = oiio.ImageOutput.create(str(path))
+    assert out is not None
+    assert out.open(str(path), spec)
+    out.write_image(picture)
+    out.close()
+    return path
+
+
+def test_a_captured_lamp_is_taken_in_hand(rig: LightRig, tmp_path: Path) -> None:
+    rig.start(lamp="")
+    rig.presenter.take_pictures([own_lamp(tmp_path / "mine.exr", known=True)])
+    state = rig.state
+    assert state.lamp.key == "own:mine"
+    assert state.lamp.items[0][:3] == ("own:mine", "mine", "captured")
+    # It is kept: another day it is there again.
+    again = LightPresenter(rig.table.services, rig.table.desk)
+    again.attach(Watching())
+    again.take_lamp("own:mine")
+    assert again.shelf.own is not None
+    assert state.hold.hold.startswith("Hold “mine” ")
+
+
+def test_a_lamp_of_unknown_exposure_cannot_be_compared(rig: LightRig, tmp_path: Path) -> None:
+    rig.start()
+    count = len(rig.hands)
+    rig.presenter.take_pictures([own_lamp(tmp_path / "mine.exr", known=False)])
+    assert rig.state.empty.startswith("This lamp was captured with unknown exposure.")
+    assert len(rig.hands) == count
+    rig.presenter.take_lamp("panel")
+    assert not rig.state.empty
+
+
+def test_a_file_that_is_no_lamp_changes_nothing(rig: LightRig, tmp_path: Path) -> None:
+    rig.start()
+    path = tmp_path / "mine.exr"
+    path.write_bytes(b"no panorama")
+    rig.presenter.take_pictures([path])
+    assert "mine" in rig.table.told.messages[-1]
+    assert rig.state.lamp.key == "phone"
+    assert not rig.state.capturing.busy
