@@ -174,11 +174,6 @@ class Window(QWidget):
         """Presenter of the screen in front."""
         return None if self._front is None else self._presenters.get(self._front)
 
-    @property
-    def screen_area(self) -> QWidget:
-        """Where the screens are; what lies over them is put over this."""
-        return self._stack
-
     def _focus_moved(self) -> None:
         covered = any(sheet.isVisible() for sheet in self.findChildren(Sheet))
         self._global_shortcuts.rest(covered)

@@ -201,16 +201,6 @@ class TestMarks:
             assert shown[200, 100, 0] == grey
             assert shown[56:112, 500:620].max() > 220
 
-    def test_dropping_is_shown_with_words(self, view: PanoramaView) -> None:
-        view.set_drop("Drop it to open it")
-        shown = painted(view)
-        assert shown[100, 100, 0] < 60
-        assert shown[180, 300:420].max() > 200
-        assert view.grip.isHidden()
-        view.set_drop("")
-        assert painted(view)[100, 100, 0] == 100
-        assert view.grip.isVisible()
-
     def test_without_a_picture_there_is_a_well_and_no_marker(self, view: PanoramaView) -> None:
         view.set_picture(None)
         assert tuple(painted(view)[100, 100]) == (0x2B, 0x2B, 0x2B)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QRect, Qt
 from PySide6.QtGui import QImage, QPainter
-from PySide6.QtWidgets import QApplication, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.ui.theme import ThemeName, apply, set_theme, theme
@@ -23,7 +23,6 @@ from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.cards import Card
 from app.ui.widgets.chips import Chip
 from app.ui.widgets.fields import ListField, TextField
-from app.ui.widgets.flow import GridLayout
 from app.ui.widgets.icons import Sign
 from app.ui.widgets.keys import KeyHint
 from app.ui.widgets.labels import Text
@@ -144,11 +143,10 @@ def fields(column: QVBoxLayout) -> None:
 
 def pictures(column: QVBoxLayout) -> None:
     line = QHBoxLayout()
-    for name, grey in (("Target", False), ("Here, at 96°", True)):
+    for name in ("Target", "Here, at 96°"):
         picture = Picture(name)
         picture.set_picture(np.ascontiguousarray(SCENE.astype(np.uint8)))
         picture.set_tag(name)
-        picture.set_grey(grey)
         picture.setFixedHeight(theme().px(88))
         line.addWidget(picture)
     column.addLayout(line)
@@ -187,11 +185,11 @@ def words(column: QVBoxLayout) -> None:
 
 def cards() -> QWidget:
     holder = QWidget()
-    grid = GridLayout(holder, least=theme().px(186), height=theme().px(72))
+    grid = QGridLayout(holder)
     for number, name in enumerate(("Loop", "Rembrandt", "Split", "Paint a new style")):
         card = StyleCard(name, dashed=number == 3)
         card.set_selected(number == 1)
-        grid.addWidget(card)
+        grid.addWidget(card, *divmod(number, 2))
     return holder
 
 

@@ -16,7 +16,7 @@ from pytestqt.qtbot import QtBot
 from app.ui.theme import ThemeName, set_theme, theme
 from app.ui.widgets.banner import Banner, Empty
 from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.cards import Card, Frame
+from app.ui.widgets.cards import Card
 from app.ui.widgets.chips import Chip
 from app.ui.widgets.fields import ListField, TextField
 from app.ui.widgets.icons import Icon, Sign, draw_sign
@@ -170,17 +170,6 @@ def test_its_pixels_are_those_of_the_array(dpr: int, qtbot: QtBot, picture_of: P
     inner = slice(8 * dpr, -8 * dpr)
     np.testing.assert_array_equal(shown[inner, inner], noise[inner, inner])
     assert not np.array_equal(shown[0, 0], noise[0, 0])
-
-
-def test_a_grey_picture_is_darker_and_has_no_colour(qtbot: QtBot, picture_of: PictureOf) -> None:
-    picture = Picture("Target")
-    qtbot.addWidget(picture)
-    picture.resize(90, 60)
-    picture.set_picture(stripes(90, 60))
-    picture.set_grey(True)
-    green = picture_of(picture, 1).pixelColor(45, 30)
-    assert green.red() == green.green() == green.blue()
-    assert 90 < green.green() < 110  # 255 x 0.7152 x 0.55
 
 
 def test_an_empty_well_is_the_same_in_every_theme(qtbot: QtBot, picture_of: PictureOf) -> None:
@@ -354,17 +343,6 @@ def test_the_chosen_card_has_a_wider_edge(
     image = picture_of(card, dpr)
     column = [image.pixelColor(100 * dpr, y).name() for y in range(8 * dpr)]
     assert column == [c.sel.name()] * (width * dpr) + [c.raised.name()] * ((8 - width) * dpr)
-
-
-def test_a_place_to_drop_on_says_so(qtbot: QtBot, picture_of: PictureOf) -> None:
-    frame = Frame("none", "ctl", dashed=True)
-    qtbot.addWidget(frame)
-    frame.resize(120, 56)
-    edge = [picture_of(frame, 1).pixelColor(x, 0).red() for x in range(20, 100)]
-    assert max(edge) == theme().c.ctl.red()
-    assert min(edge) < 40
-    frame.set_marked(True)
-    assert picture_of(frame, 1).pixelColor(60, 0) == theme().c.sel
 
 
 def test_a_divider_is_as_wide_as_edges(qtbot: QtBot) -> None:

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from app.core import sphere
 from app.core.paths import resources
 from app.core.turning.headings import BACKGROUND_M, Looks, heading_of_turn, widened_fov
-from app.core.turning.strip import SIZE, Strip
 from app.core.turning.views import Lens, background_view, bearings, goal_lens, goal_view, look
 from app.core.turning.words import Mode
 
@@ -149,49 +148,3 @@ def test_goal_lens_keeps_the_size() -> None:
     wide = goal_lens(LENS, camera_m=1.0, background_m=4.0)
     assert wide.size == LENS.size
     assert wide.fov_deg == pytest.approx(widened_fov(60.0, 1.0, 4.0))
-
-
-class TestStrip:
-    @pytest.mark.parametrize("turn", [96.0, 150.0, 40.0])
-    def test_a_background_is_at_the_place_of_its_turn(self, turn: float) -> None:
-        strip = Strip(96.0)
-        picture = strip.picture(spotted(turn + 180.0 + 25.0, 0.0), front_deg=25.0)
-        assert picture.shape == (220, 824, 3)
-        assert centre(picture)[0] == pytest.approx(strip.x_of(turn), abs=0.8)
-
-    def test_degrees_are_even_and_grow_to_the_right(self) -> None:
-        strip = Strip(96.0)
-        assert strip.x_of(96.0) == SIZE[0] / 2
-        assert strip.x_of(111.0) - strip.x_of(96.0) == pytest.approx(82.4)
-        assert strip.turn_at(strip.x_of(-170.0 + 360.0)) == pytest.approx(-170.0)
-        assert strip.turn_at(0.0) == pytest.approx(21.0)
-        assert not strip.shows(-100.0)
-
-    def test_around_the_seam(self) -> None:
-        strip = Strip(170.0)
-        assert strip.x_of(-170.0) == pytest.approx(412 + 20 * 824 / 150)
-        ((left, right),) = strip.spans((160.0, -175.0))
-        assert [left, right] == pytest.approx([strip.x_of(160.0), strip.x_of(-175.0)])
-        assert [turn for _, turn, _ in strip.ticks()] == [
-            *range(105, 181, 15),
-            *range(-165, -105, 15),
-        ]
-
-    def test_an_arc_is_cut_at_the_edges(self) -> None:
-        strip = Strip(0.0)
-        assert strip.spans((-180.0, 180.0)) == ((0.0, 824.0),)
-        assert strip.spans((100.0, 120.0)) == ()
-        assert strip.spans((60.0, 120.0))[0][1] == 824.0
-        assert len(strip.spans((60.0, -60.0))) == 2
-
-    def test_labels_make_way_for_markers(self) -> None:
-        ticks = {turn: free for _, turn, free in Strip(96.0).ticks(apart=(73.0, 96.0))}
-        assert ticks[60] is False
-        assert ticks[45] is True
-        assert [turn for turn, free in ticks.items() if not free] == [60, 75, 90, 105]
-
-    def test_the_cameras_frame(self) -> None:
-        frame = Strip(96.0).frame(73.0, 60.0, 16 / 9)
-        assert frame.right - frame.left == pytest.approx(824 * 60 / 150)
-        assert (frame.left + frame.right) / 2 == pytest.approx(Strip(96.0).x_of(73.0))
-        assert 0.0 <= frame.top < frame.bottom <= 220.0

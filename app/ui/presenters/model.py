@@ -192,13 +192,6 @@ class Model:
         return next((one for one in self.results if one.name == self.chosen), None)
 
     @property
-    def shown_turn_deg(self) -> float | None:
-        """Turn that is looked at: the needle's, else the best of the chosen style."""
-        if self.needle_deg is not None:
-            return self.needle_deg
-        return None if self.result is None else self.result.turn_refined_deg
-
-    @property
     def target_turn_deg(self) -> float | None:
         """Turn to go to: the goal that was set, else the best of the chosen style."""
         if self.goal_deg is not None:

@@ -236,10 +236,6 @@ class StylesPresenter:
         """Paint a style from nothing."""
         self._services.model.update(painting="")
 
-    def go_probe(self) -> None:
-        """Measure the light first."""
-        self._services.model.update(step=Step.PROBE, painting=None)
-
     # -- resolving -----------------------------------------------------------------------------
 
     def resolve(self) -> StylesState:

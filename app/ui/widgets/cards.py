@@ -33,19 +33,6 @@ class Frame(QWidget):
     def __init__(self, fill: str = "panel", edge: str = "line", dashed: bool = False) -> None:
         super().__init__()
         self._fill, self._edge, self._dashed = fill, edge, dashed
-        self._marked = False
-
-    def set_marked(self, marked: bool) -> None:
-        """Show that what is dragged over it may be dropped.
-
-        Parameters
-        ----------
-        marked : bool
-            Whether it is.
-        """
-        if marked != self._marked:
-            self._marked = marked
-            self.update()
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Paint it in the current theme."""
@@ -55,10 +42,7 @@ class Frame(QWidget):
         if t.contrast and edge is None:
             edge = t.c.line
         width = t.line_width
-        if self._marked:
-            fill, edge, width = hover_fill(t), t.c.sel, selected_edge(t)
-        dashed = self._dashed and not self._marked
-        box(QPainter(self), self.rect(), t.px(_RADIUS), fill, edge, width, dashed)
+        box(QPainter(self), self.rect(), t.px(_RADIUS), fill, edge, width, self._dashed)
 
 
 class Card(Pressable):

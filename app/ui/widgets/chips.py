@@ -39,13 +39,11 @@ class Chip(Pressable):
         super().__init__(text, tip="")
         self._icon = icon
         self._warning = ""
-        self._short = ""
         self._menu = menu
-        self._compact = False
         self.setText(text)
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
-    def set(self, icon: str, text: str, warning: str = "", short: str = "") -> None:
+    def set(self, icon: str, text: str, warning: str = "") -> None:
         """Change what it says.
 
         Parameters
@@ -56,42 +54,27 @@ class Chip(Pressable):
             The words.
         warning : str, optional
             Words of a warning, shown after the others with a warning icon; "" for none.
-        short : str, optional
-            What is left of the words where space is short, for example the battery.
         """
-        if (icon, text, warning, short) == (self._icon, self.text(), self._warning, self._short):
+        if (icon, text, warning) == (self._icon, self.text(), self._warning):
             return
-        self._icon, self._warning, self._short = icon, warning, short
+        self._icon, self._warning = icon, warning
         self.setText(text)
         self._tell()
 
-    def set_compact(self, compact: bool) -> None:
-        """Show only the icon, the short words and the warning, where space is short.
-
-        Parameters
-        ----------
-        compact : bool
-            Whether to; all words become the tool tip.
-        """
-        if compact != self._compact:
-            self._compact = compact
-            self._tell()
-
     def _tell(self) -> None:
         words = f"{self.text()}. {self._warning}" if self._warning else self.text()
-        describe(self, words, tip=words if self._compact else "")
+        describe(self, words, tip="")
         self.updateGeometry()
         self.update()
 
     def _pieces(self) -> list[tuple[str, str]]:
         """List icons and words from left to right as (icon or "", words or "")."""
         pieces = [(self._icon, "")] if self._icon else []
-        words = self._short if self._compact and self._icon else self.text()
-        if words:
-            pieces.append(("", words))
+        if self.text():
+            pieces.append(("", self.text()))
         if self._warning:
             pieces += [("warning", ""), ("", self._warning)]
-        if self._menu and not self._compact:
+        if self._menu:
             pieces.append(("chevron-down", ""))
         return pieces
 

@@ -21,8 +21,6 @@ __all__ = ["Corner", "Picture", "to_image"]
 Corner: TypeAlias = Literal["tl", "tr", "bl", "br"]
 
 _TAG_INSET: Final = 8
-_GREY_LEVEL: Final = 0.55
-_DIM_OPACITY: Final = 0.42
 
 
 def to_image(picture: NDArray[np.uint8]) -> QImage:
@@ -51,12 +49,6 @@ def to_image(picture: NDArray[np.uint8]) -> QImage:
     return shared.copy()
 
 
-def _grey(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Take the colour out and darken; for looks only, so on the encoded values."""
-    tone = picture @ np.array([0.2126, 0.7152, 0.0722])
-    return np.repeat((tone * _GREY_LEVEL)[..., None], 3, axis=2).astype(np.uint8)
-
-
 class Picture(QWidget):
     """A picture, cropped to fill the place it has.
 
@@ -77,9 +69,6 @@ class Picture(QWidget):
         self._image: QImage | None = None
         self._ready: tuple[tuple[Any, ...], QPixmap] | None = None
         self._tags: dict[Corner, str] = {}
-        self._grey = False
-        self._dim = False
-        self._edge: tuple[QColor, int] | None = None
 
     def set_picture(self, picture: NDArray[np.uint8] | None) -> None:
         """Show a picture.
@@ -114,43 +103,6 @@ class Picture(QWidget):
             self._tags[corner] = text
             self.update()
 
-    def set_grey(self, grey: bool) -> None:
-        """Show it grey and darker, as of something out of reach.
-
-        Parameters
-        ----------
-        grey : bool
-            Whether to.
-        """
-        if grey != self._grey:
-            self._grey = grey
-            self._changed()
-
-    def set_dim(self, dim: bool) -> None:
-        """Show it dim, as something that is no longer current.
-
-        Parameters
-        ----------
-        dim : bool
-            Whether to.
-        """
-        if dim != self._dim:
-            self._dim = dim
-            self.update()
-
-    def set_edge(self, colour: QColor | None, width: int = 2) -> None:
-        """Give it an edge, as the live picture and the goal have.
-
-        Parameters
-        ----------
-        colour : QColor or None
-            None for no edge.
-        width : int, optional
-            Width in logical pixels.
-        """
-        self._edge = None if colour is None else (colour, width)
-        self.update()
-
     def sizeHint(self) -> QSize:
         """Give the size as designed."""
         return QSize(theme().px(94), theme().px(68))
@@ -168,11 +120,10 @@ class Picture(QWidget):
         if self._image is None or self._array is None or self.size().isEmpty():
             return None
         wide, high = round(self.width() * dpr), round(self.height() * dpr)
-        key = (wide, high, self._grey)
+        key = (wide, high)
         if self._ready is not None and self._ready[0] == key:
             return self._ready[1]
-        image = to_image(_grey(self._array)) if self._grey else self._image
-        fitted = image.scaled(
+        fitted = self._image.scaled(
             wide,
             high,
             Qt.AspectRatioMode.KeepAspectRatioByExpanding,
@@ -203,11 +154,7 @@ class Picture(QWidget):
         box(painter, self.rect(), self._radius, t.c.well)
         pixmap = self._prepare(painter.deviceTransform().m11())
         if pixmap is not None:
-            painter.setOpacity(_DIM_OPACITY if self._dim else 1.0)
             painter.drawPixmap(QPointF(0, 0), pixmap)
-            painter.setOpacity(1.0)
-        if self._edge is not None:
-            box(painter, self.rect(), self._radius, None, *self._edge)
         self._paint_tags(painter)
 
     def _paint_tags(self, painter: QPainter) -> None:

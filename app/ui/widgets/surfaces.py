@@ -32,18 +32,6 @@ class Surface(QWidget):
         self._fill = fill
         self._lines = lines
 
-    def set_fill(self, fill: str) -> None:
-        """Change the colour.
-
-        Parameters
-        ----------
-        fill : str
-            Token of the new colour.
-        """
-        if fill != self._fill:
-            self._fill = fill
-            self.update()
-
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Paint it in the current theme."""
         t = theme()

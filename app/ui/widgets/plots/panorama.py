@@ -69,7 +69,6 @@ class PanoramaView(Plot):
         self._front = self._marker = 0.0
         self._lamps: tuple[SceneLamp, ...] = ()
         self._shown = {"clipped": True, "lamps": True, "grid": False, "marker": True}
-        self._drop = ""
         self._drag: QPointF | None = None
         self._leading = False
         self._tiles = TileStore()
@@ -182,17 +181,6 @@ class PanoramaView(Plot):
         self.grip.set_words(words)
         self._changed()
 
-    def set_drop(self, words: str) -> None:
-        """Show that something can be dropped here.
-
-        Parameters
-        ----------
-        words : str
-            "Drop it to open it"; empty ends it.
-        """
-        self._drop = words
-        self._changed()
-
     def set_zoom(self, zoom: float) -> None:
         """Zoom around the middle; held within 1 to 8."""
         view = self._view
@@ -262,7 +250,7 @@ class PanoramaView(Plot):
         """Put the grip onto the marker's line, inside the picture."""
         area, t = self.picture_rect, theme()
         places = self._view.xs_of(self._marker)
-        shown = self._layers is not None and self._shown["marker"] and not self._drop
+        shown = self._layers is not None and self._shown["marker"]
         shown = shown and bool(places)
         if shown:
             edge = t.px(8)
@@ -324,7 +312,6 @@ class PanoramaView(Plot):
             self._marker if here and self._shown["marker"] else None,
             self._lamps if here and self._shown["lamps"] else (),
             grid=here and self._shown["grid"],
-            drop=self._drop,
         )
 
     def _describe(self) -> None:

@@ -12,7 +12,7 @@ from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPainterPath,
 from app.core.angles import difference
 from app.core.turning.words import signed
 from app.ui.theme import theme
-from app.ui.widgets.plots.base import draw_label, draw_text, outlined_line, polygon, snap
+from app.ui.widgets.plots.base import draw_text, outlined_line, polygon, snap
 from app.ui.widgets.plots.mapping import label_step
 from app.ui.widgets.plots.tiles import cut, hatch
 
@@ -58,15 +58,12 @@ class Marks:
         Azimuth of the photographer's marker, deg.
     lamps : tuple of SceneLamp
     grid : bool
-    drop : str
-        What dropping here would do; empty when nothing is over the view.
     """
 
     front_deg: float
     marker_deg: float | None
     lamps: tuple[SceneLamp, ...]
     grid: bool
-    drop: str
 
 
 class TileStore:
@@ -159,7 +156,7 @@ class TileStore:
 
 
 def draw_marks(painter: QPainter, ratio: float, area: QRect, view: Viewport, marks: Marks) -> None:
-    """Paint grid, lamps, the marker's line, and what dropping would do.
+    """Paint grid, lamps and the marker's line.
 
     Parameters
     ----------
@@ -187,8 +184,6 @@ def draw_marks(painter: QPainter, ratio: float, area: QRect, view: Viewport, mar
             x = snap(place, ratio, 2.0)
             ends = ((x, 0.0), (x, view.height))
             outlined_line(painter, *ends, t.c.amberfill, t.c.tag, 2.0)
-    if marks.drop:
-        _draw_drop(painter, view, marks.drop)
     painter.restore()
     _draw_corners(painter, area)
 
@@ -226,17 +221,6 @@ def _draw_lamp(painter: QPainter, view: Viewport, lamp: SceneLamp) -> None:
         painter.setPen(QPen(t.c.ontag, 2.0))
         painter.drawEllipse(QPointF(*middle), radius - 1.0, radius - 1.0)
         draw_text(painter, middle, lamp.letter, t.font(14, 700), t.c.ontag)
-
-
-def _draw_drop(painter: QPainter, view: Viewport, words: str) -> None:
-    t = theme()
-    painter.fillRect(QRectF(0.0, 0.0, view.width, view.height), QColor(0, 0, 0, 130))
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    area = QRectF(0.0, 0.0, view.width, view.height).adjusted(2.0, 2.0, -2.0, -2.0)
-    for colour, width in ((t.c.tag, 4.0), (t.c.amberfill, 2.0)):
-        painter.setPen(QPen(colour, width))
-        painter.drawRoundedRect(area, t.px(_RADIUS) - 2, t.px(_RADIUS) - 2)
-    draw_label(painter, (view.width / 2.0, view.height / 2.0), words, (0.5, 0.5), weight=600)
 
 
 def _draw_corners(painter: QPainter, area: QRect) -> None:
