@@ -11,7 +11,12 @@ from typing import Any
 
 import pytest
 
+from app.core.angles import difference
+from app.core.environment import read_environment, reduce
+from app.core.pack import load_named_pack
+from app.core.solve import Objective, solve_all
 from app.core.transport import load_named
+from tests.helpers.shared import SHARED, needs_shared
 
 PEERS = (
     "debevec",
@@ -77,30 +82,34 @@ def test_the_memorial_church_is_no_worse_than_by_any_peer() -> None:
 
 def _brute_force_pairs() -> list[Any]:
     """Every (scene, style, measure) of the committed benchmark."""
-    colour = pytest.mark.xfail(
-        strict=True,
-        reason="4.0 +- 0.9 %: light is searched as luminance, and here sky and lamps differ in "
-        "colour while two turns of a nearly flat curve compete",
-    )
     return [
-        pytest.param(
-            row,
-            measure,
-            id=f"{row['scene']}-{row['style']}-{measure}",
-            marks=[colour] if (row["scene"], row["style"], measure) == _COLOURED else [],
-        )
+        pytest.param(row, measure, id=f"{row['scene']}-{row['style']}-{measure}")
         for row in _read("brute-force.json")["rows"]
         for measure in ("quality", "match")
     ]
-
-
-_COLOURED = ("leadenhall_market_1k", "top", "quality")
 
 
 def test_brute_force_is_of_this_transport() -> None:
     found = _read("brute-force.json")
     assert found["transport_sha256"] == load_named("generic").digest
     assert len(found["rows"]) == 5 * 18
+
+
+@needs_shared
+@pytest.mark.parametrize(("measure", "objective"), [("quality", "paper"), ("match", "picture")])
+def test_brute_force_is_of_the_turns_that_are_chosen_now(
+    measure: str, objective: Objective
+) -> None:
+    pack = load_named_pack("generic")
+    rows = _read("brute-force.json")["rows"]
+    for scene in {row["scene"] for row in rows}:
+        environment = read_environment(SHARED / "hdri" / f"{scene}.hdr")
+        light = reduce(environment, (32, 64))
+        found = solve_all(pack, light, objective, epsilon=0.0, min_strength=0.0)
+        chosen = {one.name: one.turn_deg for one in found}
+        for row in (row for row in rows if row["scene"] == scene):
+            apart = abs(difference(chosen[row["style"]], row[f"{measure}_turn_deg"]))
+            assert apart < 1.0, (scene, row["style"])
 
 
 @pytest.mark.parametrize(("row", "measure"), _brute_force_pairs())
