@@ -126,19 +126,19 @@ class World:
     Parameters
     ----------
     place : Place
-    heads : Path or None
-        Folder of the project's heads, to have a sitter in the place.
+    sitter : dict of str to Geo, optional
+        A sitter in the place, from `sitter_parts`.
     """
 
-    def __init__(self, place: Place, heads: Path | None = None):
+    def __init__(self, place: Place, sitter: dict[str, Geo] | None = None):
         parts = [(name, _worldly(joined(shapes))) for name, shapes in place.parts.items()]
-        sitter = [] if heads is None else list(sitter_parts(heads).items())
+        worn = [] if sitter is None else list(sitter.items())
         self.start = sum(len(geo.v) for _, geo in parts)
-        self.sitter = joined([geo for _, geo in sitter]) if sitter else None
-        names, table, texels = self._materials([name for name, _ in parts + sitter])
-        whole = joined([geo for _, geo in parts + sitter])
-        material = np.concatenate([np.full(len(g.f), names.index(n)) for n, g in parts + sitter])
-        own = np.concatenate([np.full(len(g.v), n in _COLOURED) for n, g in parts + sitter])
+        self.sitter = joined([geo for _, geo in worn]) if worn else None
+        names, table, texels = self._materials([name for name, _ in parts + worn])
+        whole = joined([geo for _, geo in parts + worn])
+        material = np.concatenate([np.full(len(g.f), names.index(n)) for n, g in parts + worn])
+        own = np.concatenate([np.full(len(g.v), n in _COLOURED) for n, g in parts + worn])
         self.v, self.n, self.f = whole.v.astype(np.float32), whole.n.astype(np.float32), whole.f
         self.mesh = _mesh(whole)
         self.scene = mi.load_dict({"type": "scene", "all": self.mesh})
@@ -187,11 +187,11 @@ class World:
         ]
         return Lights(sky(SEED), sun, lamps)
 
-    def turn(self, degrees: float) -> None:
-        """Let the sitter face an azimuth."""
+    def turn(self, degrees: float, at: tuple[float, float] = (0.0, 0.0)) -> None:
+        """Let the sitter stand over a place of the floor (world x and z) and face an azimuth."""
         if self.sitter is None:
             return
-        moved = self.sitter.turned(-degrees)
+        moved = self.sitter.turned(-degrees).moved(at[0], 0.0, at[1])
         self.v[self.start :] = moved.v
         self.n[self.start :] = moved.n
         params = mi.traverse(self.scene)
@@ -202,10 +202,10 @@ class World:
         self.surfaces.corners = mi.Float(self._geometric().astype(np.float32).ravel())
 
 
-def sitter_parts(heads: Path) -> dict[str, Geo]:
-    """Surfaces of the sitter by material, facing azimuth 0 at the world's origin."""
+def sitter_parts(heads: Path, hair: bool = True) -> dict[str, Geo]:
+    """Surfaces of the sitter by material, facing azimuth 0 at the world's origin; head last."""
     skin, eyes = (_loaded(heads / name) for name in ("generic.ply", "generic-eyes.ply"))
-    face, balls = dressed_head(skin, eyes, np.array([0.0, 7.34084, 1.1844]))
+    face, balls = dressed_head(skin, eyes, np.array([0.0, 7.34084, 1.1844]), hair)
     return {**body(), "skin": face, "eyes": balls}
 
 

@@ -12,7 +12,7 @@ import mitsuba as mi  # noqa: TID253 - a module that only a rendering process im
 import numpy as np
 from numpy.typing import NDArray
 
-from demo_location.assemble import World, build_place
+from demo_location.assemble import World, build_place, sitter_parts
 from demo_location.frame import DISTANCES, EYE_HEIGHT, SPOTS, TURNS, VIEW_SIZE, Spot, to_world
 from demo_location.rays import panorama_rays, rows_of_pass, view_rays
 from demo_location.tracer import first_hit, radiance
@@ -111,7 +111,8 @@ class Studio:
 
     def _world(self, sitter: bool) -> World:
         if sitter not in self._worlds:
-            self._worlds = {sitter: World(self.place, self.heads if sitter else None)}
+            parts = sitter_parts(self.heads) if sitter else None
+            self._worlds = {sitter: World(self.place, parts)}
         return self._worlds[sitter]
 
     def panorama_pass(self, spot: Spot) -> Panorama:

@@ -19,7 +19,7 @@ _STEP: Final = 0.011
 _LOW, _HIGH = np.array([-0.42, 0.0, -0.26]), np.array([0.42, 1.52, 0.26])
 
 
-def dressed_head(skin: Geo, eyes: Geo, between_eyes: Floats) -> tuple[Geo, Geo]:
+def dressed_head(skin: Geo, eyes: Geo, between_eyes: Floats, hair: bool = True) -> tuple[Geo, Geo]:
     """Put the head so that the middle between the ears is at the probe's height.
 
     Returns
@@ -31,6 +31,7 @@ def dressed_head(skin: Geo, eyes: Geo, between_eyes: Floats) -> tuple[Geo, Geo]:
     ears = beside[np.abs(beside[:, 0]) > 0.97 * np.abs(beside[:, 0]).max()].mean(axis=0)
     ears[0] = 0.0
     colours, lift = _painted(skin, ears, between_eyes)
+    lift = lift if hair else np.zeros_like(lift)
     v = (skin.v + lift[:, None] * skin.n - ears) * _UNIT + [0, EYE_HEIGHT, 0]
     placed = Geo(v, skin.n, skin.uv, skin.f, colours)
     ball = (eyes.v - ears) * _UNIT + [0, EYE_HEIGHT, 0]

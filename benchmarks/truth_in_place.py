@@ -1,0 +1,208 @@
+"""The offered turns against pictures of the sitter in the place itself.
+
+Turnlight, like the paper, takes all light for distant. At the three spots of the demo location the
+sitter is lit here as the modelled place would light her: every point of the skin by what reaches
+that point, past her own body. Of each of 64 turns there are two pictures with independent noise.
+Goes on where it was stopped.
+
+    python benchmarks/truth_in_place.py --work FOLDER [-o docs/truth-in-place.json]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brute_force import curves  # isort: skip
+from stock import ROOT  # isort: skip
+
+from app.core.baking.backend import select_variant
+from app.core.colour import luminance
+from app.core.environment import read_environment, reduce, rotate
+from app.core.files import atomic_write_text
+from app.core.pack import StylePack, load_named_pack
+from app.core.solve import solve_all
+from app.core.transport import Transport, load_named, render
+from app.core.weights import target_weights
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from place_light import Portrait
+
+    from app.core.solve import Objective
+
+TURNS: Final = 64
+SEEDS: Final = 2
+SAMPLES: Final = 16  # rays of each kind from each point of the skin, per seed
+GLINTS: Final = 32  # rays of each kind from each pixel, per seed
+PATHS: Final = 4096
+LOCATION: Final = ROOT / "resources" / "demo" / "location"
+OBJECTIVES: Final[tuple[Objective, ...]] = ("picture", "paper")
+Float32 = NDArray[np.float32]
+Float64 = NDArray[np.float64]
+
+
+def kept(file: Path, make: Callable[[], Float32]) -> Float32:
+    """Read an array that an earlier run left, or make and leave it."""
+    if not file.exists():
+        draft = file.with_suffix(".part.npy")
+        np.save(draft, make())
+        draft.replace(file)
+    loaded: Float32 = np.load(file)
+    return loaded
+
+
+def render_places(work: Path, spots: list[int]) -> None:
+    """Make what is missing of the light at the skin, and the pictures of all turns."""
+    select_variant("llvm")
+    from demo_location.frame import SPOTS
+    from place_light import Sitting, portrait
+
+    work.mkdir(parents=True, exist_ok=True)
+    head = portrait(load_named("generic").pixels)
+    # What looks away from the camera sends next to nothing to it, and is not lit.
+    front = np.flatnonzero(head.points.normals[:, 2] > -0.3)
+    for number in spots:
+        spot, started = SPOTS[number], time.perf_counter()
+        sitting = Sitting(spot)
+        for column in range(TURNS * SEEDS):
+            sitting.turn(column // SEEDS * 360 / TURNS)
+            seed = (number * TURNS * SEEDS + column) << 20
+            lit = partial(sitting.entering, head, front, SAMPLES, seed)
+            kept(work / f"{spot.name}-{column:03d}-skin.npy", lit)
+            glints = partial(sitting.reflected, head, GLINTS, seed)
+            kept(work / f"{spot.name}-{column:03d}-top.npy", glints)
+            minutes = (time.perf_counter() - started) / 60
+            print(f"{spot.name}: {column + 1} of {TURNS * SEEDS}, {minutes:.1f} min", flush=True)
+        follow = partial(pictures_of, work, spot.name, head, front)
+        kept(work / f"{spot.name}-pictures.npy", follow)
+
+
+def pictures_of(work: Path, name: str, head: Portrait, front: NDArray[np.int64]) -> Float32:
+    """All pictures of a spot, (TURNS * SEEDS, P, 3): what came through the skin, and glints."""
+    from place_light import through_skin
+
+    columns = range(TURNS * SEEDS)
+    entering = np.zeros((head.points.count, 3, 4, len(columns)), np.float32)
+    for column in columns:
+        entering[front, :, :, column] = np.load(work / f"{name}-{column:03d}-skin.npy")
+    below = through_skin(head, entering, PATHS, 5)
+    glints = [np.load(work / f"{name}-{column:03d}-top.npy") for column in columns]
+    return np.asarray(below.transpose(2, 0, 1) + np.stack(glints), np.float32)
+
+
+def light_at(name: str) -> Float32:
+    """A spot's panorama as the search takes it, (32, 64, 3), cd/m2."""
+    facts = json.loads((LOCATION / "location.json").read_text(encoding="utf-8"))
+    unit = next(s["cd_per_m2_of_one"] for s in facts["spots"] if s["file"] == f"{name}.exr")
+    light = reduce(read_environment(LOCATION / f"{name}.exr"), (32, 64))
+    return np.asarray(light * np.float32(unit), np.float32)
+
+
+def grey_of(pictures: NDArray[Any]) -> Float64:
+    """Luminance of linear Rec. 709 pictures, without their last axis."""
+    return np.asarray(luminance(pictures.astype(np.float64)), np.float64)
+
+
+def weights_of(pack: StylePack, transport: Transport) -> Float64:
+    """Weights of all styles on the transport's pixels, (S, P)."""
+    targets = grey_of(pack.targets).reshape(len(pack.styles), -1)
+    return np.stack([target_weights(t[transport.pixels], transport.face) for t in targets])
+
+
+def judge(name: str, pictures: Float32, transport: Transport, pack: StylePack) -> dict[str, Any]:
+    """Compare the turns that are offered at a spot with the best of its true pictures."""
+    weights, face = weights_of(pack, transport), transport.face
+    grey = grey_of(pictures).reshape(TURNS, SEEDS, -1).swapaxes(0, 1)
+    quality, match = curves(grey, weights, face)
+    light = light_at(name)
+    far = np.stack([grey_of(render(transport, rotate(light, t))) for t in range(TURNS)])
+    alike = [
+        float(np.corrcoef(grey[:, t].mean(axis=0)[face], far[t][face])[0, 1]) for t in range(TURNS)
+    ]
+    alone = [curves(np.stack([one, one]), weights, face)[1] for one in grey]
+    return {
+        "spot": name,
+        "correlation_of_pictures": {"median": float(np.median(alike)), "least": min(alike)},
+        "brightness_near_to_distant": float(grey[:, :, face].mean() / far[:, face].mean()),
+        # Of the mean of both pictures: half the difference of the two.
+        "match_noise": float(np.std(alone[0] - alone[1]) / 2),
+        "rows": [
+            row
+            for objective, truth in zip(OBJECTIVES, (match, quality), strict=True)
+            for row in offered(pack, light, objective, truth)
+        ],
+    }
+
+
+def offered(
+    pack: StylePack, light: Float32, objective: Objective, truth: Float64
+) -> list[dict[str, Any]]:
+    """What every style's offered turn is worth in truth; `truth` is (S, TURNS)."""
+    rows = []
+    for result, curve in zip(solve_all(pack, light, objective), truth, strict=True):
+        turn = round(result.turn_deg / 360 * TURNS) % TURNS
+        rows.append(
+            {
+                "style": result.name,
+                "objective": objective,
+                "attainable": result.attainable,
+                "turn_deg": result.turn_deg % 360,
+                "best_turn_deg": float(np.argmax(curve) * 360 / TURNS),
+                "truth": float(curve[turn]),
+                "best": float(curve.max()),
+                "share": float(curve[turn] / curve.max()),
+            }
+        )
+    return rows
+
+
+def summary(spots: list[dict[str, Any]]) -> dict[str, Any]:
+    """Count how good the offered turns of attainable styles are."""
+    out: dict[str, Any] = {}
+    for objective in OBJECTIVES:
+        rows = [
+            row
+            for spot in spots
+            for row in spot["rows"]
+            if row["objective"] == objective and row["attainable"]
+        ]
+        shares = np.array([row["share"] for row in rows])
+        out[objective] = {
+            "attainable": len(rows),
+            "within_3_percent": float(np.mean(shares >= 0.97)),
+            "within_10_percent": float(np.mean(shares >= 0.90)),
+            "itself_the_best": float(np.mean([r["turn_deg"] == r["best_turn_deg"] for r in rows])),
+        }
+    return out
+
+
+def main() -> None:
+    """Render what is missing, judge, and write the result."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--work", type=Path, required=True)
+    parser.add_argument("--spots", type=int, nargs="+", default=[0, 1, 2])
+    parser.add_argument("-o", type=Path, default=ROOT / "docs" / "truth-in-place.json")
+    args = parser.parse_args()
+    render_places(args.work, args.spots)
+    transport, pack = load_named("generic"), load_named_pack("generic")
+    names = [f"probe-{number + 1}" for number in args.spots]
+    files = [args.work / f"{name}-pictures.npy" for name in names]
+    spots = [
+        judge(name, np.load(file), transport, pack) for name, file in zip(names, files, strict=True)
+    ]
+    found = {"transport_sha256": transport.digest, "summary": summary(spots), "spots": spots}
+    atomic_write_text(args.o, json.dumps(found, indent=1) + "\n")
+    print(json.dumps(found["summary"], indent=1))
+
+
+if __name__ == "__main__":
+    main()
