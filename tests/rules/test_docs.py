@@ -23,6 +23,17 @@ def test_links_lead_somewhere(page: Path) -> None:
     assert not [target for target in local if not (page.parent / target).exists()]
 
 
+def test_how_it_works_names_code_that_is_there() -> None:
+    text = (ROOT / "docs" / "how-it-works.md").read_text(encoding="utf-8")
+    places = re.findall(r"`(app/[\w/]+(?:\.py)?/?)`(?:: `(\w+)`)?", text)
+    assert len(places) > 20
+    for path, name in places:
+        assert (ROOT / path).exists(), path
+        if name:
+            code = (ROOT / path).read_text(encoding="utf-8")
+            assert re.search(rf"^(def|class) {name}\b", code, re.M), (path, name)
+
+
 def test_readme_opens_with_what_it_does_and_shows_every_command() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     first = text.index("docs/images/app/styles-dark.webp")
