@@ -16,6 +16,7 @@ from app.ui.screens.light import LightScreen
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from app.ui.presenters.light import LightPresenter
     from app.ui.start import App
 
 __all__ = ["Walk"]
@@ -158,8 +159,12 @@ class Walk:
         work = presenter.work
         robot.click("Take the phone")
         self._linger()
-        if presenter.resolve().asks:
-            self._shoot("light-question")
+        presenter.scale.ask()
+        self._linger()
+        self._shoot("light-question")
+        if presenter.resolve().bright.keep:
+            robot.click("Keep ")
+        else:
             robot.click("Cellar, 30 lx")
         robot.wait(lambda: work.answers is not None, "places for the phone", _CAPTURE_S)
         if work.answers is not None and not rescued(work.answers.placed):
@@ -177,9 +182,40 @@ class Walk:
         for key in (Qt.Key.Key_Up, Qt.Key.Key_Right):
             robot.press(key, Qt.KeyboardModifier.ShiftModifier)
         self._linger(1.0)
+        robot.press(Qt.Key.Key_PageUp)
+        self._linger(1.0)
         self._shoot("light-elsewhere")
         robot.press(Qt.Key.Key_Home)
         self._linger()
+        self._own_lamp(presenter)
+
+    def _own_lamp(self, presenter: LightPresenter) -> None:
+        """Make a lamp of the brightest light of the place, and look at where it is in there."""
+        robot = self._robot
+        robot.click("Capture a lamp")
+        self._linger()
+        self._shoot("light-capture")
+        robot.write("Window")
+        robot.click("Take the place")
+        robot.wait(lambda: presenter.shelf.own is not None, "the lamp", _CAPTURE_S)
+        self._linger()
+        presenter.keeping.ask("distance")
+        self._linger()
+        self._shoot("light-distance")
+        robot.press(Qt.Key.Key_Escape)
+        presenter.keeping.ask_mask()
+        self._linger()
+        robot.press(Qt.Key.Key_Right)
+        self._linger()
+        self._shoot("light-mask")
+        robot.press(Qt.Key.Key_Escape)
+        robot.wait(lambda: presenter.front is not None, "places for it", _CAPTURE_S)
+        robot.wait(lambda: not presenter.resolve().detail.stale, "the face with the lamp")
+        self._app.window.dismiss_messages()
+        self._shoot("light-own")
+        answers = presenter.work.answers
+        presenter.take_lamp("panel")
+        robot.wait(lambda: presenter.work.answers is not answers, "the panel again", _CAPTURE_S)
 
     def _others(self) -> None:
         app = self._app

@@ -64,7 +64,7 @@ def test_exposures_without_iso_ask_for_a_meter(
     files = [str(file) for file in bracket(silent, light, 600.0, edits=edits)]
     kept = call(capsys, "add", "P", *files, "--distance", "0.3")
     assert kept["lux"] is None
-    assert any("How bright P is is not known" in words for words in kept["warnings"])
+    assert any("The brightness of “P” is not known" in words for words in kept["warnings"])
     metered = call(capsys, "add", "P", *files, "--distance", "0.3", "--lux", "64")
     assert metered["lux"] == pytest.approx(64.0)
 

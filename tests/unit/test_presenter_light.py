@@ -49,8 +49,9 @@ def test_it_asks_how_bright_it_is_and_nothing_is_tried_before(rig: LightRig) -> 
     rig.start(bright="")
     assert rig.state.asks
     assert rig.hands == []
-    rig.presenter.set_brightness("cellar")
-    assert rig.state.lamp.brightness == "cellar"
+    rig.presenter.scale.choose("cellar")
+    assert rig.state.lamp.brightness == "30 lx at the face, as you said"
+    assert rig.state.bright.key == "cellar"
     assert rig.view.last.hold.hold
     light = scene_light()
     lux = {key: value for key, _, value in BRIGHTNESS}["cellar"]
@@ -71,7 +72,7 @@ def test_a_measured_place_is_not_asked_about(rig: LightRig) -> None:
     rig.model.update(place=place)
     assert not rig.state.asks
     assert rig.questions[-1].gain == 120.0
-    assert "lx at the face" in rig.state.lamp.measured
+    assert rig.state.lamp.brightness.endswith(" lx at the face, as measured")
 
 
 def test_the_list_has_the_rescued_first_then_the_better(rig: LightRig) -> None:
@@ -101,7 +102,7 @@ def test_words_name_both_steps(rig: LightRig) -> None:
     hold = rig.state.hold
     assert hold.turn == "Turn 56° counter-clockwise"
     assert hold.hold.startswith("Hold the phone screen to the sitter’s left (camera right)")
-    assert hold.hold.endswith("raised 5°")
+    assert hold.hold.endswith("raised 5°, at full power")
     assert hold.hold_line.startswith("30 cm from the middle of the head, about ")
     rig.presenter.choose("right-split")
     assert "to the sitter’s right (camera left)" in rig.state.hold.hold
@@ -148,7 +149,7 @@ def test_pictures_of_the_last_place_are_made_and_never_two_at_a_time(rig: LightR
     assert rig.state.detail.stale
     rig.runner.release("light-view")
     # The one that was begun is shown, and then the newest; none between.
-    assert [spot[0] for _, spot in rig.looks] == [10.0, 30.0]
+    assert [held.azimuth_deg for _, held in rig.looks] == [10.0, 30.0]
     assert not rig.state.detail.stale
 
 
@@ -262,10 +263,16 @@ def test_a_lamp_of_unknown_exposure_cannot_be_compared(rig: LightRig, tmp_path: 
     rig.start()
     count = len(rig.hands)
     rig.presenter.take_pictures([own_lamp(tmp_path / "mine.exr", known=False)])
-    assert rig.state.empty.startswith("This lamp was captured with unknown exposure.")
+    assert rig.state.meter.startswith("The brightness of “mine” is not known")
+    assert "Type its illuminance" in rig.state.meter
     assert len(rig.hands) == count
-    rig.presenter.take_lamp("panel")
-    assert not rig.state.empty
+    rig.presenter.keeping.answer("lux", "a lot")
+    assert rig.state.meter_error.startswith("This is no number of lux.")
+    rig.presenter.keeping.answer("lux", "640")
+    assert not rig.state.meter
+    assert rig.presenter.shelf.own is not None
+    assert rig.presenter.shelf.own.lux == pytest.approx(640.0)
+    assert len(rig.hands) == count + 1
 
 
 def test_a_file_that_is_no_lamp_changes_nothing(rig: LightRig, tmp_path: Path) -> None:
