@@ -182,7 +182,7 @@ class Walk:
         for key in (Qt.Key.Key_Up, Qt.Key.Key_Right):
             robot.press(key, Qt.KeyboardModifier.ShiftModifier)
         self._linger(1.0)
-        robot.press(Qt.Key.Key_PageUp)
+        robot.press(Qt.Key.Key_PageDown)
         self._linger(1.0)
         self._shoot("light-elsewhere")
         robot.press(Qt.Key.Key_Home)

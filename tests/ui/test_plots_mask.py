@@ -52,7 +52,7 @@ def test_a_small_lamp_is_seen_closely_and_the_picture_never_leaves_the_canvas(
     state.alpha[26:32, 120:126] = 1.0
     canvas = canvas_of(qtbot, state)
     across = canvas.place_of(171.0, 10.0)[0] - canvas.place_of(170.0, 10.0)[0]
-    assert across == pytest.approx(8.0 * 720 / 360)
+    assert across == pytest.approx(4.0 * 720 / 360)
     for _ in range(5):
         canvas.zoom(-1)
     assert canvas.place_of(0.0, 90.0)[1] == pytest.approx(0.0)

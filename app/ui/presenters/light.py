@@ -118,7 +118,7 @@ class LightPresenter:
             Action("lamp-turn", "Turn first, then hold the lamp", self.turn, "turn",
                    "T; Return; Enter", works, hint="turn first", keys="T"),
             Action("lamp-weaker", "Turn the lamp down", lambda: self.step_power(-1), "minus", "",
-                   lambda: self._may_step(-1), hint="power", keys="PgUp PgDn"),
+                   lambda: self._may_step(-1), keys="PgDn"),
             Action("lamp-stronger", "Turn the lamp up", lambda: self.step_power(1), "plus", "",
                    lambda: self._may_step(1)),
             Action("lamp-own", "Capture a lamp of your own", self.shelf.begin, "plus"),

@@ -10,7 +10,7 @@ from app.core.second_light.numbers import NEAREST_M, NumbersLamp
 from app.ui.presenters.light_lamps import nearest_stop
 from app.ui.presenters.light_pictures import look, targets
 from app.ui.presenters.light_state import DISTANCES_M
-from app.ui.presenters.light_words import rescued
+from app.ui.presenters.light_words import lamp_name, rescued
 from app.ui.presenters.light_work import ask, closer, take_in_hand
 
 if TYPE_CHECKING:
@@ -171,7 +171,7 @@ class LightWork:
         self._services.runner.submit(
             _LAMP,
             lambda token, report: take_in_hand(head, lamp, known, token, report),
-            title=f"Trying the {lamp.title} all around the head",
+            title=f"Trying {lamp_name(lamp)} all around the head",
             done=self._in_hand,
             failed=self._failed,
             cancelled=self._stopped,

@@ -30,17 +30,19 @@ if TYPE_CHECKING:
 
 __all__ = ["LampKeeping"]
 
-_ASKED: Final[dict[WordsWish, tuple[str, str, str]]] = {
-    "rename": ("Rename the lamp", "Name", "Rename"),
+_ASKED: Final[dict[WordsWish, tuple[str, str, str, str]]] = {
+    "rename": ("Rename the lamp", "Name", "Rename", "My panel"),
     "distance": (
         "Distance of the lamp",
         "From the camera to the lamp, as it was captured",
         "Correct",
+        "40 cm",
     ),
     "lux": (
         "Brightness of the lamp",
         "Light meter where the camera stood, facing the lamp, lux",
         "Set",
+        "640",
     ),
 }
 
@@ -88,13 +90,13 @@ class LampKeeping:
         lamp = self._shelf.own
         if lamp is None or self._view is None:
             return
-        title, label, button = _ASKED[wish]
+        title, label, button, example = _ASKED[wish]
         text = lamp.title
         if wish == "distance":
             text = "" if lamp.distance_m is None else metres(lamp.distance_m)
         elif wish == "lux":
             text = "" if lamp.lux is None else f"{lamp.lux:.3g}"
-        self._view.ask_words(WordsAsk(wish, title, label, button, text))
+        self._view.ask_words(WordsAsk(wish, title, label, button, text, example))
 
     def answer(self, wish: WordsWish, text: str) -> None:
         """Take the line; what is wrong with it is said beside it."""

@@ -35,7 +35,7 @@ _READ: Final = "light-own"
 _LIST: Final = "light-library"
 _TAKE: Final = "light-capture"
 _PLACE: Final = (
-    "With a camera that Turnlight knows: capture the dark room in the Probe step, come back here, "
+    "With a camera that Turnlight knows, capture the dark room in the Probe step, come back here "
     "and take the place that is open."
 )
 _FIXED: Final = "A captured lamp holds for the distance that it was captured at."
@@ -184,7 +184,7 @@ class Shelf:
             return
         place = self._services.model.place
         words = f"Take the place “{place.name}”" if self._place_file() and place else ""
-        self._view.ask_capture(CaptureAsk((*GUIDE, _PLACE), words))
+        self._view.ask_capture(CaptureAsk(GUIDE, _PLACE, words))
 
     def capture(self, source: Source, title: str, distance: str) -> None:
         """Make a lamp of pictures that are asked for next, or of the open place.

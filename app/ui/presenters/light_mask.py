@@ -289,6 +289,6 @@ def _seen(lamp: CapturedLamp) -> Bytes:
     light = lamp.radiance @ np.array(LUMINANCE_WEIGHTS, np.float32)
     lit = light[lamp.alpha > 0.5]
     top = float(np.percentile(lit, 95.0)) if lit.size else float(light.max())
-    shown = np.log1p(np.maximum(light, 0.0) * (_DEEP / max(top, 1e-30))) / np.log1p(_DEEP)
-    scale = (shown / np.maximum(light, 1e-30))[..., None]
-    return to_bytes(np.clip(lamp.radiance * scale, 0.0, 1.0).astype(np.float32))
+    level = np.maximum(lamp.radiance, 0.0) * np.float32(_DEEP / max(top, 1e-30))
+    shown = np.log1p(level) / np.float32(np.log1p(_DEEP))
+    return to_bytes(np.clip(shown, 0.0, 1.0).astype(np.float32))

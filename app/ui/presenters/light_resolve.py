@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from app.core.angles import wrap
 from app.core.reasons import Limits
-from app.core.second_light.captured import CapturedLamp
 from app.core.second_light.dimming import power_share, power_words, stops_words
 from app.core.second_light.numbers import NumbersLamp
 from app.core.second_light.placements import direction
@@ -17,7 +16,7 @@ from app.ui.presenters.light_sky import sky_of
 from app.ui.presenters.light_state import DetailState, HeadsState, HoldState, Section, SkyState
 from app.ui.presenters.light_words import (
     better,
-    lamp_words,
+    lamp_name,
     move_words,
     place_words,
     rescued,
@@ -151,9 +150,7 @@ class Resolver:
     def hold(self, shown: Shown, heads: HeadsState) -> HoldState:
         """Write the two steps."""
         turn = shown.one.turn_refined_deg
-        lamp = shown.answers.hand.lamp
-        own = isinstance(lamp, CapturedLamp)
-        name = f"“{lamp.title}”" if own else f"the {lamp_words(lamp.title)}"
+        name = lamp_name(shown.answers.hand.lamp)
         *where, far, skin = heads.spoken.split(", ")
         return HoldState(
             turn=turn_title(turn),

@@ -86,7 +86,7 @@ class PlaceScale:
             back = f"Back to the measured {lux_words(self._lux(measured))}"
         return BrightState(
             key=key,
-            text="" if key and self._said is not None else f"{lux:.3g}",
+            text="" if key and self._said is not None else lux_words(lux).removesuffix(" lx"),
             error=self._error,
             keep=f"Keep {lux_words(lux)}",
             measured=back,

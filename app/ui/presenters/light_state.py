@@ -50,6 +50,7 @@ BRIGHTNESS: tuple[tuple[str, str, float], ...] = (
     ("living", "Living room", 150.0),
     ("office", "Office", 300.0),
     ("studio", "Studio", 500.0),
+    ("window", "By a window", 1500.0),
     ("overcast", "Overcast sky", 8000.0),
     ("sun", "Sun", 60000.0),
 )
@@ -143,6 +144,8 @@ class WordsAsk:
         Of the sheet, of its field, and on its button.
     text : str
         What stands in the field.
+    example : str
+        Shown while nothing does.
     """
 
     wish: WordsWish
@@ -150,6 +153,7 @@ class WordsAsk:
     label: str
     button: str
     text: str = ""
+    example: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,6 +164,8 @@ class CaptureAsk:
     ----------
     guide : tuple of str
         Steps, in sentences.
+    other : str
+        Another way, in a sentence.
     place : str
         Words on the button that takes the open place; empty where there is none.
     name : str
@@ -167,6 +173,7 @@ class CaptureAsk:
     """
 
     guide: tuple[str, ...]
+    other: str = ""
     place: str = ""
     name: str = ""
 

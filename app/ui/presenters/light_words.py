@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from app.core.angles import wrap
+from app.core.second_light.captured import CapturedLamp
 from app.core.second_light.dimming import power_words
 from app.core.second_light.words import metres
 from app.core.turning.words import signed, turn_words, whole
@@ -20,11 +21,12 @@ if TYPE_CHECKING:
     from app.core.second_light.search import Placed
     from app.core.styles import Style
     from app.ui.presenters.light_state import Bytes, Verdict
-    from app.ui.presenters.light_work import Held
+    from app.ui.presenters.light_work import Held, Lamp
 
 __all__ = [
     "GAIN",
     "better",
+    "lamp_name",
     "lamp_words",
     "lux_words",
     "move_words",
@@ -71,6 +73,13 @@ def lamp_words(title: str) -> str:
     return title if title[1:2].isupper() else title[:1].lower() + title[1:]
 
 
+def lamp_name(lamp: Lamp) -> str:
+    """Name the lamp in hand within a sentence: "the LED panel", or its own name."""
+    if isinstance(lamp, CapturedLamp):
+        return f"“{lamp.title}”"
+    return f"the {lamp_words(lamp.title)}"
+
+
 def turn_title(turn_deg: float) -> str:
     """Write the first step: "Turn 56° counter-clockwise"."""
     return "No turn needed" if whole(turn_deg) == 0 else f"Turn {turn_words(turn_deg)}"
@@ -106,7 +115,7 @@ def move_words(now: Held, best: Held, kind: str = "") -> str:
 
     Examples
     --------
-    >>> from app.ui.presenters.light_work import Held
+    >>> from app.ui.presenters.light_work import Held, Lamp
     >>> move_words(Held(107.0, 20.0), Held(107.2, 0.0))
     'Lower the lamp by 20°.'
     >>> move_words(Held(107.0, 0.0, 1.0), Held(80.0, 5.0, 0.5))

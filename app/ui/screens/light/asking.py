@@ -52,7 +52,7 @@ class WordsSheet(KeysSheet):
     def __init__(self, host: QWidget, presenter: LightPresenter, ask: WordsAsk) -> None:
         super().__init__(host, ask.title, 440)
         self._presenter, self._ask = presenter, ask
-        self.field = TextField(ask.label)
+        self.field = TextField(ask.label, ask.example)
         self.field.set_text(ask.text)
         self.field.edit.selectAll()
         self.take = Button(ask.button, kind="primary")
@@ -99,8 +99,8 @@ class CaptureSheet(KeysSheet):
         steps.setHorizontalSpacing(t.px(12))
         steps.setVerticalSpacing(t.px(8))
         steps.setColumnStretch(1, 1)
-        for number, sentence in enumerate(ask.guide):
-            mark = Text(f"{number + 1}", 14, 600)
+        for number, sentence in enumerate((*ask.guide, ask.other)):
+            mark = Text(f"{number + 1}" if number < len(ask.guide) else "or", 14, 600)
             steps.addWidget(mark, number, 0, Qt.AlignmentFlag.AlignTop)
             steps.addWidget(Text(sentence, 14, role="dim", wrap=True), number, 1)
         self.body.addLayout(steps)
@@ -115,12 +115,14 @@ class CaptureSheet(KeysSheet):
         self.body.addLayout(fields)
         self.body.addWidget(Text(_ALONE, 12, role="dim", wrap=True))
         self.place = Button(ask.place)
-        self.place.setVisible(bool(ask.place))
         self.place.clicked.connect(lambda: self._take("place"))
         self.files = Button("Add from files…", "open", kind="primary")
         self.files.clicked.connect(lambda: self._take("files"))
         self.add_button(self.place)
         self.add_button(self.files)
+        if not ask.place:
+            # Hidden only: what is shown before it has a parent opens as a window.
+            self.place.hide()
 
     def say(self, sentence: str) -> None:
         """Say what is wrong with the distance; nothing to say closes the sheet."""

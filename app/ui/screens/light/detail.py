@@ -127,9 +127,7 @@ class DetailColumn(Surface):
         column.addSpacing(t.px(12))
         column.addLayout(self._numbers())
         column.addStretch(1)
-        self.own = Button(
-            "Capture a lamp of your own", "plus", size="normal" if compact else "main"
-        )
+        self.own = Button("Capture a lamp of your own", "plus")
         self.own.clicked.connect(presenter.shelf.begin)
         foot = QHBoxLayout()
         foot.setContentsMargins(margin - t.line_width, 0, margin, 0)
@@ -137,7 +135,7 @@ class DetailColumn(Surface):
         scroll = Scroll(inside)
         scroll.setAccessibleName("About the chosen style")
         whole = QVBoxLayout(self)
-        whole.setContentsMargins(t.line_width, 0, 0, t.px(16 if compact else 24))
+        whole.setContentsMargins(t.line_width, 0, 0, t.px(16))
         whole.addWidget(scroll, 1)
         whole.addLayout(foot)
 

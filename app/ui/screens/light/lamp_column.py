@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from app.core.second_light.words import metres
@@ -131,7 +131,7 @@ class LampColumn(Surface):
         column.addSpacing(t.px(4))
         bright = QHBoxLayout()
         bright.setSpacing(t.px(4))
-        bright.addWidget(self._bright, 1)
+        bright.addWidget(self._bright, 1, Qt.AlignmentFlag.AlignVCenter)
         bright.addWidget(self.correct)
         column.addLayout(bright)
         column.addSpacing(t.px(4))

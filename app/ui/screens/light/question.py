@@ -98,7 +98,7 @@ class Brightness(_Page):
         self.column.addLayout(grid)
         self.column.addSpacing(t.px(8))
         self.lux = TextField("Light meter at the face, lux", "450")
-        self.take = Button("Take it")
+        self.take = Button("Set")
         self.add_field(self.lux, self.take, scale.type)
         self._shown: BrightState | None = None
         self.keep = Button("", size="small")

@@ -25,7 +25,8 @@ __all__ = ["MaskCanvas"]
 
 _ZOOMS: Final = (1.0, 2.0, 4.0, 8.0)
 _NOTCH: Final = 120
-_TINT: Final = 90  # of 255
+_TINT: Final = 0.35
+_WHITE: Final = 245.0
 _STEPS: Final = {
     Qt.Key.Key_Left: (-1.0, 0.0),
     Qt.Key.Key_Right: (1.0, 0.0),
@@ -83,8 +84,7 @@ class MaskCanvas(Plot):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("Where the lamp is", parent)
         self._state: Drawn | None = None
-        self._picture = self._cover = QImage()
-        self._edge = QImage()
+        self._shown = QImage()
         self._kept: tuple[object, object] = (None, None)
         self._zoom = 1.0
         self._middle: Point = (0.0, 0.0)  # azimuth and elevation in the middle of the widget
@@ -110,11 +110,9 @@ class MaskCanvas(Plot):
         """Show another mask or brush."""
         first = self._state is None
         self._state = state
-        if self._kept[0] is not state.picture:
-            self._picture = _image(np.ascontiguousarray(state.picture), QImage.Format.Format_RGB888)
-        if self._kept[1] is not state.alpha:
-            self._cover, self._edge = _covers(state.alpha)
-        self._kept = (state.picture, state.alpha)
+        if self._kept[0] is not state.picture or self._kept[1] is not state.alpha:
+            self._shown = _drawn(state.picture, state.alpha)
+            self._kept = (state.picture, state.alpha)
         if first:
             self._brush = state.centre
             self._look(state.centre, self._fitting(state.alpha))
@@ -253,13 +251,14 @@ class MaskCanvas(Plot):
             return
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
         wide, tall = 360.0 * self._unit, 180.0 * self._unit
+        # One column more at both ends, so that no seam is seen where two copies meet.
+        over = wide / max(self._shown.width() - 2, 1)
         left, top = self.place_of(self._middle[0], 90.0)
         left -= wide / 2.0 + self._middle[0] * self._unit
         for turn in (-1, 0, 1):
-            area = QRectF(left + turn * wide, top, wide, tall)
+            area = QRectF(left + turn * wide - over, top, wide + 2.0 * over, tall)
             if area.intersects(self.rect().toRectF()):
-                for image in (self._picture, self._cover, self._edge):
-                    painter.drawImage(area, image)
+                painter.drawImage(area, self._shown)
         if self._brush is not None:
             self._draw_brush(painter)
 
@@ -285,23 +284,17 @@ class MaskCanvas(Plot):
                 painter.drawLine(QPointF(x, y - arm), QPointF(x, y + arm))
 
 
-def _image(array: NDArray[np.uint8], form: QImage.Format) -> QImage:
-    height, width, channels = array.shape
-    return QImage(array.data, width, height, width * channels, form).copy()
-
-
-def _covers(alpha: NDArray[np.float32]) -> tuple[QImage, QImage]:
-    """Tint of the lamp, and its outline in white on black, premultiplied."""
+def _drawn(picture: NDArray[np.uint8], alpha: NDArray[np.float32]) -> QImage:
+    """Picture with the lamp tinted, and its outline in white on black."""
     amber = theme().c.amberfill
-    share = alpha * (_TINT / 255.0)
-    tint = np.empty((*alpha.shape, 4), np.uint8)
-    for channel, value in enumerate((amber.red(), amber.green(), amber.blue(), 255)):
-        tint[..., channel] = share * value
+    tone = np.array([amber.red(), amber.green(), amber.blue()], np.float32)
+    share = (alpha * np.float32(_TINT))[..., None]
+    shown = picture + (tone - picture) * share
     inside = (alpha > 0.5).astype(np.uint8)
-    outer = cv2.dilate(inside, np.ones((3, 3), np.uint8))
-    outline = np.zeros((*alpha.shape, 4), np.uint8)
-    outline[(outer > 0) & (inside == 0)] = (0, 0, 0, 255)
-    inner = cv2.erode(inside, np.ones((3, 3), np.uint8), borderValue=1)
-    outline[(inside > 0) & (inner == 0)] = (245, 245, 245, 255)
-    form = QImage.Format.Format_RGBA8888_Premultiplied
-    return _image(tint, form), _image(outline, form)
+    around = np.ones((3, 3), np.uint8)
+    shown[(cv2.dilate(inside, around) > 0) & (inside == 0)] = 0.0
+    shown[(inside > 0) & (cv2.erode(inside, around, borderValue=1) == 0)] = _WHITE
+    both = np.concatenate([shown[:, -1:], shown, shown[:, :1]], axis=1)
+    height, width = both.shape[:2]
+    data = np.ascontiguousarray((both + 0.5).astype(np.uint8))
+    return QImage(data.data, width, height, 3 * width, QImage.Format.Format_RGB888).copy()
