@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import QSize, Qt, QTimer
 
 from app.core.errors import CoreError
+from app.core.second_light.numbers import NumbersLamp
 from app.ui.presenters.light_words import rescued
 from app.ui.presenters.model import Step
 from app.ui.robot import Lost, Robot
@@ -209,13 +210,23 @@ class Walk:
         self._linger()
         self._shoot("light-mask")
         robot.press(Qt.Key.Key_Escape)
-        robot.wait(lambda: presenter.front is not None, "places for it", _CAPTURE_S)
-        robot.wait(lambda: not presenter.resolve().detail.stale, "the face with the lamp")
+        self._held(presenter)
         self._app.window.dismiss_messages()
         self._shoot("light-own")
-        answers = presenter.work.answers
         presenter.take_lamp("panel")
-        robot.wait(lambda: presenter.work.answers is not answers, "the panel again", _CAPTURE_S)
+        self._held(presenter)
+
+    def _held(self, presenter: LightPresenter) -> None:
+        """Wait until the lamp in hand is where it belongs, with its pictures."""
+        wanted = presenter.shelf.own or presenter.shelf.key
+
+        def there() -> bool:
+            answers = presenter.work.answers
+            lamp = None if answers is None else answers.hand.lamp
+            kind = lamp.kind if isinstance(lamp, NumbersLamp) else lamp
+            return kind == wanted and not presenter.resolve().detail.stale
+
+        self._robot.wait(there, "the face with the lamp", _CAPTURE_S)
 
     def _others(self) -> None:
         app = self._app
@@ -233,6 +244,8 @@ class Walk:
             for step in (Step.PROBE, Step.STYLES, Step.TURN, Step.LIGHT):
                 app.model.update(step=step, painting=None)
                 self._linger(1.0)
+                if step is Step.LIGHT:
+                    self._held(self._robot.find("Light", LightScreen).presenter)
                 self._shoot(f"{step.value}-{name}")
             app.model.update(step=Step.STYLES, painting=app.model.chosen)
             self._linger(1.0)
