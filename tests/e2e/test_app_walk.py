@@ -66,6 +66,8 @@ def test_arrow_keys_alone_lead_into_the_light(walked: dict[str, Any]) -> None:
 def test_dragging_and_painting_stay_smooth(walked: dict[str, Any]) -> None:
     assert walked["circle_fps"] >= 30.0
     assert walked["paint_fps"] >= 30.0
+    assert walked["lamp_fps"] >= 30.0
+    assert walked["mask_fps"] >= 20.0
 
 
 def test_no_event_keeps_the_screens_waiting(walked: dict[str, Any]) -> None:

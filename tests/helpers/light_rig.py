@@ -119,6 +119,7 @@ class LightRig:
         self.nearer: Placed | None = None
         self.allowed = np.ones(576, bool)
         self.power = 1.0
+        self.weak: set[str] = set()
         patch.setattr(light_jobs, "take_in_hand", self.take)
         patch.setattr(light_jobs, "ask", self._ask)
         patch.setattr(light_jobs, "look", self._look)
@@ -159,6 +160,9 @@ class LightRig:
             old = replace(before[style.name], match=without, attainable=without >= 45.0)
             spot = BEST.get(style.name, (0.0, 20.0))
             one = placed(old, match, spot, -56.0)
+            if style.name in self.weak:
+                why = "The lamp is too weak for the light here: strength 12 of 100"
+                one = replace(one, strength=12.0, attainable=False, reason=why)
             answers.append(replace(one, power=self.power))
         return Answers(hand, question, tuple(answers), self.allowed)
 

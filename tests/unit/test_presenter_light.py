@@ -163,6 +163,26 @@ def test_another_distance_is_tried_anew(rig: LightRig) -> None:
     assert rig.state.heads.azimuth_deg == BEST["badger"][0], "at its best place again"
 
 
+def test_while_another_lamp_is_tried_nobody_is_told_to_hold_the_old_one(rig: LightRig) -> None:
+    rig.start()
+    rig.runner.held.add("light-lamp")
+    rig.presenter.take_lamp("panel")
+    hold = rig.state.hold
+    assert hold.hold == "Trying the LED panel all around the head…"
+    assert hold.hold_line == "What is shown is still of the phone screen."
+    assert not hold.turn_works
+    rig.runner.release("light-lamp")
+    assert rig.state.hold.hold.startswith("Hold the LED panel ")
+
+
+def test_a_style_that_is_too_soft_says_so(rig: LightRig) -> None:
+    rig.saved = {"badger": (20.0, 46.0)}
+    rig.weak.add("badger")
+    rig.start()
+    (part,) = [one for one in rig.state.sections if one.title == "Still out of reach"]
+    assert part.rows[0].line == "Too soft: strength 12, needs 20"
+
+
 def test_late_answers_for_a_lamp_that_was_put_away_are_not_shown(rig: LightRig) -> None:
     rig.start()
     rig.runner.held.add("light-lamp")

@@ -18,11 +18,14 @@ from app.ui.presenters.light_resolve import Resolver, Shown, front_of, note_of
 from app.ui.presenters.light_scale import PlaceScale
 from app.ui.presenters.light_state import (
     DISTANCES_M,
+    HeadsState,
+    HoldState,
     LampState,
     LightSizes,
     LightState,
     LightView,
 )
+from app.ui.presenters.light_words import lamp_name
 from app.ui.presenters.light_work import Held, Question, best_held, powers_for
 from app.ui.presenters.model import Step
 
@@ -273,11 +276,20 @@ class LightPresenter:
             sections=self._resolver.sections(answers, one.name, self.work.rows, self.work.version),
             note=" ".join(part for part in (self._compared().sentence, note) if part),
             note_action=action,
-            hold=self._resolver.hold(shown, heads),
+            hold=self._hold_state(shown, heads),
             heads=heads,
             sky=self._resolver.sky(shown),
             detail=self._resolver.detail(shown),
         )
+
+    def _hold_state(self, shown: Shown, heads: HeadsState) -> HoldState:
+        """Write the two steps; while another lamp is being tried, none is told to be held."""
+        hold, lamp, known = self._resolver.hold(shown, heads), self._lamp(), shown.answers.hand.lamp
+        if not self.work.busy or lamp is None or lamp.title == known.title:
+            return hold
+        trying = f"Trying {lamp_name(lamp)} all around the head…"
+        still = f"What is shown is still of {lamp_name(known)}."
+        return replace(hold, hold=trying, hold_line=still, turn_works=False)
 
     def _lamp_state(self) -> LampState:
         return LampState(

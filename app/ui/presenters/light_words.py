@@ -283,7 +283,9 @@ def _row(
     side = side_line(style)
     why = "" if one.attainable else (one.reason or "").partition(":")[0]
     if why.startswith(_SAID_ABOVE):
-        why = ""
+        # Said once for all; but a match that is enough must not stand here without a word.
+        soft = f"Too soft: strength {whole_of(one.strength)}, needs {limits.strength:.0f}"
+        why = soft if one.match >= limits.match else ""
     at = f" at {power}" if power else ""
     return RowState(
         key=one.name,

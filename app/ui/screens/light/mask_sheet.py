@@ -61,6 +61,8 @@ class MaskSheet(KeysSheet):
         tools.addWidget(self.tool)
         tools.addSpacing(t.px(8))
         tools.addWidget(self.radius, 1)
+        tools.addSpacing(t.px(8))
+        tools.addWidget(Text("Zoom", 14, role="dim"))
         for button in (self.farther, self.nearer, self.back):
             tools.addWidget(button)
         self._words = Text("", 12, role="dim", wrap=True)

@@ -25,6 +25,7 @@ from app.ui.widgets.plots.base import closed_path, draw_text, snap
 from app.ui.widgets.plots.lamp_plot import HIGHEST_DEG, LampPlot, draw_best, draw_lamp
 
 if TYPE_CHECKING:
+    from PySide6.QtGui import QFont
     from PySide6.QtWidgets import QWidget
 
     from app.ui.widgets.plots.geometry import Point
@@ -118,6 +119,21 @@ class _HeadView(LampPlot):
         t = theme()
         painter.setPen(QPen(t.c.amber, (t.line_width + 1.0) * t.scale))
         painter.drawLine(QPointF(*self.middle), QPointF(*place))
+
+    @staticmethod
+    def _plated(
+        painter: QPainter, place: Point, words: str, font: QFont, align: float = 0.5
+    ) -> None:
+        """Draw words that may lie on a line of the drawing."""
+        t = theme()
+        painter.setFont(font)
+        wide = painter.fontMetrics().horizontalAdvance(words)
+        left = place[0] - wide * align
+        plate = QRectF(left - t.px(4), place[1] - t.px(9), wide + t.px(8), t.px(18))
+        ground = QColor(t.c.panel)
+        ground.setAlphaF(0.85)
+        box(painter, plate, t.px(4), ground)
+        draw_text(painter, place, words, font, t.c.text, align)
 
     def _lamp(self, painter: QPainter, state: Heads) -> None:
         place = self.place_of(state.azimuth_deg, state.altitude_deg)
@@ -234,12 +250,12 @@ class AboveView(_HeadView):
             right = aside.x() >= 0.0
             edge = max(end.x(), from_.x()) if right else min(end.x(), from_.x())
             place = (edge + t.px(8) * (1.0 if right else -1.0), middle.y())
-            draw_text(painter, place, "light here", font, t.c.text, 0.0 if right else 1.0)
+            self._plated(painter, place, "light here", font, 0.0 if right else 1.0)
         else:
             over = aside.y() <= 0.0
             edge = min(end.y(), from_.y()) if over else max(end.y(), from_.y())
             place = (middle.x(), edge + t.px(10) * (-1.0 if over else 1.0))
-            draw_text(painter, place, "light here", font, t.c.text)
+            self._plated(painter, place, "light here", font)
 
     def _way_of_light(self, azimuth_deg: float) -> tuple[Point, QPointF]:
         """From where it comes, and how far its arrow makes way for the lamp's own line."""
@@ -339,12 +355,7 @@ class SideView(_HeadView):
         half = painter.fontMetrics().horizontalAdvance(words) / 2.0
         middle = min(max(place[0], half + t.px(10)), self.width() - half - t.px(10))
         y = place[1] + over * t.px(28)
-        # The words may lie on the head's outline.
-        plate = QRectF(middle - half - t.px(4), y - t.px(9), 2 * half + t.px(8), t.px(18))
-        ground = QColor(t.c.panel)
-        ground.setAlphaF(0.85)
-        box(painter, plate, t.px(4), ground)
-        draw_text(painter, (middle, y), words, font, t.c.text)
+        self._plated(painter, (middle, y), words, font)
 
     def _foot(self, painter: QPainter, state: Heads) -> None:
         t = theme()
