@@ -73,7 +73,7 @@ class LampKeeping:
 
     def actions(self) -> Sequence[Action]:
         """List what can be done with a lamp of the user's own."""
-        own = lambda: self._shelf.own is not None  # noqa: E731 - as short as it gets
+        own = self._has_own
         return (
             Action("lamp-rename", "Rename the lamp…", lambda: self.ask("rename"), "edit", "", own),
             Action("lamp-distance", "Correct its distance…", lambda: self.ask("distance"),
@@ -82,6 +82,9 @@ class LampKeeping:
             Action("lamp-mask", "Paint where the lamp is…", self.ask_mask, "brush", "", own),
             Action("lamp-delete", "Delete the lamp", self.delete, "trash", "", own),
         )  # fmt: skip
+
+    def _has_own(self) -> bool:
+        return self._shelf.own is not None
 
     # -- a line --------------------------------------------------------------------------------
 

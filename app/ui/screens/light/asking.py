@@ -110,7 +110,7 @@ class CaptureSheet(KeysSheet):
         fields = QHBoxLayout()
         fields.setSpacing(t.px(16))
         for field in (self.name, self.distance):
-            field.changed.connect(lambda _text: self.say(_QUIET))
+            field.changed.connect(lambda _text: self.distance.set_error(""))
             fields.addWidget(field, 1, Qt.AlignmentFlag.AlignTop)
         self.body.addLayout(fields)
         self.body.addWidget(Text(_ALONE, 12, role="dim", wrap=True))
@@ -126,12 +126,9 @@ class CaptureSheet(KeysSheet):
 
     def say(self, sentence: str) -> None:
         """Say what is wrong with the distance; nothing to say closes the sheet."""
-        self.distance.set_error("" if sentence == _QUIET else sentence)
+        self.distance.set_error(sentence)
         if not sentence:
             self.shut()
 
     def _take(self, source: Source) -> None:
         self._presenter.capture(source, self.name.text(), self.distance.text())
-
-
-_QUIET: Final = " "

@@ -36,7 +36,7 @@ _TABS: Final = (("above", "From above"), ("side", "From the side"))
 _WIDEST: Final = 480
 _HEIGHT_OF_VIEWS: Final = 404 / 300
 _WIDEST_OF_ALL: Final = 1200
-_MAP: Final = (160, 104)  # height of the map with the words below it, and in a small window
+_MAP: Final = (164, 106)  # height of the map with the words below it, and in a small window
 _MAP_SHARE: Final = 0.23  # of the width, where there is more room
 
 
@@ -118,7 +118,6 @@ class Middle(QWidget):
         line.addWidget(self._map_title, 1)
         line.addWidget(self._map_words)
         column.addLayout(line)
-        column.addSpacing(t.px(4))
         column.addWidget(self.map)
         column.addStretch(1)
 

@@ -26,7 +26,7 @@ __all__ = ["MaskCanvas"]
 _ZOOMS: Final = (1.0, 2.0, 4.0, 8.0)
 _NOTCH: Final = 120
 _TINT: Final = 0.35
-_WHITE: Final = 245.0
+_WHITE: Final = 245
 _STEPS: Final = {
     Qt.Key.Key_Left: (-1.0, 0.0),
     Qt.Key.Key_Right: (1.0, 0.0),
@@ -85,6 +85,7 @@ class MaskCanvas(Plot):
         super().__init__("Where the lamp is", parent)
         self._state: Drawn | None = None
         self._shown = QImage()
+        self._lamp_picture = np.zeros((0, 0, 3), np.uint8)
         self._kept: tuple[object, object] = (None, None)
         self._zoom = 1.0
         self._middle: Point = (0.0, 0.0)  # azimuth and elevation in the middle of the widget
@@ -92,6 +93,8 @@ class MaskCanvas(Plot):
         self._stroking = False
         self._moving: QPointF | None = None
         self.setMouseTracking(True)
+        # Nothing that lies beneath is painted for it.
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setCursor(Qt.CursorShape.CrossCursor)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setToolTip("Paint with the mouse. Wheel zooms, the right button moves the picture")
@@ -110,8 +113,10 @@ class MaskCanvas(Plot):
         """Show another mask or brush."""
         first = self._state is None
         self._state = state
+        if self._kept[0] is not state.picture:
+            self._lamp_picture = _tinted(state.picture)
         if self._kept[0] is not state.picture or self._kept[1] is not state.alpha:
-            self._shown = _drawn(state.picture, state.alpha)
+            self._shown = _drawn(state.picture, self._lamp_picture, state.alpha)
             self._kept = (state.picture, state.alpha)
         if first:
             self._brush = state.centre
@@ -284,17 +289,30 @@ class MaskCanvas(Plot):
                 painter.drawLine(QPointF(x, y - arm), QPointF(x, y + arm))
 
 
-def _drawn(picture: NDArray[np.uint8], alpha: NDArray[np.float32]) -> QImage:
-    """Picture with the lamp tinted, and its outline in white on black."""
+def _tinted(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Picture as it looks where the lamp is."""
     amber = theme().c.amberfill
     tone = np.array([amber.red(), amber.green(), amber.blue()], np.float32)
-    share = (alpha * np.float32(_TINT))[..., None]
-    shown = picture + (tone - picture) * share
+    return np.asarray(picture + (tone - picture) * np.float32(_TINT) + 0.5).astype(np.uint8)
+
+
+def _drawn(
+    picture: NDArray[np.uint8], tinted: NDArray[np.uint8], alpha: NDArray[np.float32]
+) -> QImage:
+    """Picture with the lamp tinted, and its outline in white on black."""
     inside = (alpha > 0.5).astype(np.uint8)
     around = np.ones((3, 3), np.uint8)
-    shown[(cv2.dilate(inside, around) > 0) & (inside == 0)] = 0.0
-    shown[(inside > 0) & (cv2.erode(inside, around, borderValue=1) == 0)] = _WHITE
-    both = np.concatenate([shown[:, -1:], shown, shown[:, :1]], axis=1)
-    height, width = both.shape[:2]
-    data = np.ascontiguousarray((both + 0.5).astype(np.uint8))
-    return QImage(data.data, width, height, 3 * width, QImage.Format.Format_RGB888).copy()
+    outer = cv2.dilate(inside, around) - inside
+    inner = inside - cv2.erode(inside, around, borderValue=1)
+    height, width = inside.shape
+    # One column more at both ends.
+    shown = np.empty((height, width + 2, 3), np.uint8)
+    middle = shown[:, 1:-1]
+    np.copyto(middle, picture)
+    np.copyto(middle, tinted, where=inside.astype(bool)[..., None])
+    middle[outer > 0] = 0
+    middle[inner > 0] = _WHITE
+    shown[:, 0], shown[:, -1] = shown[:, -2], shown[:, 1]
+    return QImage(
+        shown.data, width + 2, height, 3 * (width + 2), QImage.Format.Format_RGB888
+    ).convertToFormat(QImage.Format.Format_RGB32)
