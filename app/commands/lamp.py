@@ -22,6 +22,8 @@ from app.core.second_light.library import (
     lamps_folder,
     list_lamps,
     read_lamp,
+    rename_lamp,
+    restate_lamp,
     update_lamp,
 )
 from app.core.second_light.mask import edit_mask
@@ -55,12 +57,17 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     _add_words(actions)
     guide = actions.add_parser("guide", help="how to capture a lamp, step by step")
     shown = actions.add_parser("list", help="list the lamps")
+    change = actions.add_parser("change", help="correct a lamp's title, distance or brightness")
+    change.add_argument("name", metavar="NAME", help="a lamp of the library")
+    change.add_argument("--title", metavar="TITLE", help="another title")
+    change.add_argument("--distance", metavar="M", help="from the camera to the lamp, metres")
+    change.add_argument("--lux", metavar="E", help="what a light meter reads at the camera")
     mask = actions.add_parser("mask", help="correct where a lamp is in its capture")
     mask.add_argument("name", metavar="NAME", help="a lamp of the library")
     _add_masks(mask)
     gone = actions.add_parser("remove", help="put a lamp into the trash")
     gone.add_argument("name", metavar="NAME", help="a lamp of the library")
-    for each in (guide, shown, mask, gone):
+    for each in (guide, shown, change, mask, gone):
         each.add_argument("--json", action="store_true", help="print one JSON object")
 
 
@@ -82,7 +89,14 @@ def run(args: argparse.Namespace) -> int:
     CoreError
         When an argument, a file or a lamp is of no use; the library is as it was then.
     """
-    actions = {"add": _add, "guide": _guide, "list": _list, "mask": _mask, "remove": _remove}
+    actions = {
+        "add": _add,
+        "guide": _guide,
+        "list": _list,
+        "change": _change,
+        "mask": _mask,
+        "remove": _remove,
+    }
     text, facts = actions[args.action](args)
     print(json.dumps(facts, ensure_ascii=False) if args.json else text)
     return 0
@@ -183,6 +197,19 @@ def _list(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
     lines += [f"{each.path.name}: {each.reason}" for each in damaged]
     bad = [{"file": str(each.path), "reason": each.reason} for each in damaged]
     return "\n".join(lines) or "No lamps yet.", {"lamps": rows, "damaged": bad}
+
+
+def _change(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
+    if not (args.title or args.distance or args.lux):
+        raise CoreError("Nothing was said about the lamp.", "Use --title, --distance or --lux.")
+    distance = None if args.distance is None else _positive(args.distance, "distance in metres")
+    lux = None if args.lux is None else _positive(args.lux, "illuminance in lux")
+    folder = lamps_folder()
+    lamp = restate_lamp(folder, args.name, distance_m=distance, lux=lux)
+    if args.title:
+        lamp = rename_lamp(folder, lamp.name, args.title)
+    facts = _facts(lamp)
+    return f"Corrected “{lamp.title}”: {_words(facts)}.", facts
 
 
 def _mask(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:

@@ -19,13 +19,14 @@ from app.core.head_shape import HeadShape, load_shape_of
 from app.core.pack import load_named_pack, load_transport_of
 from app.core.second_light.added import from_captured, from_numbers
 from app.core.second_light.captured import CapturedLamp, placed
+from app.core.second_light.comparable import Comparison, compare, with_lux
 from app.core.second_light.dimming import FULL, power_words, powers_of
 from app.core.second_light.lamp_file import read_lamp_file
 from app.core.second_light.library import lamps_folder, list_lamps, read_lamp
 from app.core.second_light.numbers import KINDS, NumbersLamp, parse
 from app.core.second_light.placements import direction
 from app.core.second_light.reach import above_floor, within_arm
-from app.core.second_light.scale import ASSUMED_LUX, illuminance, stated_white
+from app.core.second_light.scale import ASSUMED_LUX, check_lux, illuminance, stated_white
 from app.core.second_light.search import place_all
 from app.core.second_light.words import metres, placement_words
 from app.core.solve import OBJECTIVES
@@ -113,6 +114,13 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "panorama that does not state its brightness",
     )
     parser.add_argument(
+        "--lamp-lux",
+        metavar="E",
+        type=_finite,
+        help="what a light meter reads where the camera stood, facing the lamp, for a captured "
+        "lamp that does not state its brightness",
+    )
+    parser.add_argument(
         "--reach",
         choices=_REACHES,
         default=_REACHES[0],
@@ -158,14 +166,15 @@ def run(args: argparse.Namespace) -> int:
         For anything the user can put right.
     """
     start = time.perf_counter()
-    lamp = _find_lamp(args.lamp)
+    lamp = _find_lamp(args.lamp, args.lamp_lux)
     pack = load_named_pack(args.head)
     names = [style.name for style in select(pack.styles, args.style)]
     environment = read_environment(args.environment)
     for warning in environment.warnings:
         _say(warning)
     radiance = reduce(environment, pack.header.environment)
-    scale = _scale(radiance, args)
+    scale = _scale(radiance, args, lamp)
+    compared = _compared(lamp, scale)
     transport = load_transport_of(pack, args.head)
     shape = load_shape_of(transport, args.head)
     added = _prepare(lamp, transport, shape)
@@ -186,6 +195,7 @@ def run(args: argparse.Namespace) -> int:
     times = {"seconds": round(done - start, 4), "search_seconds": round(done - begun, 4)}
     if args.json:
         values = _as_json(found, args, added, shape, scale)
+        values |= {"comparable": compared.possible, "comparison": str(compared)}
         print(json.dumps({**values, **times}, ensure_ascii=False))
     else:
         print(_table(found, added, shape, pack, environment.name, scale))
@@ -196,7 +206,19 @@ def _say(text: str) -> None:
     print(text, file=sys.stderr)
 
 
-def _find_lamp(text: str) -> NumbersLamp | CapturedLamp:
+def _find_lamp(text: str, lux: float | None = None) -> NumbersLamp | CapturedLamp:
+    """Find a lamp; a captured one gives `lux` where its camera stood, if that is said."""
+    lamp = _lamp_named(text)
+    if lux is None:
+        return lamp
+    if isinstance(lamp, NumbersLamp):
+        raise CoreError(
+            f"The {lamp.title} is known by its numbers.", "Leave out --lamp-lux, or capture it."
+        )
+    return with_lux(lamp, lux)
+
+
+def _lamp_named(text: str) -> NumbersLamp | CapturedLamp:
     if text.strip().lower().partition("@")[0] in KINDS:
         return parse(text)
     if Path(text).suffix.lower() in (".exr", ".hdr"):
@@ -221,34 +243,42 @@ def _prepare(
 ) -> AddedLight:
     if isinstance(lamp, NumbersLamp):
         return from_numbers(transport, shape, lamp)
-    added = from_captured(transport, placed(lamp))
-    if not added.absolute:
-        _say(
-            f"{lamp.title} does not state its brightness: its radiance is taken as cd/m². "
-            "Merge its frames with their EXIF."
-        )
-    return added
+    return from_captured(transport, placed(lamp))
 
 
-def _scale(radiance: FloatImage, args: argparse.Namespace) -> _Scale:
+def _scale(
+    radiance: FloatImage, args: argparse.Namespace, lamp: NumbersLamp | CapturedLamp
+) -> _Scale:
     """Find what radiance 1 is in cd/m2: stated by the user, by the file, or assumed."""
     relative = illuminance(radiance, args.front)
     if args.lux is not None:
-        if not 0.0 < args.lux <= 1e6:
-            raise CoreError(
-                f"{args.lux:g} lux is no light to photograph in.",
-                "A candle-lit table has 10, a lit room 200, a cloudy day 10000, the sun 60000.",
-            )
-        return _stated(args.lux, relative)
+        return _stated(check_lux(args.lux), relative)
     white = stated_white(args.environment)
     if white is not None:
         return _Scale(white, white * relative, False)
+    if isinstance(lamp, CapturedLamp) and lamp.white_cd_m2 is None:
+        # Nothing is known of either: as if both had been captured alike, see `_compared`.
+        return _Scale(1.0, relative, True)
     _say(
         f"This panorama does not state how bright the place is; {ASSUMED_LUX:g} lux at the face "
         "are assumed. Say it with --lux."
     )
     scale = _stated(ASSUMED_LUX, relative)
     return _Scale(scale.gain, scale.lux, True)
+
+
+def _compared(lamp: NumbersLamp | CapturedLamp, scale: _Scale) -> Comparison:
+    """Judge whether lamp and place can be compared, and say what is taken instead."""
+    if isinstance(lamp, NumbersLamp):
+        return Comparison(not scale.assumed)
+    found = compare(None if scale.assumed else scale.gain, lamp)
+    if not found.possible:
+        taken = ""
+        if lamp.white_cd_m2 is None:
+            unit = "in one unit, as if captured alike" if scale.assumed else "as cd/m²"
+            taken = f" Here {'both are' if scale.assumed else 'its values are'} taken {unit}."
+        _say(f"{found} (--lamp-lux for the lamp, --lux for the place.){taken}")
+    return found
 
 
 def _stated(lux: float, relative: float) -> _Scale:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import QSize, Qt, QTimer
 
 from app.core.errors import CoreError
+from app.core.second_light.numbers import NumbersLamp
 from app.ui.presenters.light_words import rescued
 from app.ui.presenters.model import Step
 from app.ui.robot import Lost, Robot
@@ -16,6 +17,7 @@ from app.ui.screens.light import LightScreen
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from app.ui.presenters.light import LightPresenter
     from app.ui.start import App
 
 __all__ = ["Walk"]
@@ -158,8 +160,12 @@ class Walk:
         work = presenter.work
         robot.click("Take the phone")
         self._linger()
-        if presenter.resolve().asks:
-            self._shoot("light-question")
+        presenter.scale.ask()
+        self._linger()
+        self._shoot("light-question")
+        if presenter.resolve().bright.keep:
+            robot.click("Keep ")
+        else:
             robot.click("Cellar, 30 lx")
         robot.wait(lambda: work.answers is not None, "places for the phone", _CAPTURE_S)
         if work.answers is not None and not rescued(work.answers.placed):
@@ -177,9 +183,50 @@ class Walk:
         for key in (Qt.Key.Key_Up, Qt.Key.Key_Right):
             robot.press(key, Qt.KeyboardModifier.ShiftModifier)
         self._linger(1.0)
+        robot.press(Qt.Key.Key_PageDown)
+        self._linger(1.0)
         self._shoot("light-elsewhere")
         robot.press(Qt.Key.Key_Home)
         self._linger()
+        self._own_lamp(presenter)
+
+    def _own_lamp(self, presenter: LightPresenter) -> None:
+        """Make a lamp of the brightest light of the place, and look at where it is in there."""
+        robot = self._robot
+        robot.click("Capture a lamp")
+        self._linger()
+        self._shoot("light-capture")
+        robot.write("Window")
+        robot.click("Take the place")
+        robot.wait(lambda: presenter.shelf.own is not None, "the lamp", _CAPTURE_S)
+        self._linger()
+        presenter.keeping.ask("distance")
+        self._linger()
+        self._shoot("light-distance")
+        robot.press(Qt.Key.Key_Escape)
+        presenter.keeping.ask_mask()
+        self._linger()
+        robot.press(Qt.Key.Key_Right)
+        self._linger()
+        self._shoot("light-mask")
+        robot.press(Qt.Key.Key_Escape)
+        self._held(presenter)
+        self._app.window.dismiss_messages()
+        self._shoot("light-own")
+        presenter.take_lamp("panel")
+        self._held(presenter)
+
+    def _held(self, presenter: LightPresenter) -> None:
+        """Wait until the lamp in hand is where it belongs, with its pictures."""
+        wanted = presenter.shelf.own or presenter.shelf.key
+
+        def there() -> bool:
+            answers = presenter.work.answers
+            lamp = None if answers is None else answers.hand.lamp
+            kind = lamp.kind if isinstance(lamp, NumbersLamp) else lamp
+            return kind == wanted and not presenter.resolve().detail.stale
+
+        self._robot.wait(there, "the face with the lamp", _CAPTURE_S)
 
     def _others(self) -> None:
         app = self._app
@@ -197,6 +244,8 @@ class Walk:
             for step in (Step.PROBE, Step.STYLES, Step.TURN, Step.LIGHT):
                 app.model.update(step=step, painting=None)
                 self._linger(1.0)
+                if step is Step.LIGHT:
+                    self._held(self._robot.find("Light", LightScreen).presenter)
                 self._shoot(f"{step.value}-{name}")
             app.model.update(step=Step.STYLES, painting=app.model.chosen)
             self._linger(1.0)

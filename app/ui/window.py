@@ -290,11 +290,12 @@ class Window(QWidget):
 
         def ready(_: None) -> None:
             self._presenter_of("styles")
-            self._runner.submit("turn-ready", after)
+            self._runner.submit("steps-ready", after)
 
         def after(token: object, report: object) -> None:
             del token, report
-            importlib.import_module("app.ui.presenters.turn")
+            for name in ("presenters.turn", "presenters.light", "screens.light"):
+                importlib.import_module(f"app.ui.{name}")
 
         self._runner.submit("styles-ready", work, done=ready)
 

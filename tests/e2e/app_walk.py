@@ -18,6 +18,7 @@ from PySide6.QtWidgets import QAbstractButton, QWidget
 
 from app.cli import main
 from app.ui.robot import Lost, Robot
+from app.ui.screens.light import LightScreen
 from app.ui.watchdog import WatchedApplication
 
 FULL = QSize(1440, 900)
@@ -63,6 +64,7 @@ class Walk:
         self.turning(robot)
         self.around_the_circle(robot)
         self.painting(robot)
+        self.holding_a_lamp(robot)
         self.looks(robot)
         self.places(robot)
 
@@ -126,6 +128,58 @@ class Walk:
         robot.press(Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
         robot.press(Qt.Key.Key_Escape)
         robot.wait(lambda: self.sees("Turn to this"), "the gallery again")
+
+    def holding_a_lamp(self, robot: Robot) -> None:
+        self.facts["memory_mb"] = most_memory_mb()
+        self.mark("first: light")
+        robot.press(Qt.Key.Key_4, Qt.KeyboardModifier.ControlModifier)
+        self.mark("light")
+        self.linger(0.3)
+        robot.click("Take the phone")
+        robot.wait(lambda: self.sees("Turn first", enabled=True), "where it belongs", PATIENCE_S)
+        self.linger(0.5)
+        self.mark("holding a lamp")
+        plot = robot.find("Where the lamp works")
+        begun = time.thread_time()
+        wide, high = plot.width(), plot.height()
+        path = [QPoint(wide * step // 80, high // 3 + step % 7) for step in range(10, 70)]
+        robot.drag(plot, path)
+        self.facts["lamp_ms"] = 1e3 * (time.thread_time() - begun) / len(path)
+        self.linger(0.5)
+        self.mark("lamp settings")
+        for button in ("Turn the lamp down", "Turn the lamp up", "Within arm"):
+            robot.click(button)
+        self.linger(1.0)
+        self.mark("first: question")
+        robot.click("Correct how bright it is here")
+        self.mark("question")
+        robot.click("Cellar, 30 lx")
+        self.linger(1.0)
+        self.mark("first: capture of a lamp")
+        robot.click("Capture a lamp")
+        robot.press(Qt.Key.Key_Escape)
+        self.mark("capture of a lamp")
+        robot.click("Capture a lamp")
+        robot.write("Sun")
+        robot.click("Take the place")
+        self.mark("a lamp of one's own")
+        robot.wait(lambda: self.sees("More about this lamp"), "the lamp", PATIENCE_S)
+        self.linger(1.0)
+        self.mark("first: mask")
+        presenter = robot.find("Light", LightScreen).presenter
+        presenter.keeping.ask_mask()
+        robot.settle()
+        self.mark("painting a mask")
+        canvas = robot.find("Where the lamp is")
+        middle = canvas.rect().center()
+        begun = time.thread_time()
+        path = [middle + QPoint(-60 + 2 * step, step) for step in range(60)]
+        robot.drag(canvas, path)
+        self.facts["mask_ms"] = 1e3 * (time.thread_time() - begun) / len(path)
+        self.linger(0.3)
+        robot.press(Qt.Key.Key_Escape)
+        robot.press(Qt.Key.Key_2, Qt.KeyboardModifier.ControlModifier)
+        self.linger(0.3)
 
     def looks(self, robot: Robot) -> None:
         for theme in ("light", "high contrast", "dark"):
@@ -202,7 +256,7 @@ def run(report: Path, started_s: float) -> int:
     code = main(["--demo"])
     application.stop_watching()
     walk.facts["code"] = code
-    walk.facts["memory_mb"] = most_memory_mb()
+    walk.facts["memory_with_lamps_mb"] = most_memory_mb()
     walk.facts["slow"] = [
         {"kind": one.kind, "ms": round(1e3 * one.cpu_s, 1), "mark": one.mark, "stack": one.stack}
         for one in application.slow

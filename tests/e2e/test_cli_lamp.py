@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from app import cli
+from app.core.images import write_exr
 from tests.helpers.dark_room import bracket, phone, room
 
 
@@ -43,6 +44,25 @@ def test_from_a_dark_room_to_the_trash(
     assert call(capsys, "list") == {"lamps": [], "damaged": []}
 
 
+def test_what_was_said_of_a_lamp_is_corrected(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    light, _ = room(phone(0.3, 60.0), 0.05, shape=(128, 256))
+    path = tmp_path / "lamp.exr"
+    write_exr(path, light)
+    kept = call(capsys, "add", "P", str(path))
+    assert kept["lux"] is None
+    assert kept["distance_m"] is None
+    changed = call(capsys, "change", "p", "--title", "Phone", "--distance", "0.3", "--lux", "66")
+    assert (changed["name"], changed["title"], changed["distance_m"]) == ("p", "Phone", 0.3)
+    assert changed["lux"] == pytest.approx(66.0)
+    assert call(capsys, "list")["lamps"][0]["title"] == "Phone"
+    for words in ((), ("--distance", "far"), ("--distance", "900"), ("--lux", "-1")):
+        assert cli.main(["lamp", "change", "p", *words]) == 2
+        assert capsys.readouterr().err.count("\n") == 1
+    assert call(capsys, "list")["lamps"][0]["distance_m"] == 0.3
+
+
 def test_tables_and_the_guide(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["lamp", "guide"]) == 0
     assert "dark" in capsys.readouterr().out
@@ -64,7 +84,7 @@ def test_exposures_without_iso_ask_for_a_meter(
     files = [str(file) for file in bracket(silent, light, 600.0, edits=edits)]
     kept = call(capsys, "add", "P", *files, "--distance", "0.3")
     assert kept["lux"] is None
-    assert any("How bright P is is not known" in words for words in kept["warnings"])
+    assert any("The brightness of “P” is not known" in words for words in kept["warnings"])
     metered = call(capsys, "add", "P", *files, "--distance", "0.3", "--lux", "64")
     assert metered["lux"] == pytest.approx(64.0)
 

@@ -16,6 +16,7 @@ from app.core.head_shape import save_shape, shape_path
 from app.core.images import write_exr
 from app.core.pack import pack_path, save_pack
 from app.core.second_light.captured import make_lamp
+from app.core.second_light.lamp_file import read_lamp_file
 from app.core.second_light.library import add_lamp, lamps_folder
 from app.core.transport import save_transport
 from tests.helpers.second_light import head_shape
@@ -165,7 +166,52 @@ def test_a_captured_lamp_from_a_file(
     unknown = tmp_path / "unknown.exr"
     write_exr(unknown, room)
     assert main(["light", place, "--head", head, "--lamp", str(unknown), "--lux", "9"]) == 0
-    assert "does not state its brightness" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "do not state the exposure" in said
+    assert "--lamp-lux" in said
+    assert "taken as cd/m²" in said
+    unknown_words = (place, "--head", head, "--lamp", str(unknown), "--style", "badger")
+    values = _light(capsys, *unknown_words, "--lux", "100")
+    assert values["comparable"] is False
+    assert "Type its illuminance" in values["comparison"]
+
+
+def test_what_a_meter_reads_makes_a_lamp_comparable(
+    capsys: pytest.CaptureFixture[str], head: str, place: str, tmp_path: Path
+) -> None:
+    room = np.full((128, 256, 3), 0.02, np.float32)
+    room[56:72, 118:138] = 30.0
+    known, unknown = tmp_path / "known.exr", tmp_path / "unknown.exr"
+    write_exr(known, room, 10.0)
+    write_exr(unknown, room)
+    words = (place, "--head", head, "--style", "badger", "--lux", "100", "--lamp")
+    right = _light(capsys, *words, str(known))
+    assert right["comparable"] is True
+    assert right["comparison"] == ""
+    lux = read_lamp_file(known)[0].lux
+    told = _light(capsys, *words, str(unknown), "--lamp-lux", f"{lux}")
+    assert told["comparable"] is True
+    assert told["match"] == pytest.approx(right["match"], abs=1e-3)
+    assert main(["light", *words, "phone", "--lamp-lux", "9"]) == 2
+    assert "known by its numbers" in capsys.readouterr().err
+
+
+def test_captures_of_unknown_exposure_are_taken_alike_and_that_is_said(
+    capsys: pytest.CaptureFixture[str], head: str, place: str, tmp_path: Path
+) -> None:
+    room = np.full((128, 256, 3), 0.02, np.float32)
+    room[56:72, 118:138] = 30.0
+    unknown = tmp_path / "unknown.exr"
+    write_exr(unknown, room)
+    words = ["light", place, "--head", head, "--lamp", str(unknown), "--style", "badger"]
+    assert main([*words, "--json"]) == 0
+    captured = capsys.readouterr()
+    values = json.loads(captured.out)
+    assert values["cd_m2_per_unit"] == 1.0
+    assert values["assumed"] is True
+    assert values["comparable"] is False
+    assert "Nor does the place's." in captured.err
+    assert "as if captured alike" in captured.err
 
 
 def test_a_lamp_of_the_library(

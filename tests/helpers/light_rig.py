@@ -16,9 +16,10 @@ from app.core.second_light.search import Placed
 from app.core.solve import StyleResult
 from app.ui.presenters import light_jobs
 from app.ui.presenters.light import LightPresenter
+from app.ui.presenters.light_mask import MaskEdit
 from app.ui.presenters.light_pictures import View
-from app.ui.presenters.light_state import LightState
-from app.ui.presenters.light_work import Answers, InHand, Question
+from app.ui.presenters.light_state import CaptureAsk, LightState, WordsAsk
+from app.ui.presenters.light_work import Answers, Held, InHand, Question
 from tests.helpers.styles_screen import HoldingRunner, Table, head, scene_light
 
 __all__ = ["LightRig", "Watching", "placed"]
@@ -63,12 +64,31 @@ class Watching:
     def __init__(self) -> None:
         self.states: list[LightState] = []
         self.asked = self.focused = 0
+        self.captures: list[CaptureAsk] = []
+        self.words: list[WordsAsk] = []
+        self.said: list[str] = []
+        self.masks: list[MaskEdit] = []
 
     def show_state(self, state: LightState) -> None:
         self.states.append(state)
 
     def ask_pictures(self) -> None:
         self.asked += 1
+
+    def ask_capture(self, ask: CaptureAsk) -> None:
+        self.captures.append(ask)
+
+    def say_capture(self, sentence: str) -> None:
+        self.said.append(sentence)
+
+    def ask_words(self, ask: WordsAsk) -> None:
+        self.words.append(ask)
+
+    def say_words(self, sentence: str) -> None:
+        self.said.append(sentence)
+
+    def ask_mask(self, edit: MaskEdit) -> None:
+        self.masks.append(edit)
 
     def take_lamp_focus(self) -> None:
         self.focused += 1
@@ -95,9 +115,11 @@ class LightRig:
         self.saved, self.gained = dict(SAVED), dict(GAINED)
         self.hands: list[Any] = []
         self.questions: list[Question] = []
-        self.looks: list[tuple[str, tuple[float, float]]] = []
+        self.looks: list[tuple[str, Held]] = []
         self.nearer: Placed | None = None
         self.allowed = np.ones(576, bool)
+        self.power = 1.0
+        self.weak: set[str] = set()
         patch.setattr(light_jobs, "take_in_hand", self.take)
         patch.setattr(light_jobs, "ask", self._ask)
         patch.setattr(light_jobs, "look", self._look)
@@ -115,7 +137,7 @@ class LightRig:
         if lamp:
             self.presenter.take_lamp(lamp)
         if bright:
-            self.presenter.set_brightness(bright)
+            self.presenter.scale.choose(bright)
         return self
 
     @property
@@ -137,16 +159,19 @@ class LightRig:
             without, match = {**self.saved, **self.gained}.get(style.name, (90.0, 92.0))
             old = replace(before[style.name], match=without, attainable=without >= 45.0)
             spot = BEST.get(style.name, (0.0, 20.0))
-            answers.append(placed(old, match, spot, -56.0))
+            one = placed(old, match, spot, -56.0)
+            if style.name in self.weak:
+                why = "The lamp is too weak for the light here: strength 12 of 100"
+                one = replace(one, strength=12.0, attainable=False, reason=why)
+            answers.append(replace(one, power=self.power))
         return Answers(hand, question, tuple(answers), self.allowed)
 
-    def _look(
-        self, answers: Answers, name: str, spot: tuple[float, float], size: Any, known: Any
-    ) -> View:
+    def _look(self, answers: Answers, name: str, held: Held, size: Any, known: Any) -> View:
         del known
-        self.looks.append((name, spot))
+        self.looks.append((name, held))
         one = answers.of(name)
         assert one is not None
         grey = np.full((*size, 3), 90, np.uint8)
-        away = abs(spot[0] - one.lamp_azimuth_refined_deg)
-        return View(answers, name, spot, size, grey, grey, grey, max(one.match - away, 0.0), 50.0)
+        away = abs(held.azimuth_deg - one.lamp_azimuth_refined_deg)
+        away += 10.0 * abs(np.log2(held.power / one.power))
+        return View(answers, name, held, size, grey, grey, grey, max(one.match - away, 0.0), 50.0)

@@ -5,20 +5,25 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.core.second_light.captured import make_lamp
 from app.ui.presenters.light_state import DISTANCES_M
 from app.ui.screens.light import LightScreen
+from app.ui.screens.light.asking import CaptureSheet, WordsSheet
+from app.ui.screens.light.mask_sheet import MaskSheet
 from app.ui.screens.light.screen import column_widths
 from app.ui.theme import set_theme, theme
 from app.ui.widgets.buttons import Button
 from tests.helpers.light_rig import BEST, LightRig
 from tests.helpers.styles_screen import scene_light
 from tests.ui.test_window_reach import cut_off, overlapping
+from tests.unit.test_presenter_light import own_lamp
 
 KEY = Qt.Key
 
@@ -40,7 +45,7 @@ def screen_of(
     if lamp:
         rig.presenter.take_lamp(lamp)
     if bright:
-        rig.presenter.set_brightness(bright)
+        rig.presenter.scale.choose(bright)
     qtbot.wait(10)
     return view
 
@@ -54,12 +59,153 @@ def test_from_nothing_to_a_lamp_and_a_brightness_by_two_clicks(qtbot: QtBot, rig
     view = screen_of(qtbot, rig, lamp="", bright="")
     button(view, "Take the phone").click()
     assert view.stack.currentWidget() is view.question
-    assert len(view.question.answers) == 7
+    assert len(view.question.answers) == 8
     button(view, "Cellar, 30 lx").click()
     assert view.middle.isVisible()
     assert [row.state.key for row in view.lamp.rows][:2] == ["badger", "below"]
     assert view.lamp.lamp.key == "phone"
-    assert view.lamp.bright.key == "cellar"
+    assert rig.state.lamp.brightness == "30 lx at the face, as you said"
+
+
+def test_a_light_meter_answers_too_and_can_be_corrected(qtbot: QtBot, rig: LightRig) -> None:
+    view = screen_of(qtbot, rig, bright="")
+    field = view.question.lux
+    field.edit.setFocus()
+    QTest.keyClicks(field.edit, "dark")
+    QTest.keyClick(field.edit, KEY.Key_Return)
+    assert "no number of lux" in field.edit.accessibleDescription()
+    field.edit.selectAll()
+    QTest.keyClicks(field.edit, "42")
+    assert field.edit.accessibleDescription() == ""
+    view.question.take.click()
+    assert view.middle.isVisible()
+    assert view.middle.map.hasFocus()
+    button(view, "Correct…").click()
+    assert view.stack.currentWidget() is view.question
+    assert view.question.lux.text() == "42"
+    assert button(view, "Keep 42 lx").isVisible()
+    button(view, "Keep 42 lx").click()
+    assert view.middle.isVisible()
+
+
+def test_the_power_is_stepped_by_buttons_and_keys(qtbot: QtBot, rig: LightRig) -> None:
+    rig.power = 1 / 8
+    view = screen_of(qtbot, rig, lamp="panel")
+    detail = view.detail
+    detail.stronger.click()
+    assert rig.state.detail.power == "1/4, 2 stops down"
+    rig.presenter.focus_lamp()
+    for key, power in (
+        (KEY.Key_PageDown, "1/8"),
+        (KEY.Key_PageDown, "1/16"),
+        (KEY.Key_Home, "1/8"),
+    ):
+        QTest.keyClick(view.middle.map, key)
+        assert rig.state.detail.power.startswith(f"{power}, ")
+    rig.power = 1.0
+    rig.presenter.take_lamp("bulb")
+    assert not detail.power.isVisible()
+
+
+def own_on(qtbot: QtBot, rig: LightRig, tmp_path: Path) -> LightScreen:
+    view = screen_of(qtbot, rig)
+    rig.presenter.take_pictures([own_lamp(tmp_path / "mine.exr", known=True)])
+    qtbot.wait(10)
+    assert view.lamp.more.isVisible()
+    return view
+
+
+def test_a_lamp_of_ones_own_is_renamed_in_a_sheet(
+    qtbot: QtBot, rig: LightRig, tmp_path: Path
+) -> None:
+    view = own_on(qtbot, rig, tmp_path)
+    rig.presenter.keeping.ask("rename")
+    sheet = view.sheet
+    assert isinstance(sheet, WordsSheet)
+    assert sheet.field.edit.hasFocus()
+    QTest.keyClicks(sheet.field.edit, " ")
+    QTest.keyClick(sheet.field.edit, KEY.Key_Return)
+    assert sheet.isVisible()
+    assert sheet.field.edit.accessibleDescription().startswith("The lamp needs a name.")
+    QTest.keyClicks(sheet.field.edit, "Desk lamp")
+    QTest.keyClick(sheet.field.edit, KEY.Key_Return)
+    assert view.sheet is None
+    assert rig.state.lamp.items[0][1] == "Desk lamp"
+
+
+def test_capturing_shows_the_steps_and_a_wrong_distance_stays_open(
+    qtbot: QtBot, rig: LightRig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    view = screen_of(qtbot, rig)
+    asked: list[int] = []
+    monkeypatch.setattr(view, "ask_pictures", lambda: asked.append(1))
+    view.detail.own.click()
+    sheet = view.sheet
+    assert isinstance(sheet, CaptureSheet)
+    assert sheet.name.edit.hasFocus()
+    assert not sheet.place.isVisible()
+    QTest.keyClicks(sheet.name.edit, "Panel")
+    QTest.keyClicks(sheet.distance.edit, "near")
+    sheet.files.click()
+    assert sheet.distance.edit.accessibleDescription().startswith("This is no distance.")
+    assert not asked
+    sheet.distance.set_text("40 cm")
+    sheet.files.click()
+    assert asked == [1]
+
+
+def test_a_mask_is_painted_in_a_sheet(qtbot: QtBot, rig: LightRig, tmp_path: Path) -> None:
+    view = own_on(qtbot, rig, tmp_path)
+    rig.presenter.keeping.ask_mask()
+    sheet = view.sheet
+    assert isinstance(sheet, MaskSheet)
+    assert sheet.canvas.hasFocus()
+    assert not sheet.save.isEnabled()
+    for widget in sheet.findChildren(QWidget):
+        if widget.isVisible() and widget.focusPolicy() & Qt.FocusPolicy.TabFocus:
+            assert widget.accessibleName(), widget
+    found = [*cut_off(sheet), *overlapping(sheet)]
+    assert not found, found
+    sheet.tool.part("not").click()
+    QTest.keyClick(sheet.canvas, KEY.Key_Return)
+    assert sheet.save.isEnabled()
+    before = rig.presenter.shelf.own
+    sheet.save.click()
+    assert view.sheet is None
+    after = rig.presenter.shelf.own
+    assert before is not None
+    assert after is not None
+    assert after.alpha.sum() < before.alpha.sum()
+
+
+@pytest.mark.slow
+def test_painting_a_mask_takes_little_of_the_screens_thread(
+    qtbot: QtBot, rig: LightRig, tmp_path: Path
+) -> None:
+    view = own_on(qtbot, rig, tmp_path)
+    own = rig.presenter.shelf.own
+    assert own is not None
+    rig.presenter.shelf.own = make_lamp(
+        own.name,
+        np.repeat(np.repeat(own.radiance, 8, axis=0), 8, axis=1),
+        np.repeat(np.repeat(own.alpha, 8, axis=0), 8, axis=1),
+        white_cd_m2=1.0,
+    )
+    rig.presenter.keeping.ask_mask()
+    sheet = view.sheet
+    assert isinstance(sheet, MaskSheet)
+    plain, left = Qt.KeyboardModifier.NoModifier, Qt.MouseButton.LeftButton
+    point = sheet.canvas.rect().center()
+    QTest.mousePress(sheet.canvas, left, plain, point)
+    times = []
+    for step in range(12):
+        point.setX(point.x() + 6)
+        start = time.thread_time()
+        QTest.mouseMove(sheet.canvas, point)
+        sheet.canvas.repaint()
+        times.append(time.thread_time() - start)
+        del step
+    assert sorted(times)[len(times) // 2] < 0.05
 
 
 def test_the_dot_moves_in_all_three_drawings(qtbot: QtBot, rig: LightRig) -> None:

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QApplication
 
 from app.core.images import write_exr
@@ -19,6 +21,7 @@ from app.ui.presenters.model import Step
 from app.ui.robot import Robot
 from app.ui.screens.light import LightScreen
 from app.ui.start import App
+from tests.helpers.dark_room import Lamp, room
 from tests.helpers.whole_window import open_light, opened, quick_heads
 
 LEFT, RIGHT = "the sitter’s left (camera right)", "the sitter’s right (camera left)"
@@ -89,6 +92,93 @@ def test_the_lamp_of_a_side_is_drawn_and_said_on_that_side(
     # In the numbers.
     azimuth = dict(state.detail.numbers)["Lamp azimuth"]
     assert azimuth.startswith("−") is (sign < 0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_lamp_that_is_moved_lights_the_side_that_is_said_at_the_power_that_is_said(
+    running: tuple[App, Robot, LightPresenter, LightScreen], sign: int
+) -> None:
+    app, robot, presenter, view = running
+    app.model.update(step=Step.LIGHT)
+    presenter.choose("butterfly")
+    robot.settle()
+
+    def lit() -> tuple[float, float]:
+        """Tones of the picture's left and right half with the lamp held at the side."""
+        robot.wait(lambda: not presenter.resolve().detail.stale, "the picture")
+        picture = presenter.resolve().detail.with_lamp
+        assert picture is not None
+        rows, columns = picture.shape[:2]
+        tone = picture.astype(float).mean(axis=2)[rows // 4 : 3 * rows // 4]
+        return float(tone[:, : columns // 2].mean()), float(tone[:, columns // 2 :].mean())
+
+    # By mouse, on the drawing from above: the sitter's left is at its right.
+    above = view.middle.above
+    start = QPoint(*(round(value) for value in above.lamp_place() or (0, 0)))
+    stop = QPoint(*(round(value) for value in above.place_of(sign * 85.0, 0.0)))
+    robot.drag(above, [start, stop])
+    while presenter.resolve().detail.stronger:
+        presenter.step_power(1)
+    left, right = lit()
+    state = presenter.resolve()
+    side, other = (LEFT, RIGHT) if sign > 0 else (RIGHT, LEFT)
+    assert side in state.hold.hold
+    assert other not in state.hold.hold
+    assert state.hold.hold.endswith(", at full power")
+    assert side[:16] in view.middle.map.accessibleDescription()
+    assert sign * (right - left) > 5.0
+    full = sign * (right - left)
+    # Turned down by five stops it hardly counts any more; where it is held stays.
+    azimuth = state.heads.azimuth_deg
+    for _ in range(5):
+        robot.click("Turn the lamp down")
+    left, right = lit()
+    state = presenter.resolve()
+    assert state.hold.hold.endswith(", at 1/32 power")
+    assert state.detail.power == "1/32, 5 stops down"
+    assert state.heads.azimuth_deg == azimuth
+    assert sign * (right - left) < 0.5 * full
+    presenter.go_best()
+
+
+@pytest.mark.slow
+def test_a_lamp_of_ones_own_is_on_the_side_that_is_said(
+    running: tuple[App, Robot, LightPresenter, LightScreen], tmp_path: Path
+) -> None:
+    app, robot, presenter, _ = running
+    app.model.update(step=Step.LIGHT)
+    # In its panorama it is far off to the right and high up: that is turned away.
+    light, mask = room(Lamp("box", (0.3, 0.4), 70.0, 30.0, level=300.0), 0.02, shape=(128, 256))
+    path = tmp_path / "square.exr"
+    write_exr(path, light, 1.0)
+    assert mask.any()
+    presenter.take_pictures([path])
+    robot.wait(lambda: presenter.shelf.own is not None, "the lamp", 60)
+
+    def placed() -> bool:
+        answers = presenter.work.answers
+        return answers is not None and answers.hand.lamp is presenter.shelf.own
+
+    robot.wait(placed, "its places", 200)
+    try:
+        for style, sign in (("left-split", 1), ("right-split", -1)):
+            presenter.choose(style)
+            robot.wait(lambda: not presenter.resolve().detail.stale, "the picture")
+            state = presenter.resolve()
+            assert 50.0 < sign * state.heads.azimuth_deg < 120.0
+            assert state.hold.hold.startswith("Hold “square” ")
+            assert (LEFT if sign > 0 else RIGHT) in state.hold.hold
+            picture = state.detail.with_lamp
+            assert picture is not None
+            tone = picture.astype(float).mean(axis=2)[picture.shape[0] // 4 :]
+            half = tone.shape[1] // 2
+            assert sign * (tone[:, half:].mean() - tone[:, :half].mean()) > 5.0
+            assert state.detail.power == ""
+    finally:
+        presenter.take_lamp("phone")
+        robot.wait(lambda: not placed(), "the phone again", 200)
+        robot.wait(lambda: not presenter.work.busy, "its places", 200)
 
 
 @pytest.mark.slow

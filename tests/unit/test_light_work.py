@@ -14,7 +14,7 @@ from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
 from app.core.styles import StyleLamp
 from app.ui.presenters.light_sky import sky_of
 from app.ui.presenters.light_words import lux_words, move_words, place_words
-from app.ui.presenters.light_work import main_light
+from app.ui.presenters.light_work import Held, main_light
 
 LEFT, RIGHT = "sitter’s left (camera right)", "sitter’s right (camera left)"
 
@@ -90,11 +90,11 @@ def test_even_light_has_no_side() -> None:
 
 
 def test_moves_name_the_side_that_the_lamp_comes_to() -> None:
-    assert LEFT in move_words((-20.0, 0.0), (30.0, 0.0))
-    assert RIGHT in move_words((20.0, 0.0), (-30.0, 0.0))
+    assert LEFT in move_words(Held(-20.0, 0.0), Held(30.0, 0.0))
+    assert RIGHT in move_words(Held(20.0, 0.0), Held(-30.0, 0.0))
     # Around the back it comes to the other side as well.
-    assert RIGHT in move_words((170.0, 0.0), (-160.0, 0.0))
-    assert move_words((-60.0, 0.0), (-90.0, 0.0)) == "Move the lamp 30° toward the back."
+    assert RIGHT in move_words(Held(170.0, 0.0), Held(-160.0, 0.0))
+    assert move_words(Held(-60.0, 0.0), Held(-90.0, 0.0)) == "Move the lamp 30° toward the back."
 
 
 @pytest.mark.parametrize(

@@ -136,6 +136,7 @@ def full_place() -> Place:
         needle_deg=-7.1,
         goal_deg=96.4,
         capture=CaptureFacts("RICOH THETA X", "full", frames, 0.01, 850.0, ("Moved.",), ("More.",)),
+        said_white_cd_m2=412.5,
         spot="0af3",
     )
 

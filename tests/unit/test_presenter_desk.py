@@ -6,11 +6,14 @@ from itertools import count
 from pathlib import Path
 from unittest.mock import MagicMock
 
+import numpy as np
 import pytest
 
 from app.core.errors import CoreError
+from app.core.images import write_exr
 from app.core.paths import resources
 from app.core.places import PlaceSummary, create_place, list_places
+from app.core.second_light.scale import stated_white
 from app.ui.presenters import opening
 from app.ui.presenters.light import LightPresenter
 from app.ui.presenters.shelf import ShelfPresenter, ShelfState
@@ -42,10 +45,24 @@ def test_answers_of_a_place_that_was_closed_are_given_up(tmp_path: Path) -> None
     assert table.model.results == ()
 
 
+def test_a_panorama_that_states_its_brightness_is_a_place_of_known_brightness(
+    table: Table, tmp_path: Path
+) -> None:
+    path = tmp_path / "merged.exr"
+    write_exr(path, np.ones((64, 128, 3), np.float32), 40.0)
+    table.desk.open_paths([path])
+    place, folder = table.model.place, table.model.place_folder
+    assert place is not None
+    assert folder is not None
+    assert place.capture is not None
+    assert place.capture.white_cd_m2 == pytest.approx(40.0)
+    assert stated_white(folder / place.environment) == pytest.approx(40.0)
+
+
 def test_a_place_that_cannot_be_kept_leaves_no_empty_one(
     table: Table, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(*_given: object) -> None:
+    def full(*_given: object, **_how: object) -> None:
         raise CoreError("The disk is full.", "Make room.")
 
     monkeypatch.setattr(opening, "store_environment", full)

@@ -49,8 +49,9 @@ def test_it_asks_how_bright_it_is_and_nothing_is_tried_before(rig: LightRig) -> 
     rig.start(bright="")
     assert rig.state.asks
     assert rig.hands == []
-    rig.presenter.set_brightness("cellar")
-    assert rig.state.lamp.brightness == "cellar"
+    rig.presenter.scale.choose("cellar")
+    assert rig.state.lamp.brightness == "30 lx at the face, as you said"
+    assert rig.state.bright.key == "cellar"
     assert rig.view.last.hold.hold
     light = scene_light()
     lux = {key: value for key, _, value in BRIGHTNESS}["cellar"]
@@ -71,7 +72,7 @@ def test_a_measured_place_is_not_asked_about(rig: LightRig) -> None:
     rig.model.update(place=place)
     assert not rig.state.asks
     assert rig.questions[-1].gain == 120.0
-    assert "lx at the face" in rig.state.lamp.measured
+    assert rig.state.lamp.brightness.endswith(" lx at the face, as measured")
 
 
 def test_the_list_has_the_rescued_first_then_the_better(rig: LightRig) -> None:
@@ -101,7 +102,7 @@ def test_words_name_both_steps(rig: LightRig) -> None:
     hold = rig.state.hold
     assert hold.turn == "Turn 56° counter-clockwise"
     assert hold.hold.startswith("Hold the phone screen to the sitter’s left (camera right)")
-    assert hold.hold.endswith("raised 5°")
+    assert hold.hold.endswith("raised 5°, at full power")
     assert hold.hold_line.startswith("30 cm from the middle of the head, about ")
     rig.presenter.choose("right-split")
     assert "to the sitter’s right (camera left)" in rig.state.hold.hold
@@ -148,7 +149,7 @@ def test_pictures_of_the_last_place_are_made_and_never_two_at_a_time(rig: LightR
     assert rig.state.detail.stale
     rig.runner.release("light-view")
     # The one that was begun is shown, and then the newest; none between.
-    assert [spot[0] for _, spot in rig.looks] == [10.0, 30.0]
+    assert [held.azimuth_deg for _, held in rig.looks] == [10.0, 30.0]
     assert not rig.state.detail.stale
 
 
@@ -160,6 +161,26 @@ def test_another_distance_is_tried_anew(rig: LightRig) -> None:
     assert [lamp.distance_m for lamp in rig.hands] == [0.3, 0.5]
     assert rig.state.lamp.distance_words == "50 cm"
     assert rig.state.heads.azimuth_deg == BEST["badger"][0], "at its best place again"
+
+
+def test_while_another_lamp_is_tried_nobody_is_told_to_hold_the_old_one(rig: LightRig) -> None:
+    rig.start()
+    rig.runner.held.add("light-lamp")
+    rig.presenter.take_lamp("panel")
+    hold = rig.state.hold
+    assert hold.hold == "Trying the LED panel all around the head…"
+    assert hold.hold_line == "What is shown is still of the phone screen."
+    assert not hold.turn_works
+    rig.runner.release("light-lamp")
+    assert rig.state.hold.hold.startswith("Hold the LED panel ")
+
+
+def test_a_style_that_is_too_soft_says_so(rig: LightRig) -> None:
+    rig.saved = {"badger": (20.0, 46.0)}
+    rig.weak.add("badger")
+    rig.start()
+    (part,) = [one for one in rig.state.sections if one.title == "Still out of reach"]
+    assert part.rows[0].line == "Too soft: strength 12, needs 20"
 
 
 def test_late_answers_for_a_lamp_that_was_put_away_are_not_shown(rig: LightRig) -> None:
@@ -262,10 +283,16 @@ def test_a_lamp_of_unknown_exposure_cannot_be_compared(rig: LightRig, tmp_path: 
     rig.start()
     count = len(rig.hands)
     rig.presenter.take_pictures([own_lamp(tmp_path / "mine.exr", known=False)])
-    assert rig.state.empty.startswith("This lamp was captured with unknown exposure.")
+    assert rig.state.meter.startswith("The brightness of “mine” is not known")
+    assert "Type its illuminance" in rig.state.meter
     assert len(rig.hands) == count
-    rig.presenter.take_lamp("panel")
-    assert not rig.state.empty
+    rig.presenter.keeping.answer("lux", "a lot")
+    assert rig.state.meter_error.startswith("This is no number of lux.")
+    rig.presenter.keeping.answer("lux", "640")
+    assert not rig.state.meter
+    assert rig.presenter.shelf.own is not None
+    assert rig.presenter.shelf.own.lux == pytest.approx(640.0)
+    assert len(rig.hands) == count + 1
 
 
 def test_a_file_that_is_no_lamp_changes_nothing(rig: LightRig, tmp_path: Path) -> None:

@@ -197,7 +197,7 @@ def test_light_is_added_only_where_both_scales_are_known() -> None:
     assert str(compare(50.0, known)) == ""
     verdict = compare(50.0, unknown)
     assert not verdict.possible
-    assert "How bright My phone is" in verdict.sentence
+    assert "The brightness of “My phone” is not known" in verdict.sentence
     assert "light meter" in verdict.hint
     assert "capture it again" in verdict.hint.lower()
     verdict = compare(None, known)

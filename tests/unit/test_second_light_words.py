@@ -99,9 +99,9 @@ def test_powers() -> None:
         powers = powers_of(kind)
         assert 1.0 in powers
         assert list(powers) == sorted(powers, reverse=True)
-    assert power_words(1 / 64, "panel") == "at 1/64 of its power"
+    assert power_words(1 / 64, "panel") == "at 1/64 power"
     assert power_words(16.0, "flash") == "at full power"
-    assert power_words(0.5, "flash") == "at 1/32 of its power"
+    assert power_words(0.5, "flash") == "at 1/32 power"
 
 
 def test_illuminance_of_a_lamp_and_of_an_even_room() -> None:

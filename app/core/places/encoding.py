@@ -59,6 +59,7 @@ _MOST_RESULTS: Final = 2000
 _ANGLE: Final = number(-360.0, 360.0)
 _LIMIT: Final = number(0.0, 100.0)
 _SHARE: Final = number(0.0, 1.0)
+_WHITE: Final = number(1e-12, 1e12)
 _LONGEST_WORD: Final = 200
 _LONGEST_SENTENCE: Final = 4000
 _WORD: Final = text(_LONGEST_WORD)
@@ -163,6 +164,7 @@ def _known(place: Place) -> Facts:
         "chosen": place.chosen,
         "needle_deg": place.needle_deg,
         "goal_deg": place.goal_deg,
+        "said_white_cd_m2": _plain(place.said_white_cd_m2),
         "spot": place.spot,
         "location": _flat(place.location),
         "asked": None if place.asked is None else _flat(place.asked),
@@ -274,6 +276,9 @@ def _decoded(facts: Facts, lost: list[str], name: str, made_at: datetime) -> Pla
         needle_deg=take(facts, "needle_deg", optional(_ANGLE), None, lost, "the turn looked at"),
         goal_deg=take(facts, "goal_deg", optional(_ANGLE), None, lost, "the turn to go to"),
         capture=_capture(facts, lost),
+        said_white_cd_m2=take(
+            facts, "said_white_cd_m2", optional(_WHITE), None, lost, "how bright it is there"
+        ),
         spot=take(facts, "spot", _WORD, "", lost, "the spot"),
     )
 

@@ -198,6 +198,8 @@ class Place:
     goal_deg : float or None
         Turn that is gone to, deg.
     capture : CaptureFacts or None
+    said_white_cd_m2 : float or None
+        Luminance of radiance 1 as the user has stated it, cd/m2; it counts before the capture's.
     spot : str
         The same for captures of the same spot at different times; "" for a spot of its own.
     remarks : tuple of str
@@ -227,6 +229,7 @@ class Place:
     needle_deg: float | None = None
     goal_deg: float | None = None
     capture: CaptureFacts | None = field(default=None, repr=False)
+    said_white_cd_m2: float | None = None
     spot: str = ""
     remarks: tuple[str, ...] = ()
     source: Source | None = field(default=None, repr=False)

@@ -137,7 +137,7 @@ def from_numbers(
     pictures = near_luminances(near, lamp, token, span(report, 0.0, 0.7))
     alpha = coverage(lamp, SHAPE)
     hidden = find_hidden(alpha)
-    report(0.7, f"Sorting what the {lamp.title.lower()} hides")
+    report(0.7, "Sorting what the lamp hides")
     lit, beside = _in_basis(face, pictures[:, transport.face])
     contrast = find_contrast(face, hidden, lit, beside)
     report(1.0, "done")

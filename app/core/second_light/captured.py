@@ -273,7 +273,7 @@ def placed(
     alpha = np.empty((COUNT, *shape), np.float32)
     for row, altitude in enumerate(ALTITUDES_DEG):
         (token or Token()).check()
-        report(row / len(ALTITUDES_DEG), "turning the lamp")
+        report(row / len(ALTITUDES_DEG), "Turning the lamp")
         ahead, hidden = _turned(fine, rotation(0.0, float(altitude)) @ fine.centring, shape)
         for column in range(columns):
             # Toward the sitter's left is to the left in the panorama.

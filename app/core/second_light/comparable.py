@@ -83,21 +83,22 @@ def compare(
         both = "" if place_known else " Nor does the place's."
         return Comparison(
             False,
-            f"How bright {lamp.title} is is not known: its files do not state the exposure.{both}",
+            f"The brightness of “{lamp.title}” is not known: its files do not state the exposure."
+            f"{both}",
             _TYPE_LUX,
         )
     if not place_known:
         return Comparison(
             False,
-            "How bright the place is is not known: its files do not state the exposure, so that "
-            f"{lamp.title} cannot be added to it.",
+            "The brightness of the place is not known: its files do not state the exposure, so "
+            f"that “{lamp.title}” cannot be added to it.",
             "Say how much light falls on the face there, in lux, or capture the place again.",
         )
     cameras = {place_camera.strip().casefold(), lamp.camera.strip().casefold()}
     if "" not in cameras and len(cameras) == 2:
         return Comparison(
             True,
-            f"{lamp.title} was captured with another camera ({lamp.camera}) than the place "
+            f"“{lamp.title}” was captured with another camera ({lamp.camera}) than the place "
             f"({place_camera}): it may be half a stop brighter or darker than shown.",
         )
     return Comparison(True)
@@ -159,8 +160,8 @@ def at_distance(lamp: CapturedLamp, distance_m: float) -> CapturedLamp:
         return replace(lamp, distance_m=distance_m)
     if abs(distance_m - lamp.distance_m) > _SAME_DISTANCE * lamp.distance_m:
         raise CoreError(
-            f"{lamp.title} was captured at {lamp.distance_m:g} m and holds for that distance only, "
-            f"not for {distance_m:g} m.",
+            f"“{lamp.title}” was captured at {lamp.distance_m:g} m and holds for that distance "
+            f"only, not for {distance_m:g} m.",
             "Capture it again at that distance, or use a lamp known by its numbers.",
         )
     return lamp

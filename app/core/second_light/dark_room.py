@@ -103,7 +103,7 @@ def capture_lamp(
             "These pictures are not full panoramas (2:1).",
             "Capture the lamp with the 360 camera that measures places.",
         )
-    report(0.8, "finding the lamp")
+    report(0.8, "Finding the lamp")
     merged = probe.merged
     mask = find_mask(merged.radiance, merged.clipped)
     cameras = {frame.camera for frame in probe.bracket.frames if frame.camera}

@@ -6,9 +6,10 @@ holds a lamp turns it down until it fits, in steps that lamps have: whole stops.
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
-__all__ = ["FULL", "power_words", "powers_of"]
+__all__ = ["FULL", "power_share", "power_words", "powers_of", "stops_words"]
 
 FULL: Final = (1.0,)
 """Powers of a lamp that cannot be dimmed, or was captured as it is."""
@@ -24,6 +25,7 @@ _STOPS: Final = {
     "softbox": (0, -7),
 }
 _ALREADY: Final = {"flash": 1.0 / 16.0}
+_FULL_FROM: Final = 0.995
 
 
 def powers_of(kind: str) -> tuple[float, ...]:
@@ -51,7 +53,7 @@ def powers_of(kind: str) -> tuple[float, ...]:
 
 
 def power_words(power: float, kind: str = "") -> str:
-    """Say how far a lamp is turned down, as its own display does.
+    """Say at which power a lamp is held, as its own display does.
 
     Parameters
     ----------
@@ -62,10 +64,37 @@ def power_words(power: float, kind: str = "") -> str:
 
     Examples
     --------
-    >>> power_words(1.0), power_words(0.25), power_words(1.0, "flash")
-    ('at full power', 'at 1/4 of its power', 'at 1/16 of its power')
+    >>> power_words(1.0), power_words(0.5), power_words(0.25), power_words(1.0, "flash")
+    ('at full power', 'at half power', 'at 1/4 power', 'at 1/16 power')
     """
-    shown = power * _ALREADY.get(kind, 1.0)
-    if shown >= 0.995:
-        return "at full power"
-    return f"at 1/{round(1.0 / shown)} of its power"
+    share = power_share(power, kind)
+    return f"at {'half' if share == '1/2' else share} power"
+
+
+def power_share(power: float, kind: str = "") -> str:
+    """Write a power as a share of the lamp's greatest: "full" or "1/8".
+
+    Examples
+    --------
+    >>> power_share(1.0), power_share(0.125), power_share(16.0, "flash")
+    ('full', '1/8', 'full')
+    """
+    shown = _shown(power, kind)
+    return "full" if shown >= _FULL_FROM else f"1/{round(1.0 / shown)}"
+
+
+def stops_words(power: float, kind: str = "") -> str:
+    """Say by how much a lamp is turned down; empty at full power.
+
+    Examples
+    --------
+    >>> stops_words(0.125), stops_words(0.5), stops_words(1.0)
+    ('3 stops down', '1 stop down', '')
+    """
+    stops = round(-math.log2(_shown(power, kind)))
+    return f"{stops} stop{'' if stops == 1 else 's'} down" if stops > 0 else ""
+
+
+def _shown(power: float, kind: str) -> float:
+    """Share of the greatest power that the lamp itself has."""
+    return power * _ALREADY.get(kind, 1.0)

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Final
 from app.core.errors import CoreError
 from app.core.paths import user_data
 from app.core.places.names import words_of
+from app.core.second_light.comparable import with_lux
 from app.core.second_light.lamp_file import read_lamp_file
 from app.core.second_light.lamp_store import (
     MAX_TITLE,
@@ -48,11 +49,13 @@ __all__ = [
     "LampEntry",
     "TrashedLamp",
     "add_lamp",
+    "check_distance",
     "delete_lamp",
     "lamps_folder",
     "list_lamps",
     "read_lamp",
     "rename_lamp",
+    "restate_lamp",
     "restore_lamp",
     "update_lamp",
 ]
@@ -62,6 +65,7 @@ CANNOT_READ: Final = "This lamp cannot be read. Its files are untouched."
 _MOST_LAMPS: Final = 500
 _TRASH: Final = "trash"
 _LONGEST: Final = 28
+_HELD_M: Final = (0.05, 20.0)
 _RESERVED: Final = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(-.*)?")  # on Windows
 
 
@@ -271,6 +275,58 @@ def rename_lamp(folder: Path, name: str, title: str) -> CapturedLamp:
     renamed = replace(lamp, title=wanted)
     write_text(folder, renamed)
     return renamed
+
+
+def restate_lamp(
+    folder: Path, name: str, *, distance_m: float | None = None, lux: float | None = None
+) -> CapturedLamp:
+    """Correct what was said of a lamp; its capture stays.
+
+    Parameters
+    ----------
+    folder : Path
+        Where lamps are kept.
+    name : str
+        Its name, or its title.
+    distance_m : float, optional
+        At which it was captured, metres; what is left out stays.
+    lux : float, optional
+        What a light meter reads there, facing the lamp.
+
+    Returns
+    -------
+    CapturedLamp
+        As it is kept now.
+
+    Raises
+    ------
+    CoreError
+        If these are no such numbers, or it cannot be read or written.
+    """
+    lamp = read_lamp(folder, name)
+    if distance_m is not None:
+        lamp = replace(lamp, distance_m=check_distance(distance_m))
+    if lux is not None:
+        lamp = with_lux(lamp, lux)
+    write_text(folder, lamp)
+    return lamp
+
+
+def check_distance(distance_m: float) -> float:
+    """Give a distance of a captured lamp back, unless none can be captured or held there.
+
+    Raises
+    ------
+    CoreError
+        Otherwise.
+    """
+    low, high = _HELD_M
+    if not low <= distance_m <= high:
+        raise CoreError(
+            f"A lamp {distance_m:g} m away cannot be kept.",
+            f"Measure from the camera to the lamp: between {100 * low:g} cm and {high:g} m.",
+        )
+    return distance_m
 
 
 def delete_lamp(folder: Path, name: str) -> TrashedLamp:

@@ -151,13 +151,13 @@ def near_luminances(
             continue
         if token is not None:
             token.check()
-        report(number / COUNT, f"Trying the {lamp.title.lower()} all around")
+        report(number / COUNT, "Trying the lamp all around")
         found[number] = _picture(near, columns, lamp, *placement(number))[:, 0]
         done[number] = True
         if twins is not None:
             other = MIRRORED[number]
             found[other], done[other] = found[number][twins], True
-    report(1.0, f"Trying the {lamp.title.lower()} all around")
+    report(1.0, "Trying the lamp all around")
     return found
 
 

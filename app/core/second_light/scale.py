@@ -8,18 +8,20 @@ to say how much light falls on the face.
 from __future__ import annotations
 
 import math
+import re
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.environment import solid_angles
+from app.core.errors import CoreError
 from app.core.search_light import luminance_of
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["ASSUMED_LUX", "illuminance", "stated_white"]
+__all__ = ["ASSUMED_LUX", "check_lux", "illuminance", "read_lux", "stated_white"]
 
 Floats: TypeAlias = NDArray[np.floating[Any]]
 
@@ -28,6 +30,9 @@ ASSUMED_LUX: Final = 200.0
 
 _ATTRIBUTE: Final = "whiteLuminance"
 _MOST: Final = 1e12
+_MOST_LUX: Final = 1e6
+_USUAL: Final = "A candle-lit table has 10, a lit room 200, a cloudy day 10,000, the sun 60,000."
+_NUMBER: Final = re.compile(r"\d{1,3}(?:[ ,’']\d{3})+|\d+(?:[.,]\d+)?|[.,]\d+")
 
 
 def illuminance(light: Floats, azimuth_deg: float = 0.0) -> float:
@@ -51,6 +56,52 @@ def illuminance(light: Floats, azimuth_deg: float = 0.0) -> float:
     azimuth = 2 * np.pi * ((np.arange(width) + 0.5) / width - 0.5) - math.radians(azimuth_deg)
     facing = np.maximum(np.outer(np.cos(elevation), np.cos(azimuth)), 0.0)
     return float((luminance * facing).sum(axis=1) @ solid_angles((height, width)))
+
+
+def check_lux(lux: float) -> float:
+    """Give an illuminance at the face back, unless there is no such light to photograph in.
+
+    Raises
+    ------
+    CoreError
+        Otherwise.
+    """
+    if not 0.0 < lux <= _MOST_LUX:
+        raise CoreError(f"{lux:g} lux is no light to photograph in.", _USUAL)
+    return lux
+
+
+def read_lux(text: str) -> float:
+    """Read an illuminance as somebody types it.
+
+    Parameters
+    ----------
+    text : str
+        A number, with or without its unit; three digits after a comma are thousands.
+
+    Returns
+    -------
+    float
+        Lux.
+
+    Raises
+    ------
+    CoreError
+        If it is no number, or no light to photograph in.
+
+    Examples
+    --------
+    >>> read_lux("450 lx"), read_lux("8,000"), read_lux("2,5"), read_lux("60 000 lux")
+    (450.0, 8000.0, 2.5, 60000.0)
+    """
+    plain = text.strip().lower().replace("\N{NO-BREAK SPACE}", " ")
+    number = plain.removesuffix("lux").removesuffix("lx").strip()
+    if not _NUMBER.fullmatch(number):
+        raise CoreError("This is no number of lux.", "Type what the meter reads, as 450.")
+    parts = re.split(r"[ ,’']", number)
+    if len(parts) > 1 and all(len(part) == 3 for part in parts[1:]):
+        return check_lux(float("".join(parts)))
+    return check_lux(float(number.replace(",", ".")))
 
 
 def stated_white(path: Path | str) -> float | None:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from typing import Final
 
 from app.core.angles import wrap
+from app.core.errors import CoreError
 
-__all__ = ["metres", "placement_words"]
+__all__ = ["metres", "placement_words", "read_metres"]
 
 _LEVEL_DEG: Final = 3.0
+_DISTANCE: Final = re.compile(r"(\d{1,5}(?:[.,]\d{1,6})?) *(m|cm)?")
 # Up to which angle from the front each stands; "{side}" is the sitter's left or right.
 _SECTORS: Final = (
     (8.0, "in front"),
@@ -80,6 +83,26 @@ def metres(distance_m: float, *, rough: bool = False) -> str:
     if rough and centimetres >= 10:
         centimetres = 5 * round(20.0 * distance_m)
     return f"{centimetres} cm" if centimetres < 100 else f"{centimetres / 100.0:.1f} m"
+
+
+def read_metres(text: str) -> float:
+    """Read a distance as somebody types it: metres, or centimetres where it says so.
+
+    Raises
+    ------
+    CoreError
+        If it is none.
+
+    Examples
+    --------
+    >>> read_metres("0.4"), read_metres("40 cm"), read_metres("1,2 m")
+    (0.4, 0.4, 1.2)
+    """
+    found = _DISTANCE.fullmatch(text.strip().lower())
+    if found is None:
+        raise CoreError("This is no distance.", "Type metres, as 0.4, or centimetres, as 40 cm.")
+    value = float(found[1].replace(",", "."))
+    return value / 100.0 if found[2] == "cm" else value
 
 
 def _height(altitude_deg: float) -> str:

@@ -36,7 +36,9 @@ __all__ = ["Desk"]
 
 _SOLVED_ANEW: Final = frozenset({"light", "head", "front_deg", "user_styles", "settings"})
 _DEMO: Final = "Demo café at the court"
-_KEPT: Final = frozenset({"results", "front_deg", "chosen", "needle_deg", "goal_deg", "head"})
+_KEPT: Final = frozenset(
+    {"results", "front_deg", "chosen", "needle_deg", "goal_deg", "head", "place"}
+)
 _FALLBACK_HEAD: Final = "generic"
 
 
@@ -237,7 +239,6 @@ class Desk:
         def call(text: str) -> None:
             if model.place is not None:
                 model.update(place=replace(model.place, name=text))
-                self._keep()
 
         call(name)
         self._services.undo.push(
@@ -249,7 +250,6 @@ class Desk:
         place = self._services.model.place
         if place is not None and notes != place.notes:
             self._services.model.update(place=replace(place, notes=notes))
-            self._keep()
 
     # -- where the photographer stands ---------------------------------------------------------
 

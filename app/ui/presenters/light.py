@@ -5,30 +5,28 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
 from app.core.angles import wrap
+from app.core.second_light.comparable import Comparison, compare
 from app.core.second_light.numbers import KINDS, at_distance
 from app.core.second_light.placements import ALTITUDES_DEG
-from app.core.second_light.scale import illuminance
 from app.core.second_light.words import metres
 from app.ui.presenters.actions import Action
 from app.ui.presenters.light_jobs import LightWork
+from app.ui.presenters.light_keeping import LampKeeping
 from app.ui.presenters.light_lamps import Shelf, nearest_stop
-from app.ui.presenters.light_resolve import Resolver, Shown, front_of
+from app.ui.presenters.light_resolve import Resolver, Shown, front_of, note_of
+from app.ui.presenters.light_scale import PlaceScale
 from app.ui.presenters.light_state import (
-    BRIGHTNESS,
     DISTANCES_M,
+    HeadsState,
+    HoldState,
     LampState,
     LightSizes,
     LightState,
     LightView,
 )
-from app.ui.presenters.light_words import lux_words, rescued, weak_words
-from app.ui.presenters.light_work import (
-    Question,
-    best_spot,
-)
+from app.ui.presenters.light_words import lamp_name
+from app.ui.presenters.light_work import Held, Question, best_held, powers_for
 from app.ui.presenters.model import Step
 
 if TYPE_CHECKING:
@@ -38,7 +36,8 @@ if TYPE_CHECKING:
     from app.core.second_light.search import Placed
     from app.core.solve import Objective
     from app.ui.presenters.desk import Desk
-    from app.ui.presenters.light_work import Answers, Lamp, Spot
+    from app.ui.presenters.light_lamps import Source
+    from app.ui.presenters.light_work import Lamp
     from app.ui.presenters.services import Services
 
 __all__ = ["LightPresenter"]
@@ -47,9 +46,6 @@ _ASKED_ANEW: Final = frozenset({"head", "light", "front_deg", "settings", "place
 _HIGHEST_DEG: Final = float(ALTITUDES_DEG[-1])
 _NO_LAMP: Final = "No lamp chosen. A phone at full brightness is a good first try."
 _NO_LIGHT: Final = "No light measured yet. A lamp is placed in the light of a place."
-_UNKNOWN: Final = (
-    "This lamp was captured with unknown exposure. Type its power or capture it again."
-)
 
 
 class LightPresenter:
@@ -66,22 +62,26 @@ class LightPresenter:
     ----------
     shelf : Shelf
         Lamps to choose from.
+    keeping : LampKeeping
+        What is done with the user's own.
+    scale : PlaceScale
+        How bright the place is.
     work : LightWork
         What is worked out in the background.
     """
 
     def __init__(self, services: Services, desk: Desk) -> None:
         self._services = services
-        del desk
         self.shelf = Shelf(services, self._pursue, self.take_lamp)
+        self.keeping = LampKeeping(services, desk, self.shelf)
+        self.scale = PlaceScale(services, self._begin_anew)
         self._view: LightView | None = None
         self._in_front = True
         self._sizes = LightSizes()
         self._resolver = Resolver()
         self._stop = nearest_stop(0.3)
         self._arm, self._floor = False, True
-        self._bright: dict[object, str] = {}
-        self._spot: Spot | None = None
+        self._held: Held | None = None
         self.work = LightWork(services, self._worked, self._answered)
         services.model.changed.connect(self._model_changed)
 
@@ -91,6 +91,7 @@ class LightPresenter:
         """Show everything in `view` from now on."""
         self._view = view
         self.shelf.attach(view)
+        self.keeping.attach(view)
         self.shelf.refresh()
         self._pursue()
 
@@ -98,6 +99,7 @@ class LightPresenter:
         """Show nothing any more."""
         self._view = None
         self.shelf.attach(None)
+        self.keeping.attach(None)
 
     def entered(self) -> None:
         """Go on with what has changed meanwhile."""
@@ -118,7 +120,14 @@ class LightPresenter:
                    works, hint="best place", keys="Home"),
             Action("lamp-turn", "Turn first, then hold the lamp", self.turn, "turn",
                    "T; Return; Enter", works, hint="turn first", keys="T"),
+            Action("lamp-weaker", "Turn the lamp down", lambda: self.step_power(-1), "minus", "",
+                   lambda: self._may_step(-1), keys="PgDn"),
+            Action("lamp-stronger", "Turn the lamp up", lambda: self.step_power(1), "plus", "",
+                   lambda: self._may_step(1)),
             Action("lamp-own", "Capture a lamp of your own", self.shelf.begin, "plus"),
+            Action("lamp-bright", "How bright is it here?", self.scale.ask, "sun", "",
+                   lambda: self._services.model.light is not None),
+            *self.keeping.actions(),
         )  # fmt: skip
 
     # -- what the view calls -------------------------------------------------------------------
@@ -159,11 +168,6 @@ class LightPresenter:
         self._floor = on
         self._begin_anew()
 
-    def set_brightness(self, key: str) -> None:
-        """Say how bright the place is; see `BRIGHTNESS`."""
-        self._bright[self._place_key()] = key
-        self._begin_anew()
-
     def press(self, key: str) -> None:
         """Do what a button of the empty screen says."""
         if key == "phone":
@@ -178,7 +182,7 @@ class LightPresenter:
 
     def choose(self, name: str) -> None:
         """Bring a style to the front, with the lamp at its best place."""
-        self._spot = None
+        self._held = None
         self._services.model.choose(name)
         self._pursue()
 
@@ -191,15 +195,24 @@ class LightPresenter:
             Deg, positive toward the sitter's left and upward; the latter is kept within the band
             that is searched.
         """
-        if self.work.answers is not None:
+        held = self._now
+        if held is not None:
             height = min(max(altitude_deg, -_HIGHEST_DEG), _HIGHEST_DEG)
-            self._spot = (wrap(azimuth_deg), height)
-            self._pursue_view()
-            self._refresh()
+            self._hold(Held(wrap(azimuth_deg), height, held.power))
+
+    def step_power(self, steps: int) -> None:
+        """Turn the lamp up or down where it is held, by whole stops."""
+        held = self._now
+        if held is not None and self._may_step(steps):
+            powers = self._powers()
+            self._hold(held._replace(power=powers[powers.index(held.power) - steps]))
 
     def go_best(self) -> None:
-        """Put the lamp back to its best place."""
-        self._spot = None
+        """Put the lamp back to its best place and power."""
+        self._hold(None)
+
+    def _hold(self, held: Held | None) -> None:
+        self._held = held
         self._pursue_view()
         self._refresh()
 
@@ -216,6 +229,10 @@ class LightPresenter:
         if self._view is not None:
             self._view.take_lamp_focus()
 
+    def capture(self, source: Source, title: str, distance: str) -> None:
+        """Make a lamp of one's own; see `Shelf.capture`."""
+        self.shelf.capture(source, title, distance)
+
     def take_pictures(self, paths: Sequence[Path]) -> None:
         """Take in the pictures of a lamp of one's own."""
         self.shelf.take(paths)
@@ -224,7 +241,9 @@ class LightPresenter:
 
     def resolve(self) -> LightState:
         """Work out what the screen shows now."""
-        state = LightState(lamp=self._lamp_state(), capturing=self.shelf.capturing)
+        state = LightState(
+            lamp=self._lamp_state(), bright=self.scale.state(), capturing=self.shelf.capturing
+        )
         model = self._services.model
         if model.light is None:
             return replace(state, empty=_NO_LIGHT, actions=(("probe", "Go to Probe"),))
@@ -234,9 +253,10 @@ class LightPresenter:
                 empty=_NO_LAMP,
                 actions=(("phone", "Take the phone"), ("capture", "Capture a lamp")),
             )
-        if self.shelf.incomparable:
-            return replace(state, empty=_UNKNOWN, actions=(("capture", "Capture it again"),))
-        if self._gain() is None:
+        if self.shelf.own is not None and self.shelf.own.white_cd_m2 is None:
+            meter = str(compare(self.scale.white, self.shelf.own))
+            return replace(state, meter=meter, meter_error=self.keeping.trouble)
+        if self.scale.white is None or self.scale.asking:
             return replace(state, asks=True)
         if self.work.trouble:
             return replace(state, empty=self.work.trouble, actions=(("again", "Try again"),))
@@ -247,28 +267,31 @@ class LightPresenter:
         state = replace(state, busy=self.work.busy)
         if answers is None or one is None:
             return state
-        best = best_spot(one)
-        spot = best if self._spot is None else self._spot
-        shown = Shown(answers, one, spot, self._distance_m(), self.work.view)
+        held = best_held(one) if self._held is None else self._held
+        shown = Shown(answers, one, held, self._distance_m(), self.work.view)
         heads = self._resolver.heads(shown)
-        note, action = self._note(answers)
+        note, action = note_of(answers, self.work, self._distance_m())
         return replace(
             state,
             sections=self._resolver.sections(answers, one.name, self.work.rows, self.work.version),
-            note=note,
+            note=" ".join(part for part in (self._compared().sentence, note) if part),
             note_action=action,
-            hold=self._resolver.hold(shown, heads),
+            hold=self._hold_state(shown, heads),
             heads=heads,
             sky=self._resolver.sky(shown),
             detail=self._resolver.detail(shown),
         )
 
+    def _hold_state(self, shown: Shown, heads: HeadsState) -> HoldState:
+        """Write the two steps; while another lamp is being tried, none is told to be held."""
+        hold, lamp, known = self._resolver.hold(shown, heads), self._lamp(), shown.answers.hand.lamp
+        if not self.work.busy or lamp is None or lamp.title == known.title:
+            return hold
+        trying = f"Trying {lamp_name(lamp)} all around the head…"
+        still = f"What is shown is still of {lamp_name(known)}."
+        return replace(hold, hold=trying, hold_line=still, turn_works=False)
+
     def _lamp_state(self) -> LampState:
-        model = self._services.model
-        measured = ""
-        if model.light is not None and (white := self._white()) is not None:
-            lux = white * illuminance(model.light.searched, model.front_deg)
-            measured = f"{lux_words(lux)} at the face, as measured"
         return LampState(
             items=self.shelf.items,
             key=self.shelf.key,
@@ -277,29 +300,14 @@ class LightPresenter:
             distance_fixed=self.shelf.fixed,
             arm=self._arm,
             floor=self._floor,
-            brightness=self._bright.get(self._place_key(), ""),
-            measured=measured,
+            brightness="" if self._services.model.light is None else self.scale.words,
+            own=self.shelf.own is not None,
         )
-
-    def _note(self, answers: Answers) -> tuple[str, str]:
-        out = [one for one in answers.placed if not one.before.attainable]
-        if not out:
-            return "Every style is in reach here. A lamp can still make some better.", ""
-        if rescued(answers.placed) or self.work.busy:
-            return "", ""
-        if not answers.allowed.all():
-            return "Nothing is rescued from where you can hold it. Allow more places.", ""
-        if self.work.coming_closer:
-            return f"This lamp is too weak at {metres(self._distance_m())}.", ""
-        known = self.work.nearer
-        if known is None:
-            return weak_words(self._distance_m(), None, 0.0)
-        return weak_words(self._distance_m(), known.one, known.distance_m)
 
     # -- what is worked out --------------------------------------------------------------------
 
     def _begin_anew(self) -> None:
-        self._spot = None
+        self._held = None
         self._pursue()
 
     def _pursue(self) -> None:
@@ -316,12 +324,12 @@ class LightPresenter:
     def _pursue_view(self) -> None:
         one, answers = self.front, self.work.answers
         if one is not None and answers is not None and self._in_front:
-            spot = best_spot(one) if self._spot is None else self._spot
-            self.work.look_at(answers, one.name, spot, self._sizes.portrait)
+            held = best_held(one) if self._held is None else self._held
+            self.work.look_at(answers, one.name, held, self._sizes.portrait)
 
     def _answered(self) -> None:
         """There are new answers: the lamp goes to its best place."""
-        self._spot = None
+        self._held = None
         self._pursue()
 
     def _worked(self) -> None:
@@ -331,10 +339,17 @@ class LightPresenter:
     # -- what it is about ----------------------------------------------------------------------
 
     def _lamp(self) -> Lamp | None:
-        key = self.shelf.key
+        key, own = self.shelf.key, self.shelf.own
         if key in KINDS:
             return at_distance(KINDS[key], DISTANCES_M[self._stop])
-        return None if self.shelf.incomparable else self.shelf.own
+        return own if self._compared().possible else None
+
+    def _compared(self) -> Comparison:
+        """Whether the lamp in hand, where it was captured, can be compared with the place."""
+        own = self.shelf.own
+        if own is None:
+            return Comparison(possible=True)
+        return compare(self.scale.white, own, place_camera=self.scale.camera)
 
     def _distance_m(self) -> float:
         own = self.shelf.own
@@ -343,7 +358,7 @@ class LightPresenter:
         return DISTANCES_M[self._stop]
 
     def _question(self) -> Question | None:
-        model, gain = self._services.model, self._gain()
+        model, gain = self._services.model, self.scale.white
         if model.light is None or gain is None:
             return None
         settings = model.settings
@@ -360,32 +375,30 @@ class LightPresenter:
             min_strength=settings.strength_limit,
         )
 
-    def _white(self) -> float | None:
-        """Luminance of radiance 1 here, cd/m2, where that was measured."""
-        place = self._services.model.place
-        return place.capture.white_cd_m2 if place is not None and place.capture else None
-
-    def _gain(self) -> float | None:
-        """Luminance of radiance 1: measured, or from what the user says."""
-        model, white = self._services.model, self._white()
-        if model.light is None or white is not None:
-            return white
-        lux = {key: value for key, _, value in BRIGHTNESS}.get(
-            self._bright.get(self._place_key(), "")
-        )
-        own = illuminance(model.light.searched, model.front_deg)
-        return None if lux is None else lux / max(own, float(np.finfo(np.float32).tiny))
-
-    def _place_key(self) -> object:
-        model = self._services.model
-        return model.place_folder or model.light
-
     @property
     def front(self) -> Placed | None:
         """Answer for the style in front; None until there is one."""
         if self.work.answers is None:
             return None
         return front_of(self.work.answers, self._services.model.chosen)
+
+    @property
+    def _now(self) -> Held | None:
+        """Where the lamp is held; None while nobody knows where it belongs."""
+        one = self.front
+        return self._held or (None if one is None else best_held(one))
+
+    def _powers(self) -> tuple[float, ...]:
+        answers = self.work.answers
+        return () if answers is None else powers_for(answers)
+
+    def _may_step(self, steps: int) -> bool:
+        held, powers = self._now, self._powers()
+        return (
+            held is not None
+            and held.power in powers
+            and 0 <= powers.index(held.power) - steps < len(powers)
+        )
 
     def _works(self) -> bool:
         return self.front is not None
@@ -394,9 +407,10 @@ class LightPresenter:
         if "light" in names or "head" in names:
             # Of another place or sitter.
             self.work.clear()
-            self._spot = None
+            self.scale.place_changed()
+            self._held = None
         if "chosen" in names:
-            self._spot = None
+            self._held = None
         if names & _ASKED_ANEW or "chosen" in names:
             self._pursue()
 

@@ -10,7 +10,7 @@ from app.core.second_light.numbers import NEAREST_M, NumbersLamp
 from app.ui.presenters.light_lamps import nearest_stop
 from app.ui.presenters.light_pictures import look, targets
 from app.ui.presenters.light_state import DISTANCES_M
-from app.ui.presenters.light_words import rescued
+from app.ui.presenters.light_words import lamp_name, rescued
 from app.ui.presenters.light_work import ask, closer, take_in_hand
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from app.core.second_light.search import Placed
     from app.ui.presenters.light_pictures import View
     from app.ui.presenters.light_state import Bytes, Size
-    from app.ui.presenters.light_work import Answers, InHand, Lamp, Question, Spot
+    from app.ui.presenters.light_work import Answers, Held, InHand, Lamp, Question
     from app.ui.presenters.model import Head
     from app.ui.presenters.services import Services
 
@@ -94,7 +94,7 @@ class LightWork:
         self._rows_key: tuple[object, ...] = ()
         self._asked_lamp: tuple[object, ...] = ()
         self._asked_places: tuple[object, ...] = ()
-        self._wanted: tuple[Answers, str, Spot, Size] | None = None
+        self._wanted: tuple[Answers, str, Held, Size] | None = None
         self._looking = False
 
     @property
@@ -171,7 +171,7 @@ class LightWork:
         self._services.runner.submit(
             _LAMP,
             lambda token, report: take_in_hand(head, lamp, known, token, report),
-            title=f"Trying the {lamp.title} all around the head",
+            title=f"Trying {lamp_name(lamp)} all around the head",
             done=self._in_hand,
             failed=self._failed,
             cancelled=self._stopped,
@@ -237,7 +237,7 @@ class LightWork:
 
     # -- pictures ------------------------------------------------------------------------------
 
-    def look_at(self, answers: Answers, name: str, spot: Spot, size: Size) -> None:
+    def look_at(self, answers: Answers, name: str, held: Held, size: Size) -> None:
         """Make pictures; while some are being made, only the newest wish is remembered.
 
         A hand that moves all the time would otherwise cancel every picture before it is done.
@@ -248,20 +248,20 @@ class LightWork:
             They belong to.
         name : str
             Of the style.
-        spot : Spot
-            Where the lamp is held.
+        held : Held
+            Where the lamp is held, and at which power.
         size : Size
             Of the pictures.
         """
-        self._wanted = (answers, name, spot, size)
+        self._wanted = (answers, name, held, size)
         view = self.view
-        known = view and (view.answers, view.name, view.spot, view.size)
+        known = view and (view.answers, view.name, view.held, view.size)
         if self._looking or known == self._wanted:
             return
         self._looking = True
         self._services.runner.submit(
             _VIEW,
-            lambda token, report: look(answers, name, spot, size, view),
+            lambda token, report: look(answers, name, held, size, view),
             done=self._looked,
             failed=self._not_looked,
             cancelled=self._looked_away,

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
-from app.core.second_light.dark_room import capture_lamp
-from app.core.second_light.library import add_lamp, list_lamps, read_lamp
+from app.core.errors import CoreError
+from app.core.second_light.dark_room import GUIDE, capture_lamp
+from app.core.second_light.lamp_store import MAX_TITLE
+from app.core.second_light.library import add_lamp, check_distance, list_lamps, read_lamp
 from app.core.second_light.numbers import KINDS
-from app.core.second_light.words import metres
-from app.ui.presenters.light_state import DISTANCES_M, CapturingState
+from app.core.second_light.words import metres, read_metres
+from app.ui.presenters.light_state import DISTANCES_M, CaptureAsk, CapturingState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -21,13 +24,20 @@ if TYPE_CHECKING:
     from app.ui.presenters.light_state import LightView
     from app.ui.presenters.services import Services
 
-__all__ = ["Shelf", "nearest_stop"]
+__all__ = ["Shelf", "Source", "nearest_stop"]
+
+Source: TypeAlias = Literal["files", "place"]
+"""What a lamp is made of: pictures, or the place that is open."""
 
 _OWN: Final = "own:"
 _FOLDER: Final = "lamps"
 _READ: Final = "light-own"
 _LIST: Final = "light-library"
 _TAKE: Final = "light-capture"
+_PLACE: Final = (
+    "With a camera that Turnlight knows, capture the dark room in the Probe step, come back here "
+    "and take the place that is open."
+)
 _FIXED: Final = "A captured lamp holds for the distance that it was captured at."
 
 
@@ -40,6 +50,14 @@ def nearest_stop(distance_m: float) -> int:
     0.3
     """
     return min(range(len(DISTANCES_M)), key=lambda stop: abs(DISTANCES_M[stop] - distance_m))
+
+
+@dataclass(frozen=True, slots=True)
+class _Wanted:
+    """What is said of a lamp before its pictures are chosen."""
+
+    title: str = ""
+    distance_m: float | None = None
 
 
 class Shelf:
@@ -62,6 +80,8 @@ class Shelf:
         It, where it was captured.
     capturing : CapturingState
         A lamp that is being read.
+    folder : Path
+        Where lamps are kept.
     """
 
     def __init__(
@@ -74,8 +94,9 @@ class Shelf:
         self.key = ""
         self.own: CapturedLamp | None = None
         self._entries: tuple[LampEntry, ...] = ()
-        self._folder = services.folders.home / _FOLDER
+        self.folder = services.folders.home / _FOLDER
         self.capturing = CapturingState()
+        self._wanted = _Wanted()
 
     def attach(self, view: LightView | None) -> None:
         """Ask `view` for files from now on."""
@@ -102,16 +123,35 @@ class Shelf:
         """Why the distance cannot be changed; empty where it can."""
         return "" if self.own is None or self.own.distance_m is None else _FIXED
 
-    @property
-    def incomparable(self) -> bool:
-        """Whether nobody knows how bright the lamp in hand is beside the place."""
-        return self.own is not None and self.own.white_cd_m2 is None
-
     def choose(self, key: str) -> None:
         """Take a lamp in hand; a captured one is read first."""
         self.key, self.own = key, None
-        if not key.startswith(_OWN):
-            return
+        if key.startswith(_OWN):
+            self._read(key)
+
+    def take_own(self, name: str) -> None:
+        """Take a captured lamp in hand that has just come into the library."""
+        self.refresh()
+        self._taken(f"{_OWN}{name}")
+
+    def read_again(self, name: str) -> None:
+        """Show a lamp whose files have changed."""
+        self.refresh()
+        if self.key == f"{_OWN}{name}":
+            self._read(self.key)
+
+    def gone(self, name: str) -> None:
+        """Forget a lamp that was put away."""
+        if self.key == f"{_OWN}{name}":
+            self.key, self.own = "", None
+        self._entries = tuple(one for one in self._entries if one.name != name)
+        self._changed()
+
+    def tell(self) -> None:
+        """Show what was said."""
+        self._changed()
+
+    def _read(self, key: str) -> None:
         name = key.removeprefix(_OWN)
 
         def done(lamp: CapturedLamp) -> None:
@@ -121,7 +161,7 @@ class Shelf:
 
         self._services.runner.submit(
             _READ,
-            lambda token, report: read_lamp(self._folder, name),
+            lambda token, report: read_lamp(self.folder, name),
             done=done,
             failed=self._failed,
         )
@@ -129,17 +169,53 @@ class Shelf:
     def refresh(self) -> None:
         """List the library again."""
         self._services.runner.submit(
-            _LIST, lambda token, report: list_lamps(self._folder)[0], done=self._listed
+            _LIST, lambda token, report: list_lamps(self.folder)[0], done=self._listed
         )
 
     def _listed(self, entries: tuple[LampEntry, ...]) -> None:
         self._entries = entries
         self._changed()
 
+    # -- a lamp of one's own -------------------------------------------------------------------
+
     def begin(self) -> None:
-        """Ask for the pictures of a lamp of one's own."""
-        if self._view is not None and not self.capturing.busy:
+        """Say how a lamp is captured, and ask for what there is of it."""
+        if self._view is None or self.capturing.busy:
+            return
+        place = self._services.model.place
+        words = f"Take the place “{place.name}”" if self._place_file() and place else ""
+        self._view.ask_capture(CaptureAsk(GUIDE, _PLACE, words))
+
+    def capture(self, source: Source, title: str, distance: str) -> None:
+        """Make a lamp of pictures that are asked for next, or of the open place.
+
+        Parameters
+        ----------
+        source : {"files", "place"}
+            Of what.
+        title, distance : str
+            As they were typed; both may be empty.
+        """
+        if self._view is None:
+            return
+        try:
+            far = check_distance(read_metres(distance)) if distance.strip() else None
+        except CoreError as error:
+            self._view.say_capture(str(error))
+            return
+        self._wanted = _Wanted(title.strip(), far)
+        path = self._place_file()
+        if source == "files":
             self._view.ask_pictures()
+        elif path is not None:
+            self.take((path,))
+
+    def _place_file(self) -> Path | None:
+        """Panorama of the open place."""
+        model = self._services.model
+        if model.place is None or model.place_folder is None or not model.place.environment:
+            return None
+        return model.place_folder / model.place.environment
 
     def take(self, paths: Sequence[Path]) -> None:
         """Make a lamp of pictures from a dark room, keep it, and take it in hand.
@@ -149,17 +225,33 @@ class Shelf:
         paths : sequence of Path
             Exposures, or one linear panorama.
         """
-        head = self._services.model.head
+        head, place = self._services.model.head, self._services.model.place
         if head is None or not paths:
             return
-        folder, given = self._folder, tuple(paths)
-        title = given[0].stem if len(given) == 1 else given[0].parent.name
+        if self._view is not None:
+            self._view.say_capture("")
+        folder, given, wanted = self.folder, tuple(paths), self._wanted
+        self._wanted = _Wanted()
+        facts = place.capture if place is not None and given == (self._place_file(),) else None
+        named = given[0].stem if len(given) == 1 else given[0].parent.name
+        title = wanted.title or (place.name if place and facts else named)[:MAX_TITLE]
 
         def work(
             token: Token, report: Report
         ) -> tuple[str, tuple[LampEntry, ...], tuple[str, ...]]:
-            found = capture_lamp(given, head.pack, title=title, token=token, report=report)
-            kept = add_lamp(folder, found.lamp)
+            found = capture_lamp(
+                given,
+                head.pack,
+                title=title,
+                distance_m=wanted.distance_m,
+                token=token,
+                report=report,
+            )
+            lamp = found.lamp
+            if facts is not None:
+                white = lamp.white_cd_m2 or facts.white_cd_m2
+                lamp = replace(lamp, camera=facts.camera, white_cd_m2=white)
+            kept = add_lamp(folder, lamp)
             return kept.name, list_lamps(folder)[0], found.warnings
 
         def done(found: tuple[str, tuple[LampEntry, ...], tuple[str, ...]]) -> None:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from app.core.second_light.search import Placed
     from app.ui.presenters.light_state import Size
-    from app.ui.presenters.light_work import Answers, InHand, Spot
+    from app.ui.presenters.light_work import Answers, Held, InHand
     from app.ui.presenters.model import Head
 
 __all__ = ["View", "look", "targets"]
@@ -44,7 +44,7 @@ class View:
     answers : Answers
     name : str
         Of the style.
-    spot : Spot
+    held : Held
     size : Size
         Of the pictures.
     with_lamp : (h, w, 3) uint8
@@ -59,7 +59,7 @@ class View:
 
     answers: Answers
     name: str
-    spot: Spot
+    held: Held
     size: Size
     with_lamp: Bytes = field(repr=False)
     without: Bytes = field(repr=False)
@@ -77,7 +77,7 @@ def targets(head: Head, size: Size, names: Sequence[str] | None = None) -> dict[
     return dict(zip(wanted, shown, strict=True))
 
 
-def look(answers: Answers, name: str, spot: Spot, size: Size, known: View | None) -> View:
+def look(answers: Answers, name: str, held: Held, size: Size, known: View | None) -> View:
     """Make the pictures of a style with the lamp at a spot, and without it.
 
     Parameters
@@ -86,8 +86,8 @@ def look(answers: Answers, name: str, spot: Spot, size: Size, known: View | None
         Where the lamp belongs.
     name : str
         Of a style in them.
-    spot : Spot
-        Where the lamp is held.
+    held : Held
+        Where the lamp is held, and at which power.
     size : Size
         Of the pictures.
     known : View or None
@@ -108,7 +108,7 @@ def look(answers: Answers, name: str, spot: Spot, size: Size, known: View | None
     hand, question = answers.hand, answers.question
     transport = hand.head.transport
     facing = wrap(one.turn_refined_deg + question.front_deg)
-    lamp_picture, hidden = _of_lamp(hand, spot)
+    lamp_picture, hidden = _of_lamp(hand, held)
     place = turned(question.light, facing, transport.environment_shape)
     place = place * ((1.0 - hidden) * question.gain)[..., None]
     picture = render(transport, place) + lamp_picture
@@ -118,19 +118,20 @@ def look(answers: Answers, name: str, spot: Spot, size: Size, known: View | None
         without, target = known.without, known.target
     else:
         without, target = _without(answers, one, size), targets(hand.head, size, (name,))[name]
-    return View(answers, name, spot, size, shown, without, target, match, strength)
+    return View(answers, name, held, size, shown, without, target, match, strength)
 
 
-def _of_lamp(hand: InHand, spot: Spot) -> tuple[Float32, Float32]:
+def _of_lamp(hand: InHand, held: Held) -> tuple[Float32, Float32]:
     """Picture (P, 3) under the lamp alone, cd/m2, and the share (H, W) of texels it hides."""
-    lamp = hand.lamp
+    lamp, spot = hand.lamp, (held.azimuth_deg, held.altitude_deg)
     if isinstance(lamp, CapturedLamp):
         light, hidden = placed_at(lamp, *spot)
-        return render(hand.head.transport, light), hidden
-    return near_picture(hand.near, lamp, *spot), _hidden(hand.added.alpha, spot)
+        return render(hand.head.transport, light) * np.float32(held.power), hidden
+    picture = near_picture(hand.near, lamp, *spot) * np.float32(held.power)
+    return picture, _hidden(hand.added.alpha, spot)
 
 
-def _hidden(alpha: Float32, spot: Spot) -> Float32:
+def _hidden(alpha: Float32, spot: tuple[float, float]) -> Float32:
     """Share of each texel that is hidden, between the four placements around a spot."""
     columns = len(alpha) // _HIDES_ROWS
     across = spot[0] / _STEP_DEG

@@ -7,35 +7,38 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from app.core.angles import wrap
 from app.core.reasons import Limits
-from app.core.second_light.captured import CapturedLamp
+from app.core.second_light.dimming import power_share, power_words, stops_words
+from app.core.second_light.numbers import NumbersLamp
 from app.core.second_light.placements import direction
-from app.core.second_light.words import placement_words
+from app.core.second_light.words import metres, placement_words
 from app.core.turning.words import side_words, signed, turn_words, whole
 from app.ui.presenters.light_sky import sky_of
 from app.ui.presenters.light_state import DetailState, HeadsState, HoldState, Section, SkyState
 from app.ui.presenters.light_words import (
     better,
-    lamp_words,
+    lamp_name,
     move_words,
     place_words,
     rescued,
     sections_of,
     turn_title,
     verdict_at,
+    weak_words,
     without_tag,
 )
-from app.ui.presenters.light_work import best_spot, main_light
+from app.ui.presenters.light_work import best_held, main_light, powers_for
 from app.ui.presenters.styles_gallery import whole_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Mapping
 
     from app.core.second_light.search import Placed
+    from app.ui.presenters.light_jobs import LightWork
     from app.ui.presenters.light_pictures import View
     from app.ui.presenters.light_state import Bytes
-    from app.ui.presenters.light_work import Answers, Spot
+    from app.ui.presenters.light_work import Answers, Held
 
-__all__ = ["Resolver", "Shown", "front_of"]
+__all__ = ["Resolver", "Shown", "front_of", "note_of"]
 
 T = TypeVar("T")
 
@@ -52,8 +55,8 @@ class Shown:
         For the lamp in hand.
     one : Placed
         Of the style in front.
-    spot : Spot
-        Where the lamp is held.
+    held : Held
+        Where the lamp is held, and at which power.
     distance_m : float
         Where it is held, as the slider has it by now.
     view : View or None
@@ -62,16 +65,17 @@ class Shown:
 
     answers: Answers
     one: Placed
-    spot: Spot
+    held: Held
     distance_m: float
     view: View | None = None
 
     @property
     def at_best(self) -> bool:
-        """Whether the lamp is at its best place, as far as whole degrees show."""
-        best = best_spot(self.one)
-        across = abs(wrap(self.spot[0] - best[0]))
-        return across < _SAME_DEG and abs(self.spot[1] - best[1]) < _SAME_DEG
+        """Whether the lamp is at its best place and power, as far as whole degrees show."""
+        best, held = best_held(self.one), self.held
+        across = abs(wrap(held.azimuth_deg - best.azimuth_deg))
+        near = across < _SAME_DEG and abs(held.altitude_deg - best.altitude_deg) < _SAME_DEG
+        return near and held.power == best.power
 
 
 def front_of(answers: Answers, chosen: str | None) -> Placed | None:
@@ -107,7 +111,13 @@ class Resolver:
             (front, version),
             answers,
             lambda: sections_of(
-                answers.placed, styles, pictures, limits_of(answers), front, version
+                answers.placed,
+                styles,
+                pictures,
+                limits_of(answers),
+                front,
+                version,
+                _power_of_rows(answers),
             ),
         )
 
@@ -130,9 +140,9 @@ class Resolver:
         return HeadsState(
             shape=shown.answers.hand.shape,
             distance_m=shown.distance_m,
-            azimuth_deg=shown.spot[0],
-            altitude_deg=shown.spot[1],
-            best=best_spot(one),
+            azimuth_deg=shown.held.azimuth_deg,
+            altitude_deg=shown.held.altitude_deg,
+            best=best_held(one)[:2],
             place_light_deg=coming,
             spoken=hold_words(shown),
         )
@@ -140,23 +150,23 @@ class Resolver:
     def hold(self, shown: Shown, heads: HeadsState) -> HoldState:
         """Write the two steps."""
         turn = shown.one.turn_refined_deg
-        lamp = shown.answers.hand.lamp
-        own = isinstance(lamp, CapturedLamp)
-        name = f"“{lamp.title}”" if own else f"the {lamp_words(lamp.title)}"
+        name = lamp_name(shown.answers.hand.lamp)
         *where, far, skin = heads.spoken.split(", ")
         return HoldState(
             turn=turn_title(turn),
             turn_line=place_words(heads.place_light_deg),
             turn_works=True,
-            hold=f"Hold {name} {', '.join(where)}",
+            hold=f"Hold {name} {', '.join(where)}{_power_words(shown)}",
             hold_line=f"{far[:1].upper()}{far[1:]}, {skin}.",
+            map_title=f"Where this lamp works at this turn{_map_power(shown)}",
         )
 
     def detail(self, shown: Shown) -> DetailState:
         """Show the style in front with the lamp where it is held."""
         one, view = shown.one, shown.view
         style = shown.answers.hand.head.pack.styles[shown.answers.hand.head.pack.index(one.name)]
-        best = best_spot(one)
+        best = best_held(one)
+        powers = powers_for(shown.answers)
         state = DetailState(
             key=one.name,
             title=style.title,
@@ -164,9 +174,12 @@ class Resolver:
             without_tag=without_tag(one.before.turn_refined_deg),
             before=str(whole_of(one.before.match)),
             best_title=f"Best place: {whole_of(one.match)}",
-            best_line="" if shown.at_best else move_words(shown.spot, best),
+            best_line="" if shown.at_best else move_words(shown.held, best, _kind(shown)),
             at_best=shown.at_best,
             numbers=self._numbers(shown),
+            power=_power_line(shown),
+            weaker=shown.held.power > powers[-1],
+            stronger=shown.held.power < powers[0],
         )
         if view is None or view.answers is not shown.answers or view.name != one.name:
             return replace(state, stale=True)
@@ -180,15 +193,15 @@ class Resolver:
             after=str(whole_of(match)),
             verdict=verdict,
             verdict_words=words,
-            stale=view.spot != shown.spot,
+            stale=view.held != shown.held,
         )
 
     def _numbers(self, shown: Shown) -> tuple[tuple[str, str], ...]:
         one, view = shown.one, shown.view
         rows = [
             ("Turn", turn_words(one.turn_refined_deg)),
-            ("Lamp azimuth", signed(shown.spot[0])),
-            ("Lamp altitude", signed(shown.spot[1])),
+            ("Lamp azimuth", signed(shown.held.azimuth_deg)),
+            ("Lamp altitude", signed(shown.held.altitude_deg)),
         ]
         if view is not None and view.answers is shown.answers and view.name == one.name:
             rows.append(("Strength", str(whole_of(_reading(shown, view)[1]))))
@@ -205,11 +218,42 @@ class Resolver:
 
 def hold_words(shown: Shown) -> str:
     """Write where the lamp is held."""
-    place = direction(*shown.spot) * shown.distance_m
+    place = direction(*shown.held[:2]) * shown.distance_m
     skin = shown.answers.hand.shape.distance_to_skin(place)
-    azimuth, altitude = (float(whole(angle)) for angle in shown.spot)
+    azimuth, altitude = (float(whole(angle)) for angle in shown.held[:2])
     words = placement_words(azimuth, altitude, shown.distance_m, skin)
     return words.replace("'", "’")
+
+
+def note_of(answers: Answers, work: LightWork, distance_m: float) -> tuple[str, str]:
+    """Say what the list alone does not.
+
+    Parameters
+    ----------
+    answers : Answers
+        Of the lamp in hand.
+    work : LightWork
+        Knows what the lamp does from nearer by.
+    distance_m : float
+        Where it is held.
+
+    Returns
+    -------
+    str, str
+        Sentences, and the words of a button; both may be empty.
+    """
+    if all(one.before.attainable for one in answers.placed):
+        return "Every style is in reach here. A lamp can still make some better.", ""
+    if rescued(answers.placed) or work.busy:
+        return "", ""
+    if not answers.allowed.all():
+        return "Nothing is rescued from where you can hold it. Allow more places.", ""
+    if work.coming_closer:
+        return f"This lamp is too weak at {metres(distance_m)}.", ""
+    known = work.nearer
+    if known is None:
+        return weak_words(distance_m, None, 0.0)
+    return weak_words(distance_m, known.one, known.distance_m)
 
 
 def limits_of(answers: Answers) -> Limits:
@@ -221,3 +265,38 @@ def _reading(shown: Shown, view: View) -> tuple[float, float]:
     """Match and strength where the lamp is; at the best place those of the list."""
     one = shown.one
     return (one.match, one.strength) if shown.at_best else (view.match, view.strength)
+
+
+def _kind(shown: Shown) -> str:
+    lamp = shown.answers.hand.lamp
+    return lamp.kind if isinstance(lamp, NumbersLamp) else ""
+
+
+def _power_words(shown: Shown) -> str:
+    """How far the lamp is turned down, for the end of a sentence; empty where it cannot be."""
+    if len(powers_for(shown.answers)) < 2:
+        return ""
+    return f", {power_words(shown.held.power, _kind(shown))}"
+
+
+def _map_power(shown: Shown) -> str:
+    """Power that the map is of; said where the lamp is held at another."""
+    if shown.held.power == shown.one.power:
+        return ""
+    return f" {power_words(shown.one.power, _kind(shown))}"
+
+
+def _power_line(shown: Shown) -> str:
+    if len(powers_for(shown.answers)) < 2:
+        return ""
+    share, stops = (tell(shown.held.power, _kind(shown)) for tell in (power_share, stops_words))
+    return f"{share}, {stops}" if stops else share
+
+
+def _power_of_rows(answers: Answers) -> Callable[[Placed], str]:
+    """Give the function that writes the power of each row."""
+    lamp = answers.hand.lamp
+    if len(powers_for(answers)) < 2 or not isinstance(lamp, NumbersLamp):
+        return lambda one: ""
+    kind = lamp.kind
+    return lambda one: f"{power_share(one.power, kind)} power"

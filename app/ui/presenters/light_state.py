@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from app.core.head_shape import HeadShape
+    from app.ui.presenters.light_mask import MaskEdit
 
 __all__ = [
     "BRIGHTNESS",
     "DISTANCES_M",
+    "BrightState",
+    "CaptureAsk",
     "CapturingState",
     "DetailState",
     "HeadsState",
@@ -26,6 +29,8 @@ __all__ = [
     "Section",
     "SkyState",
     "Verdict",
+    "WordsAsk",
+    "WordsWish",
 ]
 
 Bytes: TypeAlias = NDArray[np.uint8]
@@ -36,12 +41,16 @@ Size: TypeAlias = tuple[int, int]
 Verdict: TypeAlias = Literal["", "in", "out"]
 """Whether the style is in reach where the lamp is held; empty while that is not known."""
 
+WordsWish: TypeAlias = Literal["rename", "distance", "lux"]
+"""What is asked about a captured lamp."""
+
 BRIGHTNESS: tuple[tuple[str, str, float], ...] = (
     ("night", "Night street", 5.0),
     ("cellar", "Cellar", 30.0),
     ("living", "Living room", 150.0),
     ("office", "Office", 300.0),
     ("studio", "Studio", 500.0),
+    ("window", "By a window", 1500.0),
     ("overcast", "Overcast sky", 8000.0),
     ("sun", "Sun", 60000.0),
 )
@@ -82,9 +91,9 @@ class LampState:
     arm, floor : bool
         Only within arm's reach; not through the floor.
     brightness : str
-        Key of the answer in `BRIGHTNESS`; empty while the question is open.
-    measured : str
-        "210 lx at the face, as measured"; empty where the place's scale is not known.
+        "460 lx at the face, as measured"; empty while it is not known.
+    own : bool
+        One of the user's, which can be renamed, corrected and deleted.
     """
 
     items: tuple[tuple[str, str, str, str], ...] = ()
@@ -95,7 +104,78 @@ class LampState:
     arm: bool = False
     floor: bool = True
     brightness: str = ""
+    own: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class BrightState:
+    """The question how bright the place is.
+
+    Attributes
+    ----------
+    key : str
+        Answer of `BRIGHTNESS` that counts now; empty for none of them.
+    text : str
+        Lux in the field.
+    error : str
+        What is wrong with what was typed.
+    keep : str
+        Words of the way back; empty while there is no answer.
+    measured : str
+        "Back to the measured 460 lx"; empty where that counts already, or nothing was measured.
+    """
+
+    key: str = ""
+    text: str = ""
+    error: str = ""
+    keep: str = ""
     measured: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class WordsAsk:
+    """A line that is asked for about a captured lamp.
+
+    Attributes
+    ----------
+    wish : WordsWish
+        What for; goes back with the answer.
+    title, label, button : str
+        Of the sheet, of its field, and on its button.
+    text : str
+        What stands in the field.
+    example : str
+        Shown while nothing does.
+    """
+
+    wish: WordsWish
+    title: str
+    label: str
+    button: str
+    text: str = ""
+    example: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class CaptureAsk:
+    """How a lamp is captured, and what can be made one now.
+
+    Attributes
+    ----------
+    guide : tuple of str
+        Steps, in sentences.
+    other : str
+        Another way, in a sentence.
+    place : str
+        Words on the button that takes the open place; empty where there is none.
+    name : str
+        What stands in the field of the name.
+    """
+
+    guide: tuple[str, ...]
+    other: str = ""
+    place: str = ""
+    name: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +190,8 @@ class RowState:
         Match without and with the lamp, of 100.
     limit : float
         Tick of the meter.
+    power : str
+        "1/8 power"; empty for a lamp that has one only.
     chosen : bool
         The one in front.
     spoken : str
@@ -126,6 +208,7 @@ class RowState:
     before: int
     after: int
     limit: float = 45.0
+    power: str = ""
     chosen: bool = False
     spoken: str = ""
     version: int = 0
@@ -153,6 +236,8 @@ class HoldState:
         Whether there is a turn to go to.
     hold, hold_line : str
         "Hold the LED panel to the sitter’s left (camera right), …", and how far away.
+    map_title : str
+        Above the map, which is of the best power.
     """
 
     turn: str = ""
@@ -160,6 +245,7 @@ class HoldState:
     turn_works: bool = False
     hold: str = ""
     hold_line: str = ""
+    map_title: str = "Where this lamp works at this turn"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -242,6 +328,10 @@ class DetailState:
         Whether the lamp is there.
     numbers : tuple of (str, str)
         Label and value.
+    power : str
+        "1/8, 3 stops down"; empty for a lamp that has one power only.
+    weaker, stronger : bool
+        Whether the lamp has a power below and above.
     stale : bool
         The picture is of a place where the lamp was a moment ago.
     """
@@ -261,6 +351,9 @@ class DetailState:
     best_line: str = ""
     at_best: bool = True
     numbers: tuple[tuple[str, str], ...] = ()
+    power: str = ""
+    weaker: bool = False
+    stronger: bool = False
     stale: bool = False
 
 
@@ -283,6 +376,13 @@ class LightState:
         Key and words of its buttons.
     asks : bool
         Whether it is asked how bright the place is; in place of the schematics.
+    bright : BrightState
+        That question.
+    meter : str
+        Why the lamp in hand cannot be compared with the place, and that its brightness can be
+        typed; empty where it can be compared. In place of the schematics.
+    meter_error : str
+        What is wrong with what was typed there.
     lamp : LampState
     sections : tuple of Section
         The list.
@@ -302,6 +402,9 @@ class LightState:
     empty: str = ""
     actions: tuple[tuple[str, str], ...] = ()
     asks: bool = False
+    bright: BrightState = field(default_factory=BrightState)
+    meter: str = ""
+    meter_error: str = ""
     lamp: LampState = field(default_factory=LampState)
     sections: tuple[Section, ...] = ()
     note: str = ""
@@ -323,5 +426,20 @@ class LightView(Protocol):
     def take_lamp_focus(self) -> None:
         """Give the keyboard to the lamp."""
 
+    def ask_capture(self, ask: CaptureAsk) -> None:
+        """Say how a lamp is captured; the answer goes to the presenter's `capture`."""
+
     def ask_pictures(self) -> None:
         """Ask for the pictures of a lamp; the answer goes to the presenter's `take_pictures`."""
+
+    def say_capture(self, sentence: str) -> None:
+        """Say what is wrong with the answer to `ask_capture`; nothing closes the sheet."""
+
+    def ask_words(self, ask: WordsAsk) -> None:
+        """Ask for a line; the answer goes to the presenter's `keeping.answer`."""
+
+    def say_words(self, sentence: str) -> None:
+        """Say what is wrong with that line; nothing closes the sheet."""
+
+    def ask_mask(self, edit: MaskEdit) -> None:
+        """Let the user paint where the lamp is."""

@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from app.core.angles import wrap
+from app.core.second_light.captured import CapturedLamp
+from app.core.second_light.dimming import power_words
 from app.core.second_light.words import metres
 from app.core.turning.words import signed, turn_words, whole
 from app.ui.presenters.light_state import RowState, Section
 from app.ui.presenters.styles_gallery import side_line, whole_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from app.core.reasons import Limits
     from app.core.second_light.search import Placed
     from app.core.styles import Style
     from app.ui.presenters.light_state import Bytes, Verdict
-    from app.ui.presenters.light_work import Spot
+    from app.ui.presenters.light_work import Held, Lamp
 
 __all__ = [
     "GAIN",
     "better",
+    "lamp_name",
     "lamp_words",
     "lux_words",
     "move_words",
@@ -69,6 +73,13 @@ def lamp_words(title: str) -> str:
     return title if title[1:2].isupper() else title[:1].lower() + title[1:]
 
 
+def lamp_name(lamp: Lamp) -> str:
+    """Name the lamp in hand within a sentence: "the LED panel", or its own name."""
+    if isinstance(lamp, CapturedLamp):
+        return f"“{lamp.title}”"
+    return f"the {lamp_words(lamp.title)}"
+
+
 def turn_title(turn_deg: float) -> str:
     """Write the first step: "Turn 56° counter-clockwise"."""
     return "No turn needed" if whole(turn_deg) == 0 else f"Turn {turn_words(turn_deg)}"
@@ -92,30 +103,40 @@ def place_words(azimuth_deg: float | None) -> str:
     return f"The place then lights {_LEFT if azimuth_deg > 0 else _RIGHT}."
 
 
-def move_words(now: Spot, best: Spot) -> str:
-    """Say how the lamp gets from one spot to the best one.
+def move_words(now: Held, best: Held, kind: str = "") -> str:
+    """Say how the lamp gets from where it is held to its best place and power.
 
     Parameters
     ----------
-    now, best : Spot
-        Azimuth toward the sitter's left and altitude, deg.
+    now, best : Held
+        Azimuth toward the sitter's left and altitude, deg, and power.
+    kind : str, optional
+        Of the lamp, for the words of its power.
 
     Examples
     --------
-    >>> move_words((107.0, 20.0), (107.2, 0.0))
+    >>> from app.ui.presenters.light_work import Held, Lamp
+    >>> move_words(Held(107.0, 20.0), Held(107.2, 0.0))
     'Lower the lamp by 20°.'
-    >>> move_words((107.0, 0.0), (80.0, 5.0))
-    'Move the lamp 27° toward the camera and raise it by 5°.'
+    >>> move_words(Held(107.0, 0.0, 1.0), Held(80.0, 5.0, 0.5))
+    'Move the lamp 27° toward the camera, raise it by 5° and set it to half power.'
     """
-    across = whole(wrap(best[0] - now[0]))
-    up = whole(best[1]) - whole(now[1])
+    across = whole(wrap(best.azimuth_deg - now.azimuth_deg))
+    up = whole(best.altitude_deg) - whole(now.altitude_deg)
     moves = []
     if across:
-        moves.append(f"Move the lamp {abs(across)}° {_way(now[0], best[0])}")
+        way = _way(now.azimuth_deg, best.azimuth_deg)
+        moves.append(f"move the lamp {abs(across)}° {way}")
     if up:
-        words = f"{'raise' if up > 0 else 'lower'} {'it' if moves else 'the lamp'} by {abs(up)}°"
-        moves.append(words if moves else words[:1].upper() + words[1:])
-    return f"{' and '.join(moves)}." if moves else "The lamp is there."
+        which = "it" if moves else "the lamp"
+        moves.append(f"{'raise' if up > 0 else 'lower'} {which} by {abs(up)}°")
+    if now.power != best.power:
+        which = "it" if moves else "the lamp"
+        moves.append(f"set {which} to {power_words(best.power, kind).removeprefix('at ')}")
+    if not moves:
+        return "The lamp is there."
+    said = " and ".join((", ".join(moves[:-1]), moves[-1])) if moves[1:] else moves[0]
+    return f"{said[:1].upper()}{said[1:]}."
 
 
 def _way(now_deg: float, best_deg: float) -> str:
@@ -161,6 +182,7 @@ def sections_of(
     limits: Limits,
     chosen: str | None,
     version: int,
+    power_of: Callable[[Placed], str] = lambda one: "",
 ) -> tuple[Section, ...]:
     """Make the list.
 
@@ -178,6 +200,8 @@ def sections_of(
         The style in front.
     version : int
         Of the pictures.
+    power_of : callable, optional
+        Writes the power of a row.
 
     Returns
     -------
@@ -190,7 +214,10 @@ def sections_of(
 
     def rows(found: Sequence[Placed], how: str) -> tuple[RowState, ...]:
         return tuple(
-            _row(one, styles[one.name], how, limits, one.name == chosen, version, pictures)
+            replace(
+                _row(one, styles[one.name], how, limits, version, pictures, power_of(one)),
+                chosen=one.name == chosen,
+            )
             for one in found
         )
 
@@ -248,15 +275,18 @@ def _row(
     style: Style,
     how: str,
     limits: Limits,
-    chosen: bool,
     version: int,
     pictures: Mapping[str, Bytes],
+    power: str,
 ) -> RowState:
     before, after = whole_of(one.before.match), whole_of(one.match)
     side = side_line(style)
     why = "" if one.attainable else (one.reason or "").partition(":")[0]
     if why.startswith(_SAID_ABOVE):
-        why = ""
+        # Said once for all; but a match that is enough must not stand here without a word.
+        soft = f"Too soft: strength {whole_of(one.strength)}, needs {limits.strength:.0f}"
+        why = soft if one.match >= limits.match else ""
+    at = f" at {power}" if power else ""
     return RowState(
         key=one.name,
         title=style.title,
@@ -264,8 +294,9 @@ def _row(
         before=before,
         after=after,
         limit=limits.match,
-        chosen=chosen,
-        spoken=f"{style.title}, {side}, match {before} without the lamp, {after} with it, {how}",
+        power=power,
+        spoken=f"{style.title}, {side}, match {before} without the lamp, {after} with it{at}, "
+        f"{how}",
         version=version,
         picture=pictures.get(one.name),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +17,11 @@ from app.core.progress import span
 from app.core.second_light import added as added_lights
 from app.core.second_light.captured import CapturedLamp, placed
 from app.core.second_light.contrast import FaceBasis, prepare_face
+from app.core.second_light.dimming import FULL, powers_of
 from app.core.second_light.lamp_tables import LampTables, lamp_tables
 from app.core.second_light.near import NearField, prepare_near
 from app.core.second_light.numbers import NumbersLamp
-from app.core.second_light.placements import ALTITUDES_DEG, COUNT
+from app.core.second_light.placements import COUNT
 from app.core.second_light.reach import above_floor, within_arm
 from app.core.second_light.search import place_all
 
@@ -37,25 +38,38 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Answers",
+    "Held",
     "InHand",
     "Question",
-    "Spot",
     "ask",
-    "best_spot",
+    "best_held",
     "closer",
     "main_light",
+    "powers_for",
     "take_in_hand",
 ]
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Lamp: TypeAlias = "NumbersLamp | CapturedLamp"
-Spot: TypeAlias = tuple[float, float]
-"""Azimuth and altitude of a lamp, deg, positive toward the sitter's left and upward."""
 
 _ONE_SIDED: Final = 0.2  # share of the light that comes from one side, for it to have a side
-_STEP_DEG: Final = 5.625
-_HIDES_ROWS: Final = len(ALTITUDES_DEG)
+
+
+class Held(NamedTuple):
+    """Where and how a lamp is held.
+
+    Attributes
+    ----------
+    azimuth_deg, altitude_deg : float
+        Positive toward the sitter's left and upward.
+    power : float
+        Share of the power in the lamp's numbers, see `app.core.second_light.dimming`.
+    """
+
+    azimuth_deg: float
+    altitude_deg: float
+    power: float = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -250,6 +264,7 @@ def ask(hand: InHand, question: Question, styles: Sequence[str] | None = None) -
         question.objective,
         styles=styles,
         allowed=allowed,
+        powers=_powers(hand.lamp, question.objective),
         epsilon=question.epsilon,
         min_strength=question.min_strength,
         front_deg=question.front_deg,
@@ -268,9 +283,21 @@ def _allowed(question: Question) -> NDArray[np.bool_]:
     return allowed
 
 
-def best_spot(placed: Placed) -> Spot:
-    """Give the best place of a lamp, between the placements of the search."""
-    return placed.lamp_azimuth_refined_deg, placed.lamp_altitude_refined_deg
+def powers_for(answers: Answers) -> tuple[float, ...]:
+    """Return the powers that the lamp of some answers was tried at, the strongest first."""
+    return _powers(answers.hand.lamp, answers.question.objective)
+
+
+def _powers(lamp: Lamp, objective: Objective) -> tuple[float, ...]:
+    """As the ``light`` command: the paper's objective takes lamps as their numbers say."""
+    if objective == "paper" or not isinstance(lamp, NumbersLamp):
+        return FULL
+    return powers_of(lamp.kind)
+
+
+def best_held(placed: Placed) -> Held:
+    """Give the best place of a lamp, between the placements of the search, and its power."""
+    return Held(placed.lamp_azimuth_refined_deg, placed.lamp_altitude_refined_deg, placed.power)
 
 
 def closer(

@@ -20,6 +20,7 @@ from app.core.places import (
     store_environment,
     write_place,
 )
+from app.core.second_light.scale import stated_white
 from app.ui.presenters.measuring import capture_facts, location_of, merged_light
 
 if TYPE_CHECKING:
@@ -99,7 +100,9 @@ def kept_anew(folder: Path, place: Place, light: LightHere) -> Opened:
     PlaceError
         When the disk refuses.
     """
-    stored = store_environment(folder, light.environment.radiance, light.display)
+    white = place.capture.white_cd_m2 if place.capture else None
+    radiance, display = light.environment.radiance, light.display
+    stored = store_environment(folder, radiance, display, white_cd_m2=white)
     whole = replace(place, environment=stored.environment, fingerprint=stored.fingerprint)
     write_place(folder, whole)
     return Opened(folder, whole, light)
@@ -157,7 +160,8 @@ def _measured(
     if intake.environment is not None:
         report(0.1, f"Reading {intake.environment.name}")
         light = prepare(read_environment(intake.environment))
-        return light, Location(), CaptureFacts(plan="panorama")
+        white = stated_white(intake.environment)
+        return light, Location(), CaptureFacts(plan="panorama", white_cd_m2=white)
     from app.core.probe.probe import measure
 
     probe = measure(intake.frames, load_named_pack(_HEAD), token=token, report=report)

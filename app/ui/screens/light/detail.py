@@ -8,7 +8,7 @@ from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
 
 from app.ui.theme import theme
-from app.ui.widgets.buttons import Button
+from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.cards import Frame
 from app.ui.widgets.icons import Icon
 from app.ui.widgets.labels import Text
@@ -121,14 +121,13 @@ class DetailColumn(Surface):
             grid.addWidget(widget, number // 2, number % 2)
         self._grid = grid
         column.addLayout(grid)
-        column.addSpacing(t.px(16))
+        column.addSpacing(t.px(12))
+        column.addWidget(self._power_row(presenter))
         column.addWidget(self._best_box(presenter))
-        column.addSpacing(t.px(16))
+        column.addSpacing(t.px(12))
         column.addLayout(self._numbers())
         column.addStretch(1)
-        self.own = Button(
-            "Capture a lamp of your own", "plus", size="normal" if compact else "main"
-        )
+        self.own = Button("Capture a lamp of your own", "plus")
         self.own.clicked.connect(presenter.shelf.begin)
         foot = QHBoxLayout()
         foot.setContentsMargins(margin - t.line_width, 0, margin, 0)
@@ -136,9 +135,27 @@ class DetailColumn(Surface):
         scroll = Scroll(inside)
         scroll.setAccessibleName("About the chosen style")
         whole = QVBoxLayout(self)
-        whole.setContentsMargins(t.line_width, 0, 0, t.px(16 if compact else 24))
+        whole.setContentsMargins(t.line_width, 0, 0, t.px(16))
         whole.addWidget(scroll, 1)
         whole.addLayout(foot)
+
+    def _power_row(self, presenter: LightPresenter) -> QWidget:
+        t = theme()
+        self.power = QWidget()
+        self._power_words = Text("", 14, elide=True)
+        self.weaker = IconButton("minus", "Turn the lamp down", size="small", shortcut="PgDn")
+        self.stronger = IconButton("plus", "Turn the lamp up", size="small", shortcut="PgUp")
+        self.weaker.clicked.connect(lambda: presenter.step_power(-1))
+        self.stronger.clicked.connect(lambda: presenter.step_power(1))
+        row = QHBoxLayout(self.power)
+        row.setContentsMargins(0, 0, 0, t.px(12))
+        row.setSpacing(t.px(8))
+        row.addWidget(Text("Power", 14, role="dim"))
+        row.addSpacing(t.px(8))
+        row.addWidget(self._power_words, 1)
+        row.addWidget(self.weaker)
+        row.addWidget(self.stronger)
+        return self.power
 
     def _best_box(self, presenter: LightPresenter) -> Frame:
         t = theme()
@@ -169,7 +186,7 @@ class DetailColumn(Surface):
         t = theme()
         grid = QGridLayout()
         grid.setHorizontalSpacing(t.px(16))
-        grid.setVerticalSpacing(t.px(8))
+        grid.setVerticalSpacing(t.px(4))
         grid.setColumnStretch(1, 1)
         self._rows = [(Text("", 14, role="dim"), Text("", 14, elide=True)) for _ in range(_ROWS)]
         for number, (label, value) in enumerate(self._rows):
@@ -198,6 +215,10 @@ class DetailColumn(Surface):
             picture.set_picture(array)
             picture.set_tag(tag if array is not None else "")
         self.tile.show_state(state)
+        self.power.setVisible(bool(state.power))
+        self._power_words.set_text(state.power)
+        self.weaker.set_available(state.weaker, "It cannot be turned down any more.")
+        self.stronger.set_available(state.stronger, "It is at full power.")
         self._best.set_text(state.best_title)
         self._best_line.set_text(state.best_line or "The lamp is there.")
         self.back.set_available(not state.at_best, "The lamp is there already.")

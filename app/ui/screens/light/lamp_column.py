@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from app.core.second_light.words import metres
-from app.ui.presenters.light_state import BRIGHTNESS, DISTANCES_M, LampState
-from app.ui.presenters.light_words import lux_words
+from app.ui.presenters.light_state import DISTANCES_M, LampState
 from app.ui.screens.light.row import RowCard
 from app.ui.theme import theme
-from app.ui.widgets.buttons import Button
+from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.fields import ListField
 from app.ui.widgets.labels import Text
+from app.ui.widgets.menus import Menu
 from app.ui.widgets.roving import Roving
 from app.ui.widgets.sliders import LabelledSlider
 from app.ui.widgets.surfaces import Scroll, Surface
@@ -28,7 +28,6 @@ __all__ = ["LampColumn"]
 
 _MARGIN: Final = 16
 _NO_LAMP: Final = ("", "Choose a lamp", "phone, panel, flash or your own", "bulb")
-_NO_ANSWER: Final = ("", "Not said yet")
 
 
 class LampColumn(Surface):
@@ -107,13 +106,22 @@ class LampColumn(Surface):
         self.arm.switched.connect(presenter.set_arm)
         self.floor = Toggle("Not through the floor")
         self.floor.switched.connect(presenter.set_floor)
-        items = tuple((key, f"{words}, {lux_words(lux)}") for key, words, lux in BRIGHTNESS)
-        self._bright_items = items
-        self.bright = ListField("How bright is it here?", (_NO_ANSWER, *items))
-        self.bright.chosen.connect(lambda key: presenter.set_brightness(key) if key else None)
-        self._measured = Text("", 12, role="dim", wrap=True)
+        self.more = IconButton("more", "More about this lamp", kind="quiet")
+        self.more.clicked.connect(self._open_menu)
+        self._bright = Text("", 12, role="dim", wrap=True)
+        self.correct = Button("Correct…", kind="quiet", size="small")
+        self.correct.setAccessibleName("Correct how bright it is here")
+        self.correct.clicked.connect(presenter.scale.ask)
         self._fixed = Text("", 12, role="dim", wrap=True)
-        column.addWidget(self.lamp)
+        lamp = QHBoxLayout()
+        lamp.setSpacing(t.px(4))
+        lamp.addWidget(self.lamp, 1)
+        beside = QVBoxLayout()
+        beside.addStretch(1)
+        beside.addWidget(self.more)
+        beside.addSpacing(t.px(8))  # in line with the field, which is higher
+        lamp.addLayout(beside)
+        column.addLayout(lamp)
         column.addSpacing(t.px(12))
         column.addWidget(self.distance)
         column.addWidget(self._fixed)
@@ -121,9 +129,12 @@ class LampColumn(Surface):
         column.addWidget(self.arm)
         column.addWidget(self.floor)
         column.addSpacing(t.px(4))
-        column.addWidget(self.bright)
-        column.addWidget(self._measured)
-        column.addSpacing(t.px(8))
+        bright = QHBoxLayout()
+        bright.setSpacing(t.px(4))
+        bright.addWidget(self._bright, 1, Qt.AlignmentFlag.AlignVCenter)
+        bright.addWidget(self.correct)
+        column.addLayout(bright)
+        column.addSpacing(t.px(4))
 
     def show_state(self, state: LightState) -> None:
         """Show what changed."""
@@ -156,12 +167,16 @@ class LampColumn(Surface):
         self._fixed.setVisible(bool(lamp.distance_fixed))
         self.arm.set_on(lamp.arm)
         self.floor.set_on(lamp.floor)
-        self._measured.set_text(lamp.measured)
-        self._measured.setVisible(bool(lamp.measured))
-        self.bright.setVisible(not lamp.measured and bool(lamp.key))
-        items = self._bright_items
-        self.bright.set_items(items if lamp.brightness else (_NO_ANSWER, *items))
-        self.bright.choose(lamp.brightness)
+        self._bright.set_text(lamp.brightness)
+        for widget in (self._bright, self.correct):
+            widget.setVisible(bool(lamp.brightness))
+        self.more.setVisible(lamp.own)
+
+    def _open_menu(self) -> None:
+        menu = Menu(self, "More about this lamp")
+        for action in self._presenter.keeping.actions():
+            menu.add(action.words, action.run, action.icon)
+        menu.drop(self.more)
 
     def _show_sections(self, sections: tuple[Section, ...]) -> None:
         known = {row.state.key: row for row in self.rows}

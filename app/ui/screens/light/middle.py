@@ -9,14 +9,11 @@ from PySide6.QtGui import QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
-    QSizePolicy,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
 
-from app.ui.presenters.light_state import BRIGHTNESS
-from app.ui.presenters.light_words import lux_words
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.labels import Text
@@ -32,14 +29,14 @@ if TYPE_CHECKING:
     from app.ui.presenters.light_state import LightState
     from app.ui.widgets.plots.lamp_plot import LampPlot
 
-__all__ = ["Brightness", "Middle"]
+__all__ = ["Middle"]
 
 _MARGIN: Final = 24
 _TABS: Final = (("above", "From above"), ("side", "From the side"))
 _WIDEST: Final = 480
 _HEIGHT_OF_VIEWS: Final = 404 / 300
 _WIDEST_OF_ALL: Final = 1200
-_MAP: Final = (160, 104)  # height of the map with the words below it, and in a small window
+_MAP: Final = (164, 106)  # height of the map with the words below it, and in a small window
 _MAP_SHARE: Final = 0.23  # of the width, where there is more room
 
 
@@ -94,6 +91,7 @@ class Middle(QWidget):
         for plot in self.plots:
             plot.moved.connect(presenter.hold_at)
             plot.home_asked.connect(presenter.go_best)
+            plot.power_asked.connect(presenter.step_power)
         # One stop for Tab: the map is in sight in every layout.
         self.above.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
         self.side.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
@@ -120,7 +118,6 @@ class Middle(QWidget):
         line.addWidget(self._map_title, 1)
         line.addWidget(self._map_words)
         column.addLayout(line)
-        column.addSpacing(t.px(4))
         column.addWidget(self.map)
         column.addStretch(1)
 
@@ -203,52 +200,8 @@ class Middle(QWidget):
         for plot in self.plots:
             plot.show_heads(state.heads)
         self.map.show_sky(state.sky)
+        self._map_title.set_text(hold.map_title)
         self._map_words.set_text(state.sky.words)
         self._map_words.setVisible(not self._compact)
         if self._compact:
             self._map_title.setToolTip(state.sky.words)
-
-
-class Brightness(QWidget):
-    """The question how bright the place is, with its usual answers.
-
-    Parameters
-    ----------
-    presenter : LightPresenter
-        Takes the answer.
-    """
-
-    def __init__(self, presenter: LightPresenter) -> None:
-        super().__init__()
-        t = theme()
-        self.setAccessibleName("How bright is it here?")
-        words = (
-            "This panorama shows where light comes from, but not how much there is. What a lamp "
-            "can do depends on it: choose what comes nearest. A light meter in front of the face, "
-            "pointing the way it looks, reads lux."
-        )
-        column = QVBoxLayout()
-        column.setSpacing(t.px(8))
-        column.addStretch(1)
-        column.addWidget(Text("How bright is it here?", 20, 600))
-        column.addWidget(Text(words, 14, role="dim", wrap=True))
-        column.addSpacing(t.px(8))
-        grid = QGridLayout()
-        grid.setSpacing(t.px(8))
-        self.answers: dict[str, Button] = {}
-        for number, (key, name, lux) in enumerate(BRIGHTNESS):
-            button = Button(f"{name}, {lux_words(lux)}")
-            button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-            button.clicked.connect(lambda _on=False, key=key: presenter.set_brightness(key))
-            self.answers[key] = button
-            grid.addWidget(button, number // 2, number % 2)
-        column.addLayout(grid)
-        column.addStretch(2)
-        inside = QWidget()
-        inside.setMaximumWidth(t.px(520))
-        inside.setLayout(column)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(t.px(24), t.px(24), t.px(24), t.px(24))
-        row.addStretch(1)
-        row.addWidget(inside, 100)
-        row.addStretch(1)

@@ -30,6 +30,7 @@ PICTURE: Final = 56
 
 _PAD: Final = 8
 _ARROW: Final = 16
+_LONGEST: Final = "1/256 power"
 _STALE: Final = 0.42
 
 
@@ -96,6 +97,10 @@ class RowCard(Card):
         below = QRectF(left, t.px(32), right - left, t.px(16))
         put_text(painter, below, state.line, t.font(12), t.c.dim)
         meter = QRectF(left, t.px(54), right - left, t.px(10))
+        if state.power:
+            font, place = t.font(12), QRectF(left, t.px(51), right - left, t.px(16))
+            put_text(painter, place, state.power, font, t.c.dim, RIGHT)
+            meter.setRight(right - text_width(font, _LONGEST) - t.px(8))
         draw_meter(painter, meter, state.after, state.limit, state.before)
         painter.setOpacity(1.0)
 

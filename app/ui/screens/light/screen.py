@@ -11,17 +11,20 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QHBoxLayout, QStackedWi
 from app.ui.presenters.light_state import LightSizes
 from app.ui.screens.light.detail import DetailColumn, portrait_size
 from app.ui.screens.light.lamp_column import LampColumn
-from app.ui.screens.light.middle import Brightness, Middle
+from app.ui.screens.light.middle import Middle
+from app.ui.screens.light.question import Brightness, Meter
 from app.ui.screens.light.row import PICTURE
 from app.ui.theme import theme
 from app.ui.widgets.banner import Empty
 from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:
-    from PySide6.QtGui import QResizeEvent, QShowEvent
+    from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
 
     from app.ui.presenters.light import LightPresenter
-    from app.ui.presenters.light_state import LightState
+    from app.ui.presenters.light_mask import MaskEdit
+    from app.ui.presenters.light_state import CaptureAsk, LightState, WordsAsk
+    from app.ui.widgets.dialogs import Sheet
 
 __all__ = ["LightScreen", "column_widths"]
 
@@ -87,12 +90,14 @@ class LightScreen(QWidget):
         self.middle = Middle(presenter, compact)
         self.detail = DetailColumn(presenter, compact)
         self.question = Brightness(presenter)
+        self.meter = Meter(presenter)
+        self._sheet: Sheet | None = None
         self.empty = Empty("", icon="bulb")
         self.empty.pressed.connect(self._pressed)
         self.stack = QStackedWidget()
         least = _LEAST_COMPACT if compact else _LEAST
         self._room = Room(self.middle, *least)
-        for page in (self.empty, self.question, self._room):
+        for page in (self.empty, self.question, self.meter, self._room):
             self.stack.addWidget(page)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -125,13 +130,17 @@ class LightScreen(QWidget):
     def _show_page(self, state: LightState) -> None:
         """Show schematics, question or what is missing; the keyboard stays on the page."""
         page: QWidget = self._room
-        if state.empty or (not state.asks and state.heads.shape is None):
+        if state.meter:
+            self.meter.show_state(state.meter, state.meter_error)
+            page = self.meter
+        elif state.asks and not state.empty:
+            self.question.show_state(state.bright)
+            page = self.question
+        elif state.empty or state.heads.shape is None:
             sentence = state.empty or "The lamp is being tried all around the head…"
             self._actions = state.actions if state.empty else ()
             self.empty.set(sentence, *(words for _, words in self._actions))
             page = self.empty
-        elif state.asks:
-            page = self.question
         else:
             self.middle.show_state(state)
         focus = QApplication.focusWidget()
@@ -150,6 +159,8 @@ class LightScreen(QWidget):
             return self.middle.map
         if page is self.question:
             return next(iter(self.question.answers.values()))
+        if page is self.meter:
+            return self.meter.lux.edit
         return self.empty.button() if self._actions else self
 
     def take_lamp_focus(self) -> None:
@@ -163,6 +174,64 @@ class LightScreen(QWidget):
         )
         if names:
             self.presenter.take_pictures([Path(name) for name in names])
+
+    # -- over the screen -----------------------------------------------------------------------
+
+    def ask_capture(self, ask: CaptureAsk) -> None:
+        """Say how a lamp is captured."""
+        from app.ui.screens.light.asking import CaptureSheet
+
+        sheet = CaptureSheet(self.window(), self.presenter, ask)
+        self._put_over(sheet, sheet.name.edit)
+
+    def say_capture(self, sentence: str) -> None:
+        """Say what is wrong with what was said of the new lamp."""
+        self._say(sentence)
+
+    def ask_words(self, ask: WordsAsk) -> None:
+        """Ask for a line about the lamp."""
+        from app.ui.screens.light.asking import WordsSheet
+
+        self._put_over(WordsSheet(self.window(), self.presenter, ask))
+
+    def say_words(self, sentence: str) -> None:
+        """Say what is wrong with that line."""
+        self._say(sentence)
+
+    def ask_mask(self, edit: MaskEdit) -> None:
+        """Let the user paint where the lamp is."""
+        from app.ui.screens.light.mask_sheet import MaskSheet
+
+        sheet = MaskSheet(self.window(), edit)
+        self._put_over(sheet, sheet.canvas)
+
+    @property
+    def sheet(self) -> Sheet | None:
+        """What lies over the screen."""
+        return self._sheet
+
+    def _say(self, sentence: str) -> None:
+        say = getattr(self._sheet, "say", None)
+        if say is not None:
+            say(sentence)
+
+    def _put_over(self, sheet: Sheet, focus: QWidget | None = None) -> None:
+        if self._sheet is not None:
+            self._sheet.shut()
+        self._sheet = sheet
+        sheet.closed.connect(self._sheet_closed)
+        sheet.open(focus)
+
+    def _sheet_closed(self) -> None:
+        sheet, self._sheet = self._sheet, None
+        if sheet is not None:
+            sheet.deleteLater()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Take what lies over it away."""
+        if self._sheet is not None:
+            self._sheet.shut()
+        super().hideEvent(event)
 
     def _pressed(self, number: int) -> None:
         if number < len(self._actions):

@@ -15,6 +15,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 from PySide6.QtWidgets import QSizePolicy
 
+from app.core.angles import wrap
 from app.core.second_light.words import metres
 from app.core.turning.words import whole
 from app.ui.theme import theme
@@ -24,6 +25,7 @@ from app.ui.widgets.plots.base import closed_path, draw_text, snap
 from app.ui.widgets.plots.lamp_plot import HIGHEST_DEG, LampPlot, draw_best, draw_lamp
 
 if TYPE_CHECKING:
+    from PySide6.QtGui import QFont
     from PySide6.QtWidgets import QWidget
 
     from app.ui.widgets.plots.geometry import Point
@@ -37,6 +39,8 @@ _DRAWN_M: Final = (0.24, 0.9)  # a ring nearer or farther is drawn at these
 _LEVEL_DEG: Final = 3  # so little is level in words, too
 _TITLE: Final = 22
 _FLAT: Final = 1.4
+_CLOSE_DEG: Final = 24.0  # nearer to the lamp's line, the arrow of the place's light makes way
+_ASIDE: Final = 22
 _ARROW: Final = 56  # room beside the head for an arrow with words
 
 
@@ -115,6 +119,21 @@ class _HeadView(LampPlot):
         t = theme()
         painter.setPen(QPen(t.c.amber, (t.line_width + 1.0) * t.scale))
         painter.drawLine(QPointF(*self.middle), QPointF(*place))
+
+    @staticmethod
+    def _plated(
+        painter: QPainter, place: Point, words: str, font: QFont, align: float = 0.5
+    ) -> None:
+        """Draw words that may lie on a line of the drawing."""
+        t = theme()
+        painter.setFont(font)
+        wide = painter.fontMetrics().horizontalAdvance(words)
+        left = place[0] - wide * align
+        plate = QRectF(left - t.px(4), place[1] - t.px(9), wide + t.px(8), t.px(18))
+        ground = QColor(t.c.panel)
+        ground.setAlphaF(0.85)
+        box(painter, plate, t.px(4), ground)
+        draw_text(painter, place, words, font, t.c.text, align)
 
     def _lamp(self, painter: QPainter, state: Heads) -> None:
         place = self.place_of(state.azimuth_deg, state.altitude_deg)
@@ -209,34 +228,45 @@ class AboveView(_HeadView):
     def _coming(self, painter: QPainter, azimuth_deg: float) -> None:
         """Draw from where the place's own light comes, as an arrow toward the head."""
         t, (x, y) = theme(), self.middle
-        angle = math.radians(azimuth_deg)
-        way = (math.sin(angle), math.cos(angle))
+        way, aside = self._way_of_light(azimuth_deg)
         head = 0.13 * self.scale
         tip = max(head + t.px(8), self.reach * 0.5)
-        start = min(tip + t.px(36), self.reach - t.px(10))
-        start = max(start, tip + t.px(14))
-        end = QPointF(x + way[0] * tip, y + way[1] * tip)
-        from_ = QPointF(x + way[0] * start, y + way[1] * start)
-        painter.setPen(
-            QPen(
-                t.c.text,
-                (t.line_width + 0.75) * t.scale,
-                Qt.PenStyle.SolidLine,
-                Qt.PenCapStyle.RoundCap,
-            )
-        )
+        start = max(min(tip + t.px(36), self.reach - t.px(10)), tip + t.px(14))
+        end = QPointF(x + way[0] * tip, y + way[1] * tip) + aside
+        from_ = QPointF(x + way[0] * start, y + way[1] * start) + aside
+        wide = (t.line_width + 0.75) * t.scale
+        solid, ends = Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap
+        painter.setPen(QPen(t.c.text, wide, solid, ends))
         painter.drawLine(from_, end)
+        angle = math.atan2(way[0], way[1])
         for turn in (-150.0, 150.0):
             barb = angle + math.pi + math.radians(turn)
             painter.drawLine(end, end + QPointF(math.sin(barb), math.cos(barb)) * float(t.px(8)))
         if self.reach - head < t.px(_ARROW):
             return
+        middle, font = (end + from_) / 2.0, t.font(12)
         if abs(way[0]) < 0.5:
-            place = (max(end.x(), from_.x()) + t.px(8), (end.y() + from_.y()) / 2.0)
-            draw_text(painter, place, "light here", t.font(12), t.c.text, 0.0)
+            # Beside it, away from the lamp.
+            right = aside.x() >= 0.0
+            edge = max(end.x(), from_.x()) if right else min(end.x(), from_.x())
+            place = (edge + t.px(8) * (1.0 if right else -1.0), middle.y())
+            self._plated(painter, place, "light here", font, 0.0 if right else 1.0)
         else:
-            place = ((end.x() + from_.x()) / 2.0, min(end.y(), from_.y()) - t.px(10))
-            draw_text(painter, place, "light here", t.font(12), t.c.text)
+            over = aside.y() <= 0.0
+            edge = min(end.y(), from_.y()) if over else max(end.y(), from_.y())
+            place = (middle.x(), edge + t.px(10) * (-1.0 if over else 1.0))
+            self._plated(painter, place, "light here", font)
+
+    def _way_of_light(self, azimuth_deg: float) -> tuple[Point, QPointF]:
+        """From where it comes, and how far its arrow makes way for the lamp's own line."""
+        angle = math.radians(azimuth_deg)
+        way = (math.sin(angle), math.cos(angle))
+        state = self._state
+        off = wrap(azimuth_deg - state.azimuth_deg) if state is not None else 180.0
+        if abs(off) > _CLOSE_DEG:
+            return way, QPointF()
+        across = QPointF(way[1], -way[0]) * (1.0 if off >= 0.0 else -1.0)
+        return way, across * float(theme().px(_ASIDE))
 
 
 class SideView(_HeadView):
@@ -325,12 +355,7 @@ class SideView(_HeadView):
         half = painter.fontMetrics().horizontalAdvance(words) / 2.0
         middle = min(max(place[0], half + t.px(10)), self.width() - half - t.px(10))
         y = place[1] + over * t.px(28)
-        # The words may lie on the head's outline.
-        plate = QRectF(middle - half - t.px(4), y - t.px(9), 2 * half + t.px(8), t.px(18))
-        ground = QColor(t.c.panel)
-        ground.setAlphaF(0.85)
-        box(painter, plate, t.px(4), ground)
-        draw_text(painter, (middle, y), words, font, t.c.text)
+        self._plated(painter, (middle, y), words, font)
 
     def _foot(self, painter: QPainter, state: Heads) -> None:
         t = theme()

@@ -35,6 +35,7 @@ _STEPS: Final = {
     Qt.Key.Key_Down: (0.0, -1.0),
 }
 _COARSE: Final = 10.0
+_POWER: Final = {Qt.Key.Key_PageUp: 1, Qt.Key.Key_PageDown: -1}
 
 
 class Heads(Protocol):
@@ -89,7 +90,8 @@ class LampPlot(Plot):
     """A drawing on which the lamp can be moved, by mouse or keyboard.
 
     Arrows move it by 1°, with Shift by 10°: right and left around the head toward the sitter's
-    left and right, up and down in altitude. Home goes to the best place.
+    left and right, up and down in altitude. Home goes to the best place, Page Up and Page Down
+    turn the lamp up and down.
 
     Parameters
     ----------
@@ -104,12 +106,17 @@ class LampPlot(Plot):
 
     home_asked = Signal()
 
+    power_asked = Signal(int)
+    """Up or down by so many stops."""
+
     def __init__(self, name: str, parent: QWidget | None = None) -> None:
         super().__init__(name, parent)
         self._state: Heads | None = None
         self._dragging = False
         self.setMouseTracking(True)
-        self.setToolTip("Drag the lamp. Arrows 1°, Shift 10°, Home the best place")
+        self.setToolTip(
+            "Drag the lamp. Arrows 1°, Shift 10°, Page Up and Down its power, Home the best place"
+        )
 
     def show_heads(self, state: Heads) -> None:
         """Show the lamp somewhere."""
@@ -158,6 +165,8 @@ class LampPlot(Plot):
             self.moved.emit(azimuth, min(max(altitude, -HIGHEST_DEG), HIGHEST_DEG))
         elif event.key() == Qt.Key.Key_Home:
             self.home_asked.emit()
+        elif event.key() in _POWER:
+            self.power_asked.emit(_POWER[Qt.Key(event.key())])
         else:
             super().keyPressEvent(event)
             return

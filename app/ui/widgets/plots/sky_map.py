@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["Sky", "SkyMap"]
 
 _LABELS: Final = 24  # height of the line of words below
+_ABOVE: Final = 6  # room for the dot where the lamp is raised as far as it goes
 _RADIUS: Final = 6
 _HATCH: Final = 8
 _NAMES: Final = (
@@ -98,17 +99,19 @@ class SkyMap(LampPlot):
     def sizeHint(self) -> QSize:
         """Give the size as designed, the words below with it."""
         t = theme()
-        return QSize(t.px(616), t.px(136 + _LABELS))
+        return QSize(t.px(616), t.px(136 + _LABELS + _ABOVE))
 
     def minimumSizeHint(self) -> QSize:
         """Give the smallest useful size."""
         t = theme()
-        return QSize(t.px(280), t.px(72 + _LABELS))
+        return QSize(t.px(280), t.px(72 + _LABELS + _ABOVE))
 
     @property
     def area(self) -> QRectF:
         """Where the map lies, logical pixels."""
-        return QRectF(0.0, 0.0, self.width(), max(self.height() - theme().px(_LABELS), 1.0))
+        t = theme()
+        high = self.height() - t.px(_LABELS + _ABOVE)
+        return QRectF(0.0, t.px(_ABOVE), self.width(), max(high, 1.0))
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
         """Where a direction lies, logical pixels."""
@@ -146,7 +149,9 @@ class SkyMap(LampPlot):
             painter.drawRoundedRect(area, t.px(_RADIUS), t.px(_RADIUS))
         else:
             key = id(self._sky)
-            painter.drawPixmap(0, 0, self.kept("sky", key, size, ratio, self._draw_sky))
+            painter.drawPixmap(
+                0, round(area.top()), self.kept("sky", key, size, ratio, self._draw_sky)
+            )
         self._draw_names(painter)
         state = self._state
         if self._sky.tones is None or state is None or state.shape is None:
@@ -159,6 +164,7 @@ class SkyMap(LampPlot):
     def _draw_sky(self, painter: QPainter) -> None:
         t, area, sky = theme(), self.area, self._sky
         assert sky.tones is not None
+        painter.translate(-area.topLeft())
         clip = QPainterPath()
         clip.addRoundedRect(area, t.px(_RADIUS), t.px(_RADIUS))
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
@@ -199,7 +205,8 @@ class SkyMap(LampPlot):
         path = QPainterPath()
         wide, tall = area.width() / columns, area.height() / rows
         for row, column in zip(*np.nonzero(closed), strict=True):
-            path.addRect(QRectF(column * wide, row * tall, wide + 0.01, tall + 0.01))
+            place = QRectF(column * wide, row * tall, wide + 0.01, tall + 0.01)
+            path.addRect(place.translated(area.topLeft()))
         painter.save()
         painter.setClipPath(path.simplified())
         shade = QColor(Qt.GlobalColor.black)
@@ -210,7 +217,8 @@ class SkyMap(LampPlot):
         painter.setPen(QPen(light, 1.0))
         step = theme().px(_HATCH)
         for start in range(int(-area.height()), int(area.width()), step):
-            painter.drawLine(QPointF(start, area.height()), QPointF(start + area.height(), 0.0))
+            low, high = QPointF(start, area.bottom()), QPointF(start + area.height(), area.top())
+            painter.drawLine(low, high)
         painter.restore()
 
     def _draw_names(self, painter: QPainter) -> None:

@@ -1,0 +1,178 @@
+"""What is done with the user's own lamps: renamed, corrected, put away and brought back."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from app.core.errors import CoreError
+from app.core.second_light.library import (
+    check_distance,
+    delete_lamp,
+    rename_lamp,
+    restate_lamp,
+    restore_lamp,
+)
+from app.core.second_light.scale import read_lux
+from app.core.second_light.words import metres, read_metres
+from app.ui.presenters.actions import Action
+from app.ui.presenters.light_mask import MaskEdit
+from app.ui.presenters.light_state import WordsAsk
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from app.core.second_light.captured import CapturedLamp
+    from app.core.second_light.library import TrashedLamp
+    from app.ui.presenters.desk import Desk
+    from app.ui.presenters.light_lamps import Shelf
+    from app.ui.presenters.light_state import LightView, WordsWish
+    from app.ui.presenters.services import Services
+
+__all__ = ["LampKeeping"]
+
+_ASKED: Final[dict[WordsWish, tuple[str, str, str, str]]] = {
+    "rename": ("Rename the lamp", "Name", "Rename", "My panel"),
+    "distance": (
+        "Distance of the lamp",
+        "From the camera to the lamp, as it was captured",
+        "Correct",
+        "40 cm",
+    ),
+    "lux": (
+        "Brightness of the lamp",
+        "Light meter where the camera stood, facing the lamp, lux",
+        "Set",
+        "640",
+    ),
+}
+
+
+class LampKeeping:
+    """Changes the files of the lamp in hand; files are changed one after the other.
+
+    Parameters
+    ----------
+    services : Services
+        The window's.
+    desk : Desk
+        In whose turn files are changed.
+    shelf : Shelf
+        Knows the lamp in hand.
+    """
+
+    def __init__(self, services: Services, desk: Desk, shelf: Shelf) -> None:
+        self._services = services
+        self._desk = desk
+        self._shelf = shelf
+        self._view: LightView | None = None
+        self.trouble = ""
+
+    def attach(self, view: LightView | None) -> None:
+        """Ask `view` from now on."""
+        self._view = view
+
+    def actions(self) -> Sequence[Action]:
+        """List what can be done with a lamp of the user's own."""
+        own = self._has_own
+        return (
+            Action("lamp-rename", "Rename the lamp…", lambda: self.ask("rename"), "edit", "", own),
+            Action("lamp-distance", "Correct its distance…", lambda: self.ask("distance"),
+                   "lamp", "", own),
+            Action("lamp-lux", "Correct its brightness…", lambda: self.ask("lux"), "sun", "", own),
+            Action("lamp-mask", "Paint where the lamp is…", self.ask_mask, "brush", "", own),
+            Action("lamp-delete", "Delete the lamp", self.delete, "trash", "", own),
+        )  # fmt: skip
+
+    def _has_own(self) -> bool:
+        return self._shelf.own is not None
+
+    # -- a line --------------------------------------------------------------------------------
+
+    def ask(self, wish: WordsWish) -> None:
+        """Ask for another name, distance or brightness of the lamp in hand."""
+        lamp = self._shelf.own
+        if lamp is None or self._view is None:
+            return
+        title, label, button, example = _ASKED[wish]
+        text = lamp.title
+        if wish == "distance":
+            text = "" if lamp.distance_m is None else metres(lamp.distance_m)
+        elif wish == "lux":
+            text = "" if lamp.lux is None else f"{lamp.lux:.3g}"
+        self._view.ask_words(WordsAsk(wish, title, label, button, text, example))
+
+    def answer(self, wish: WordsWish, text: str) -> None:
+        """Take the line; what is wrong with it is said beside it."""
+        lamp, folder = self._shelf.own, self._shelf.folder
+        if lamp is None:
+            return
+        try:
+            if wish == "rename":
+                self._change(lamp, lambda: rename_lamp(folder, lamp.name, text))
+            elif wish == "distance":
+                far = check_distance(read_metres(text))
+                self._change(lamp, lambda: restate_lamp(folder, lamp.name, distance_m=far))
+            else:
+                lux = read_lux(text)
+                self._change(lamp, lambda: restate_lamp(folder, lamp.name, lux=lux))
+        except CoreError as error:
+            self._say(str(error))
+
+    def forget_trouble(self) -> None:
+        """Another lamp is in hand."""
+        self.trouble = ""
+
+    def _change(self, lamp: CapturedLamp, work: Callable[[], CapturedLamp]) -> None:
+        def done(_: CapturedLamp) -> None:
+            self._say("")
+            self._shelf.read_again(lamp.name)
+
+        def failed(error: Exception) -> None:
+            if isinstance(error, CoreError):
+                self._say(str(error))
+            else:
+                self._services.notify.tell_error(error)
+
+        self._desk.file_work.submit(lambda token, report: work(), done=done, failed=failed)
+
+    def _say(self, sentence: str) -> None:
+        self.trouble = sentence
+        if self._view is not None:
+            self._view.say_words(sentence)
+        self._shelf.tell()
+
+    # -- all of it -----------------------------------------------------------------------------
+
+    def ask_mask(self) -> None:
+        """Let the user paint where the lamp is."""
+        lamp, shelf = self._shelf.own, self._shelf
+        if lamp is None or self._view is None:
+            return
+        name = lamp.name
+        edit = MaskEdit(
+            self._services, self._desk, shelf.folder, lamp, lambda: shelf.read_again(name)
+        )
+        self._view.ask_mask(edit)
+
+    def delete(self) -> None:
+        """Put the lamp in hand away; the message that tells so can bring it back."""
+        lamp, shelf = self._shelf.own, self._shelf
+        if lamp is None:
+            return
+        folder, files = shelf.folder, self._desk.file_work
+
+        def bring_back(trashed: TrashedLamp) -> None:
+            files.submit(
+                lambda token, report: restore_lamp(folder, trashed),
+                done=lambda back: shelf.take_own(back.name),
+            )
+
+        def deleted(trashed: TrashedLamp) -> None:
+            shelf.gone(lamp.name)
+            self._services.notify.tell(
+                f"{trashed.title} deleted",
+                kind="done",
+                actions=(("Undo", lambda: bring_back(trashed)),),
+            )
+
+        files.submit(lambda token, report: delete_lamp(folder, lamp.name), done=deleted)

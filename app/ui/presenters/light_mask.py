@@ -1,0 +1,294 @@
+"""Painting where a captured lamp is: a draft of its mask, until it is saved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.colour import LUMINANCE_WEIGHTS, to_bytes
+from app.core.errors import CoreError
+from app.core.second_light.captured import CapturedLamp, centroid, make_lamp
+from app.core.second_light.library import update_lamp
+from app.core.second_light.mask import find_mask
+from app.core.second_light.mask_brush import stroke
+from app.ui.presenters.light_words import lux_words
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from app.ui.presenters.desk import Desk
+    from app.ui.presenters.services import Services
+
+__all__ = ["RADII_DEG", "MaskEdit", "MaskState", "MaskView"]
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float32: TypeAlias = NDArray[np.float32]
+Point: TypeAlias = tuple[float, float]
+
+RADII_DEG: Final = (0.5, 12.0)
+"""Smallest and largest brush."""
+
+_FIND: Final = "light-mask"
+_MOST_UNDONE: Final = 50
+_DEEP: Final = 2000.0  # the lamp's level over the darkest that is still told apart
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MaskState:
+    """What the sheet shows.
+
+    Attributes
+    ----------
+    title : str
+        Of the lamp.
+    picture : (H, 2 H, 3) uint8
+        The capture, sRGB, its dark parts lifted.
+    alpha : (H, 2 H) float32
+        The mask as it is painted now.
+    centre : tuple of float
+        Azimuth and elevation of the lamp, where looking begins, deg.
+    lit : bool
+        Whether the brush adds.
+    radius_deg : float
+        Of the brush.
+    can_undo, changed, busy : bool
+        Whether something can be undone or saved; whether it is being found or saved.
+    gives : str
+        "gives 640 lx where the camera stood".
+    error : str
+        Why it cannot be saved.
+    """
+
+    title: str
+    picture: Bytes = field(repr=False)
+    alpha: Float32 = field(repr=False)
+    centre: Point
+    lit: bool = True
+    radius_deg: float = 3.0
+    can_undo: bool = False
+    changed: bool = False
+    busy: bool = False
+    gives: str = ""
+    error: str = ""
+
+
+class MaskView(Protocol):
+    """Shows a `MaskState`."""
+
+    def show_state(self, state: MaskState) -> None:
+        """Show it."""
+
+    def shut(self) -> None:
+        """Close: it is saved."""
+
+
+class MaskEdit:
+    """A lamp's mask under the brush.
+
+    Parameters
+    ----------
+    services : Services
+        The window's.
+    desk : Desk
+        In whose turn files are changed.
+    folder : Path
+        Where lamps are kept.
+    lamp : CapturedLamp
+        As it is kept.
+    saved : callable
+        Called when the lamp's files have changed.
+    """
+
+    def __init__(
+        self,
+        services: Services,
+        desk: Desk,
+        folder: Path,
+        lamp: CapturedLamp,
+        saved: Callable[[], None],
+    ) -> None:
+        self._services = services
+        self._desk = desk
+        self._folder = folder
+        self._lamp = lamp
+        self._saved = saved
+        self._view: MaskView | None = None
+        self._alpha: Float32 = lamp.alpha
+        self._before: list[Float32] = []
+        self._last: Point | None = None
+        self._lit, self._radius = True, 3.0
+        self._busy, self._error = False, ""
+        self._picture = _seen(lamp)
+        self._centre = centroid(lamp.light)
+        self._gives = self._illuminance()
+
+    def attach(self, view: MaskView) -> None:
+        """Show everything in `view` from now on."""
+        self._view = view
+        self._refresh()
+
+    def detach(self) -> None:
+        """Nobody looks any more; what was not saved is gone."""
+        self._view = None
+        self._services.runner.cancel(_FIND)
+
+    def state(self) -> MaskState:
+        """Make what the sheet shows."""
+        return MaskState(
+            title=self._lamp.title,
+            picture=self._picture,
+            alpha=self._alpha,
+            centre=self._centre,
+            lit=self._lit,
+            radius_deg=self._radius,
+            can_undo=bool(self._before),
+            changed=self._alpha is not self._lamp.alpha,
+            busy=self._busy,
+            gives=self._gives,
+            error=self._error,
+        )
+
+    # -- the brush -----------------------------------------------------------------------------
+
+    def set_lit(self, lit: bool) -> None:
+        """Let the brush add, or take away."""
+        self._lit = lit
+        self._refresh()
+
+    def set_radius(self, radius_deg: float) -> None:
+        """Make the brush smaller or larger, deg."""
+        self._radius = min(max(radius_deg, RADII_DEG[0]), RADII_DEG[1])
+        self._refresh()
+
+    def press(self, at: Point) -> None:
+        """Begin a stroke at an azimuth and elevation, deg; it can be undone as a whole."""
+        if self._busy:
+            return
+        self._before = [*self._before[-_MOST_UNDONE:], self._alpha]
+        self._last = at
+        self._paint((at,))
+
+    def draw(self, points: Sequence[Point]) -> None:
+        """Go on with the stroke."""
+        if self._last is not None and points:
+            self._paint((self._last, *points))
+            self._last = points[-1]
+
+    def lift(self) -> None:
+        """End the stroke."""
+        if self._last is not None:
+            self._last = None
+            self._gives = self._illuminance()
+            self._refresh()
+
+    def undo(self) -> None:
+        """Take the last stroke back."""
+        if self._before and not self._busy:
+            *self._before, self._alpha = self._before
+            self._settled()
+
+    def find_again(self) -> None:
+        """Let the program find the lamp; that can be undone too."""
+        radiance = self._lamp.radiance
+        self._busy = True
+        self._services.runner.submit(
+            _FIND,
+            lambda token, report: find_mask(radiance).alpha,
+            done=self._found,
+            failed=self._failed,
+        )
+        self._refresh()
+
+    def save(self) -> None:
+        """Keep the mask with the lamp; the one before is put into the trash."""
+        lamp, alpha, folder = self._lamp, self._alpha, self._folder
+        if self._busy or alpha is lamp.alpha:
+            return
+        self._busy = True
+
+        def work() -> CapturedLamp:
+            edited = make_lamp(
+                lamp.name,
+                lamp.radiance,
+                alpha,
+                title=lamp.title,
+                white_cd_m2=lamp.white_cd_m2,
+                distance_m=lamp.distance_m,
+                camera=lamp.camera,
+            )
+            update_lamp(folder, edited)
+            return edited
+
+        self._desk.file_work.submit(
+            lambda token, report: work(), done=lambda _: self._kept(), failed=self._failed
+        )
+        self._refresh()
+
+    # -- inside --------------------------------------------------------------------------------
+
+    def _paint(self, points: tuple[Point, ...]) -> None:
+        self._error = ""
+        self._alpha = stroke(self._alpha, points, self._radius, self._lit)
+        self._refresh()
+
+    def _found(self, alpha: Float32) -> None:
+        self._before = [*self._before[-_MOST_UNDONE:], self._alpha]
+        self._alpha = alpha
+        self._settled()
+
+    def _settled(self) -> None:
+        self._busy, self._error = False, ""
+        self._gives = self._illuminance()
+        self._refresh()
+
+    def _failed(self, error: Exception) -> None:
+        self._busy, self._error = False, str(error)
+        if not isinstance(error, CoreError):
+            self._services.notify.tell_error(error)
+            self._error = "The mask was not saved."
+        self._refresh()
+
+    def _kept(self) -> None:
+        lamp, folder, desk = self._lamp, self._folder, self._desk
+        self._busy = False
+        if self._view is not None:
+            self._view.shut()
+
+        def back() -> None:
+            desk.file_work.submit(
+                lambda token, report: update_lamp(folder, lamp), done=lambda _: self._saved()
+            )
+
+        self._services.notify.tell(
+            f"Mask of “{lamp.title}” saved.", kind="done", actions=(("Undo", back),)
+        )
+        self._saved()
+
+    def _illuminance(self) -> str:
+        """Say what the lamp gives now; empty where its exposure is not known."""
+        lamp = self._lamp
+        if lamp.white_cd_m2 is None:
+            return ""
+        drawn = CapturedLamp(
+            lamp.name, lamp.title, lamp.radiance, self._alpha, lamp.white_cd_m2, lamp.distance_m
+        )
+        lux = drawn.lux if self._alpha.any() else 0.0
+        return f"It gives {lux_words(lux or 0.0)} where the camera stood."
+
+    def _refresh(self) -> None:
+        if self._view is not None:
+            self._view.show_state(self.state())
+
+
+def _seen(lamp: CapturedLamp) -> Bytes:
+    """Picture of a capture in which the lamp keeps its form and the dark room can be seen."""
+    light = lamp.radiance @ np.array(LUMINANCE_WEIGHTS, np.float32)
+    lit = light[lamp.alpha > 0.5]
+    top = float(np.percentile(lit, 95.0)) if lit.size else float(light.max())
+    level = np.maximum(lamp.radiance, 0.0) * np.float32(_DEEP / max(top, 1e-30))
+    shown = np.log1p(level) / np.float32(np.log1p(_DEEP))
+    return to_bytes(np.clip(shown, 0.0, 1.0).astype(np.float32))
