@@ -251,7 +251,7 @@ def keep_pictures(path: Path, transport: Transport, truth: Float32) -> None:
     arrays = {
         "pixels": transport.pixels[chessboard(transport)],
         "bright": bright.astype(np.float32),
-        "pictures": np.round(65535 * mean / bright).astype(np.uint16).T,
+        "pictures": np.round(65535 * np.maximum(mean / bright, 0.0)).astype(np.uint16).T,
     }
 
     def write(target: Path) -> None:
