@@ -36,7 +36,7 @@ from app.core.second_light.scale import illuminance
 from app.core.second_light.search import Placed, place_all
 from app.core.transport import Transport, render
 from app.core.weights import target_weights
-from tests.helpers.second_light import composite, full_targets, plain_near
+from tests.helpers.second_light import answers_per_steradian, composite, full_targets, plain_near
 from tests.helpers.shared import SHARED, needs_shared
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -141,10 +141,15 @@ def test_with_a_lamp_from_numbers_it_is_eq_7_with_the_near_picture(word: str) ->
 
 
 @cache
+def _answers() -> NDArray[np.float64]:
+    return answers_per_steradian(_head()[1])
+
+
+@cache
 def _plain_near(word: str, number: int) -> NDArray[np.float64]:
     transport = _head()[1]
     shape = load_shape_of(transport, "generic")
-    return plain_near(transport, shape, parse(word), *placement(number))
+    return plain_near(_answers(), shape, parse(word), *placement(number))
 
 
 def _brute_force(

@@ -23,7 +23,7 @@ from app.core.second_light.near import (
 )
 from app.core.second_light.numbers import NumbersLamp, parse
 from app.core.second_light.placements import ALTITUDES_DEG, MIRRORED, placement
-from tests.helpers.second_light import HEAD, head_shape, plain_near
+from tests.helpers.second_light import HEAD, answers_per_steradian, head_shape, plain_near
 from tests.helpers.synthetic import ALBEDO, lambert_sphere_transport
 
 TRANSPORT = lambert_sphere_transport()
@@ -33,6 +33,11 @@ PLACES = [(0.0, 0.0), (35.0, 45.0), (-90.0, 16.875), (140.0, -33.75)]
 @cache
 def _near() -> NearField:
     return prepare_near(TRANSPORT, head_shape())
+
+
+@cache
+def _answers() -> NDArray[np.float64]:
+    return answers_per_steradian(TRANSPORT)
 
 
 def _grey(lamp: NumbersLamp, azimuth: float, altitude: float) -> NDArray[np.float64]:
@@ -51,7 +56,7 @@ def _apart(one: NDArray[np.float64], two: NDArray[np.float64]) -> float:
 @pytest.mark.parametrize("word", ["phone@0.3", "panel@0.6", "softbox@0.4"])
 def test_pictures_are_the_formula_written_down(word: str, place: tuple[float, float]) -> None:
     lamp = parse(word)
-    plain = plain_near(TRANSPORT, head_shape(), lamp, *place)
+    plain = plain_near(_answers(), head_shape(), lamp, *place)
     assert _apart(_grey(lamp, *place), plain) < 1e-3
 
 
