@@ -76,12 +76,14 @@ def room(
     shape: tuple[int, int] = (512, 1024),
     reflections: bool = True,
     seed: int = 0,
+    finer: int = 2,
 ) -> tuple[Float32, Bool]:
     """Light of the room, (H, W, 3) cd/m2, and where the lamp is, (H, W).
 
-    The room's mean radiance is `share` of the lamp's mean.
+    The room's mean radiance is `share` of the lamp's mean. Drawn `finer` times as fine; with an
+    odd number no texel is lamp by exactly half.
     """
-    fine = (2 * shape[0], 2 * shape[1])
+    fine = (finer * shape[0], finer * shape[1])
     mask, pattern = coverage(lamp, fine)
     mean = lamp.level * float(pattern[mask].mean())
     random = np.random.default_rng(seed)

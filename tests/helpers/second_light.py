@@ -14,6 +14,7 @@ from app.core.second_light.captured import PlacedLamp
 from app.core.second_light.contrast import FaceBasis, prepare_face
 from app.core.second_light.numbers import NumbersLamp, parse
 from app.core.second_light.placements import placement
+from app.core.transport import Transport
 from tests.helpers.synthetic import (
     lambert_sphere_transport,
     lamp_direction,
@@ -123,3 +124,51 @@ def composite(added: AddedLight, place: NDArray[np.floating], turn: int, number:
 def pack() -> StylePack:
     """Styles of that head."""
     return synthetic_pack()
+
+
+def answers_per_steradian(transport: Transport) -> Float64:
+    """(P, 32, 64) luminance of T per steradian, less what the low rank dips below black."""
+    found = np.zeros((len(transport.pixels), 32, 64))
+    for channel, weight in enumerate(transport.header.luminance_weights):
+        found += weight * np.maximum(transport.matrix(channel), 0.0).reshape(found.shape)
+    return found / solid_angles(32, 64)[:, None]
+
+
+def plain_near(
+    per_steradian: Float64, shape: HeadShape, lamp: NumbersLamp, azimuth_deg: float, up_deg: float
+) -> Float64:
+    """(P,) luminance under a lamp of white light near the head, as the formula is written.
+
+    For each piece of the lamp and each pixel: T per steradian from the piece's direction, between
+    the texels' centres, times luminance, area and the cosine at the lamp over the squared way.
+    """
+    toward = lamp_direction(-azimuth_deg, up_deg)
+    side = lamp_direction(-azimuth_deg - 90.0, 0.0)
+    over = np.cross(toward, side)
+    seen = [
+        2.0 * np.degrees(np.arctan(size / 2.0 / max(lamp.distance_m - 0.1, 0.1)))
+        for size in lamp.size_m
+    ]
+    wide, tall = (int(np.clip(np.ceil(one / 7.0), 2, 8)) for one in seen)
+    area = lamp.size_m[0] * lamp.size_m[1] / (wide * tall)
+    pixel = np.arange(len(per_steradian))
+    picture = np.zeros(len(pixel))
+    for i in range(wide):
+        for j in range(tall):
+            x, y = ((i + 0.5) / wide - 0.5), ((j + 0.5) / tall - 0.5)
+            place = toward * lamp.distance_m
+            place = place + side * x * lamp.size_m[0] + over * y * lamp.size_m[1]
+            way = place - shape.positions.astype(np.float64)
+            length = np.linalg.norm(way, axis=1)
+            way /= length[:, None]
+            column = (np.arctan2(-way[:, 0], way[:, 2]) / (2 * np.pi) + 0.5) * 64 - 0.5
+            row = np.clip((0.5 - np.arcsin(way[:, 1]) / np.pi) * 32 - 0.5, 0.0, 31.0)
+            left, upper = np.floor(column).astype(int), np.minimum(row.astype(int), 30)
+            answer = np.zeros(len(pixel))
+            for down, weight in ((0, 1 - (row - upper)), (1, row - upper)):
+                for right, share in ((0, 1 - (column - left)), (1, column - left)):
+                    texel = per_steradian[pixel, upper + down, (left + right) % 64]
+                    answer += weight * share * texel
+            facing = np.maximum(way @ toward, 0.0)
+            picture += answer * lamp.luminance * area * facing / length**2
+    return picture

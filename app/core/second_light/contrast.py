@@ -4,6 +4,9 @@ The picture is linear in its three parts: the place's light, less what the lamp 
 the lamp's own. In an orthonormal basis of the pictures that the head can give, each part has a
 hundred-odd coordinates, and the squared norm of the sum is theirs. All parts are measured in the
 same basis, so that a sun that the lamp hides is gone, however bright it was.
+
+Of the first coordinates, which hold nearly all, that is reckoned for every texel. Of all others
+it is for the place's brightest texels only: what a lamp hides besides is too faint to show there.
 """
 
 from __future__ import annotations
@@ -36,9 +39,10 @@ Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 Floats: TypeAlias = NDArray[np.floating[Any]]
 
-_MAIN: Final = (48, 144)  # coordinates that the search looks at, at least and at most
+_MAIN: Final = (48, 96)  # coordinates that the search looks at, at least and at most
 _SIZE: Final = 4e7  # numbers in the tables of what a lamp hides; large lamps get fewer coordinates
 _LEAST: Final = 0.02  # texels that give less than this share of the strongest contrast count less
+_BRIGHT: Final = 16  # texels of the place that count as brightest
 _BATCH: Final = 48  # coordinates at a time: what they need stays in the cache
 _PURE: Final = 1e-4
 _STEPS: Final = np.arange(TURNS)
@@ -72,8 +76,8 @@ class Contrast:
     ----------
     face : FaceBasis
         Of the head.
-    spectra : (33, D, 64) complex128
-        The first D rows of its basis, transformed along azimuth and conjugate.
+    spectra : (33, K, 64) complex128
+        The rows of its basis, transformed along azimuth and conjugate.
     lamp : (K, 576) float64
         Coordinates of the lamp's pictures.
     beside : (576,) float64
@@ -82,6 +86,10 @@ class Contrast:
         Per altitude: what each hidden texel counts in the first D coordinates.
     shadows : tuple of (1, M, 64) float64
         Per altitude: what each hidden texel counts along the lamp's own picture.
+    further : (4096, K - D) float32
+        What each texel counts in the other coordinates.
+    shades : (2048, 576) float32
+        Share of each texel that the lamp hides, per placement.
     """
 
     face: FaceBasis = field(repr=False)
@@ -90,6 +98,8 @@ class Contrast:
     beside: Float64 = field(repr=False)
     hidden: tuple[Float32, ...] = field(repr=False)
     shadows: tuple[Float64, ...] = field(repr=False)
+    further: Float32 = field(repr=False)
+    shades: Float32 = field(repr=False)
 
 
 def prepare_face(transport: Transport) -> FaceBasis:
@@ -159,22 +169,40 @@ def find_contrast(face: FaceBasis, hidden: Hidden, lamp: Float64, beside: Float6
     """
     texels = sum(len(own) for own in hidden.own)
     main = int(np.clip(_SIZE / (TURNS * max(texels, 1)), *_MAIN))
-    rows = face.rows[:main]
-    grid = rows.reshape(len(rows), -1, SHAPE[1])
-    tables = hidden_tables(hidden, rows.astype(np.float32))
-    own = lamp[:main].reshape(len(rows), -1, TURNS)
-    shadows = [
-        np.einsum("dmk,dk->mk", table, own[:, altitude], optimize=True)[None]
-        for altitude, table in enumerate(tables)
-    ]
+    grid = face.rows.reshape(len(face.rows), -1, SHAPE[1])
+    tables = hidden_tables(hidden, face.rows[:main].astype(np.float32))
     return Contrast(
         face=face,
         spectra=np.ascontiguousarray(np.fft.rfft(grid, axis=2).conj().transpose(2, 0, 1)),
         lamp=lamp,
         beside=beside,
         hidden=tuple(np.ascontiguousarray(table.transpose(1, 0, 2)) for table in tables),
-        shadows=tuple(shadows),
+        shadows=_shadows(face, hidden, lamp),
+        further=np.ascontiguousarray(face.rows[main:].T.astype(np.float32)),
+        shades=_shades(hidden),
     )
+
+
+def _shadows(face: FaceBasis, hidden: Hidden, lamp: Float64) -> tuple[Float64, ...]:
+    """Per altitude, (1, M, 64): what each hidden texel counts along the lamp's own picture."""
+    found = [np.zeros((1, *own.shape)) for own in hidden.own]
+    for start in range(0, len(face.rows), _BATCH):
+        part = slice(start, start + _BATCH)
+        tables = hidden_tables(hidden, face.rows[part])
+        pictures = lamp[part].reshape(-1, len(found), TURNS)
+        for altitude, table in enumerate(tables):
+            found[altitude][0] += np.einsum("dmk,dk->mk", table, pictures[:, altitude])
+    return tuple(found)
+
+
+def _shades(hidden: Hidden) -> Float32:
+    """(2048, 576) share of each texel that the lamp hides."""
+    texels = SHAPE[0] * SHAPE[1]
+    shades = np.zeros((texels, len(hidden.own), TURNS), np.float32)
+    for altitude, (own, shares) in enumerate(zip(hidden.own, hidden.shares, strict=True)):
+        half = len(own) // 2
+        shades[own[:half], altitude, _STEPS] = shares[:half]
+    return shades.reshape(texels, -1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -227,12 +255,14 @@ def norms(
     place = _at_all_turns(contrast, parts)
     place = place if turn is None else place[:, [turn]]
     own = np.square(contrast.lamp).sum(axis=0) + contrast.beside
-    both = place.T @ contrast.lamp[: len(place)]
+    both = place.T @ contrast.lamp
     if turn is None:
         both -= correlate(hidden, contrast.shadows, parts)[0]
     else:
         both -= correlate_at(hidden, contrast.shadows, parts, turn)
-    left = _left(contrast, hidden, place.astype(np.float32), parts, turn)
+    main = contrast.hidden[0].shape[1]
+    left = _left(contrast, hidden, place[:main].astype(np.float32), parts, turn)
+    left += _further(contrast, place[main:], parts, turn)
     return Norms(left, both * (2.0 / scale), own / scale**2)
 
 
@@ -262,6 +292,28 @@ def _left(
         found.append(squared)
     stacked: Float64 = np.stack(found).astype(np.float64)
     return by_turn(stacked[None])[0] if turn is None else stacked.reshape(1, -1)
+
+
+def _further(contrast: Contrast, place: Float64, parts: Float64, turn: int | None) -> Float64:
+    """(64 or 1, 576) the same in the other coordinates, less the brightest texels alone.
+
+    With r the place's picture, d_b what texel b gives of it and s_b how much of that is hidden,
+    |r - sum of s_b d_b|^2 = |r|^2 - 2 sum of s_b (d_b . r) + sum of s_a s_b (d_a . d_b).
+    """
+    texels = len(contrast.shades)
+    counts = np.square(contrast.further[:texels]).sum(axis=1).reshape(SHAPE).mean(axis=1)
+    merit = np.square(parts[0]) * counts[:, None]
+    row, column = np.divmod(np.argpartition(merit.ravel(), -_BRIGHT)[-_BRIGHT:], SHAPE[1])
+    turns = _STEPS if turn is None else np.array([turn])
+    where = row * SHAPE[1] + (column - turns[:, None]) % SHAPE[1]
+    single = contrast.further[where] * parts[0, row, column][:, None]
+    single += contrast.further[texels + where] * parts[1, row, column][:, None]
+    shares = contrast.shades[where].astype(np.float64)
+    along = np.einsum("tbr,rt->tb", single, place)
+    between = single @ single.transpose(0, 2, 1)
+    lost = ((between @ shares - 2.0 * along[:, :, None]) * shares).sum(axis=1)
+    found: Float64 = np.square(place).sum(axis=0)[:, None] + lost
+    return np.maximum(found, 0.0)
 
 
 def norm_at(
@@ -300,7 +352,7 @@ def norm_at(
 
 
 def _at_all_turns(contrast: Contrast, parts: Float64) -> Float64:
-    """(D, 64) coordinates of the place's pictures."""
+    """(K, 64) coordinates of the place's pictures."""
     spectrum = np.fft.rfft(parts.reshape(-1, SHAPE[1]), axis=1).T
     product = (contrast.spectra @ spectrum[:, :, None])[:, :, 0]
     found: Float64 = np.fft.irfft(product.T, n=SHAPE[1], axis=1)

@@ -5,7 +5,8 @@ are square and neither seam nor pole is near. Then its outline is looked for ove
 brightness: while the level passes from the room's to the lamp's, the outline of a lamp with edges
 stays where it is. Of several such levels the highest counts that still holds nearly all of the
 light: below it the lamp's reflection on the table or the lit wall would be taken along, above it
-a dim rim would be lost. Last, each piece of the edge is put where the light has half its step.
+a dim rim would be lost. Last, each piece of the edge is put where the light has half its step;
+that is read from the capture as it came: turning it blurs, and a small lamp is nearly all edge.
 """
 
 from __future__ import annotations
@@ -122,8 +123,7 @@ def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:
     whole = cv2.resize(core.mask.astype(np.float32), size, interpolation=cv2.INTER_NEAREST)
     sure = np.asarray(remap_frame(np.asarray(whole, np.float32), forward)) > 0.5
     found = _outline(seen, sure)
-    edge = _at_half(seen, found.mask)
-    alpha = np.clip(np.asarray(remap_frame(edge, forward.T), np.float32), 0.0, 1.0)
+    alpha = _as_captured(light, _at_half(seen, found.mask), forward.T)
     lost = 0.0 if clipped is None else float((clipped * alpha).sum() / max(alpha.sum(), 1e-9))
     return LampMask(alpha, found.contrast, found.rejected, lost)
 
@@ -305,22 +305,48 @@ def _best_level(levels: list[_Level]) -> int:
 
 
 def _at_half(seen: Float32, mask: Bool) -> Float32:
-    """Put the edge where the light has half its step; (H, W) alpha, soft over one texel."""
+    """Put the edge where the light has half its step.
+
+    Returns
+    -------
+    (H, W, 4) float32
+        Alpha, soft over one texel; whether it was found from the lamp's light and the room's on
+        both sides of the edge, 0 or 1; and these two.
+    """
     radius = max(round(_RING_DEG * seen.shape[0] / 180.0), 2)
     size = (2 * radius + 1, 2 * radius + 1)
     three = np.ones((3, 3), np.uint8)
-    alpha = mask.astype(np.float32)
+    found = np.zeros((*seen.shape, 4), np.float32)
+    found[..., 0] = mask
     for _ in range(2):
-        hard = (alpha >= 0.5).astype(np.uint8)
+        hard = (found[..., 0] >= 0.5).astype(np.uint8)
         core, clear = cv2.erode(hard, three), 1 - cv2.dilate(hard, three)
         ring = cv2.dilate(hard, three, iterations=2) - cv2.erode(hard, three, iterations=2)
         inside, any_in = _around(seen, core, size)
         outside, any_out = _around(seen, clear, size)
-        span = inside - outside
-        told = (ring > 0) & any_in & any_out & (span > 0.2 * inside)
-        share = np.divide(seen - outside, span, out=np.zeros_like(seen), where=told)
-        alpha = np.where(told, np.clip(share, 0.0, 1.0), hard).astype(np.float32)
-    return alpha
+        told = (ring > 0) & any_in & any_out & (inside - outside > 0.2 * inside)
+        alpha = np.where(told, _share(seen, inside, outside, told), hard)
+        found = np.stack([alpha, told, inside, outside], axis=2).astype(np.float32)
+    return found
+
+
+def _share(light: Float32, inside: Float32, outside: Float32, where: Bool) -> Float32:
+    """How far light is from outside's level to inside's, 0 to 1; 0 elsewhere."""
+    zero = np.zeros_like(light)
+    share = np.divide(light - outside, inside - outside, out=zero, where=where)
+    return np.asarray(np.clip(share, 0.0, 1.0), np.float32)
+
+
+def _as_captured(light: Float32, edge: Float32, back: Float64) -> Float32:
+    """(H, W) alpha in the frame of the capture, from `_at_half`.
+
+    The levels on both sides of an edge change slowly and can be turned; where they are known, a
+    texel of the capture itself says how much of it is lamp.
+    """
+    alpha, told, inside, outside = np.moveaxis(remap_frame(edge, back), 2, 0)
+    known = (told > 0.99) & (inside > outside)
+    found = np.where(known, _share(light, inside, outside, known), alpha)
+    return np.asarray(np.clip(found, 0.0, 1.0), np.float32)
 
 
 def _around(seen: Float32, where: NDArray[Any], size: tuple[int, int]) -> tuple[Float32, Bool]:

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.environment import reduce_radiance, solid_angles
+from app.core.environment import solid_angles
 from app.core.progress import Report, Token, silent
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT, MIRRORED, direction, placement
 
@@ -37,10 +37,14 @@ Float64: TypeAlias = NDArray[np.float64]
 Columns: TypeAlias = Float16 | Float32
 
 _PIECE_DEG: Final = 7.0  # of the lamp, seen from the skin: a little more than a texel of T
-_PIECES: Final = (2, 6)  # along each side
+_PIECES: Final = (2, 8)  # along each side
 _SKIN_M: Final = 0.1  # from the middle of the head, for the size that a lamp appears
-_FINE: Final = (256, 512)
+_DOT_DEG: Final = 0.1  # of the lamp, for what it hides
+_DOTS: Final = (128, 512)  # along each side
+_GOLDEN: Final = 0.5 * (math.sqrt(5.0) - 1.0)
 _BATCH: Final = 1024
+_BLACK: Final = 2.0**-14  # the smallest normal half: fainter answers are none
+_HALF_TO_SINGLE: Final = np.float32(2.0**112)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,8 +57,9 @@ class NearField:
         Of the head.
     positions : (P, 3) float32
         Where each pixel's skin is, metres from the middle of the head.
-    columns : (P * H * W, 3) float16
-        T per steradian, linear Rec. 709: pixel by pixel, texels row-major.
+    columns : (P * H * W, 4) float16
+        T per steradian, linear Rec. 709 and a 0: pixel by pixel, texels row-major. Rows of eight
+        bytes are fetched in half the time of rows of six.
     """
 
     transport: Transport = field(repr=False)
@@ -63,7 +68,7 @@ class NearField:
 
 
 def prepare_near(transport: Transport, shape: HeadShape) -> NearField:
-    """Get a head ready; takes half a second and some 60 MB.
+    """Get a head ready; takes half a second and some 80 MB.
 
     Parameters
     ----------
@@ -81,15 +86,15 @@ def prepare_near(transport: Transport, shape: HeadShape) -> NearField:
     count = len(transport.pixels)
     per_steradian = np.repeat(1.0 / solid_angles((height, width)), width).astype(np.float32)
     texels = transport.texel_basis * per_steradian
-    columns = np.empty((count, height * width, 3), np.float16)
+    columns = np.zeros((count, height * width, 4), np.float16)
     for start in range(0, count, _BATCH):
         part = slice(start, start + _BATCH)
         for channel in range(3):
+            found = transport.pixel_basis[channel, part] @ texels
             # The low rank may dip a little below black.
-            columns[part, :, channel] = np.maximum(
-                transport.pixel_basis[channel, part] @ texels, 0.0
-            )
-    return NearField(transport, shape.positions, columns.reshape(-1, 3))
+            found[found < _BLACK] = 0.0
+            columns[part, :, channel] = found
+    return NearField(transport, shape.positions, columns.reshape(-1, 4))
 
 
 def near_picture(
@@ -112,8 +117,7 @@ def near_picture(
         Linear Rec. 709 in cd/m2, as the picture under an environment in cd/m2 is.
     """
     picture = _picture(near, near.columns, lamp, azimuth_deg, altitude_deg)
-    picture *= np.asarray(lamp.colour, np.float32)
-    return picture
+    return picture[:, :3] * np.asarray(lamp.colour, np.float32)
 
 
 def near_luminances(
@@ -142,7 +146,7 @@ def near_luminances(
     """
     transport = near.transport
     weights = np.asarray(transport.header.luminance_weights) * lamp.colour
-    columns = (near.columns @ weights.astype(np.float32))[:, None]
+    columns = (near.columns[:, :3] @ weights.astype(np.float32))[:, None]
     twins = _twins(transport) if transport.header.symmetric else None
     found = np.empty((COUNT, len(near.positions)), np.float32)
     done = np.zeros(COUNT, bool)
@@ -176,12 +180,10 @@ def coverage(lamp: NumbersLamp, shape: tuple[int, int]) -> Float32:
     (576, H, W) float32
         Share of each texel, 0 to 1, at turn 0.
     """
-    fine = _fine_directions()
     found = np.empty((COUNT, *shape), np.float32)
     width = shape[1]
     for row, altitude in enumerate(ALTITUDES_DEG):
-        hidden = _hides(lamp, fine, float(altitude)).astype(np.float32)
-        ahead = reduce_radiance(hidden[..., None], shape)[..., 0]
+        ahead = _hides(lamp, float(altitude), shape)
         for column in range(width):
             # Azimuths toward the sitter's left are panorama azimuths to the left.
             found[row * width + column] = np.roll(ahead, -column, axis=1)
@@ -243,14 +245,21 @@ def _answers(columns: Columns, shape: tuple[int, int], toward: Float32) -> Float
     y = np.arcsin(np.clip(toward[:, 1], -1.0, 1.0)) * np.float32(-height / math.pi)
     y = np.clip(y + np.float32(height / 2 - 0.5), 0.0, np.float32(height - 1))
     left, upper = np.floor(x).astype(np.int64), np.minimum(y.astype(np.int64), height - 2)
-    right_share, lower_share = (x - left)[:, None], (y - upper)[:, None]
+    right_share, lower_share = x - left, y - upper
     start = np.arange(len(toward)) * (height * width) + upper * width
     first, second = start + left % width, start + (left + 1) % width
-    top, bottom = (
-        columns[first + down] * (1 - right_share) + columns[second + down] * right_share
-        for down in (0, width)
-    )
-    mixed: Float32 = top * (1 - lower_share) + bottom * lower_share
+    texels = np.stack([first, second, first + width, second + width])
+    both = np.stack([1 - right_share, right_share])
+    shares = np.concatenate([both * (1 - lower_share), both * lower_share]).astype(np.float32)
+    values = columns.take(texels, axis=0)
+    if values.dtype == np.float16:
+        # Shifted, the bits of a half are those of a single 2^-112 times as large; numpy's own way
+        # from one to the other takes longer than all the rest. No value is negative.
+        values = (values.view(np.uint16).astype(np.uint32) << 13).view(np.float32)
+        shares *= _HALF_TO_SINGLE
+    size = columns.shape[1]
+    values = values.reshape(4, -1) * np.repeat(shares, size, axis=1)
+    mixed: Float32 = values.sum(axis=0).reshape(-1, size)
     return mixed
 
 
@@ -262,21 +271,42 @@ def _twins(transport: Transport) -> NDArray[np.int64]:
     return np.where(pixels[where] == mirrored, where, np.arange(len(pixels)))
 
 
-def _fine_directions() -> Float64:
-    """(256, 512, 3) unit vectors of a fine panorama, head frame at turn 0."""
-    rows, columns = _FINE
-    elevation = np.pi / 2 - (np.arange(rows) + 0.5) / rows * np.pi
-    azimuth = ((np.arange(columns) + 0.5) / columns - 0.5) * 2 * np.pi
-    level, up = np.cos(elevation)[:, None], np.sin(elevation)[:, None]
-    parts = [-np.sin(azimuth) * level, np.broadcast_to(up, _FINE), np.cos(azimuth) * level]
-    return np.stack(parts, axis=-1)
+def _hides(lamp: NumbersLamp, altitude_deg: float, shape: tuple[int, int]) -> Float32:
+    """(H, W) share of each texel that the lamp hides, held in front at an altitude.
 
-
-def _hides(lamp: NumbersLamp, fine: Float64, altitude_deg: float) -> NDArray[np.bool_]:
-    """Whether the lamp, held in front at an altitude, hides a direction."""
+    The lamp is cut into dots and each dot's solid angle goes to its texel: what is summed up is
+    right however small the lamp is, and a texel's edge cuts it to within a dot.
+    """
+    height, width = shape
     toward, side, over = _axes(0.0, altitude_deg)
-    ahead = fine @ toward
-    reach = lamp.distance_m / np.maximum(ahead, 1e-9)
-    x, y = fine @ side * reach / lamp.size_m[0], fine @ over * reach / lamp.size_m[1]
-    inside = np.hypot(x, y) <= 0.5 if lamp.round else (np.abs(x) <= 0.5) & (np.abs(y) <= 0.5)
-    return np.asarray(inside & (ahead > 0))
+    x, y = _dots(*(_along(size, lamp.distance_m) for size in lamp.size_m))
+    wide, tall = lamp.size_m
+    places = toward * lamp.distance_m + side * wide * x[:, None] + over * tall * y[:, None]
+    squared = np.square(places).sum(axis=1)
+    dots = wide * tall * lamp.distance_m / (len(x) * squared**1.5)
+    if lamp.round:
+        dots *= np.hypot(x, y) <= 0.5
+    azimuth = np.arctan2(-places[:, 0], places[:, 2])
+    elevation = np.arcsin(places[:, 1] / np.sqrt(squared))
+    column = np.floor((azimuth / (2 * np.pi) + 0.5) * width).astype(np.int64) % width
+    row = np.clip(np.floor((0.5 - elevation / np.pi) * height), 0, height - 1).astype(np.int64)
+    sums = np.bincount(row * width + column, dots, height * width).reshape(shape)
+    shares = 0.5 * (sums + sums[:, ::-1]) / solid_angles(shape)[:, None]
+    return np.asarray(np.minimum(shares, 1.0), np.float32)
+
+
+def _along(size_m: float, away_m: float) -> int:
+    """Dots along one side."""
+    seen = math.degrees(2.0 * math.atan(size_m / 2.0 / away_m))
+    return math.ceil(min(max(seen / _DOT_DEG, _DOTS[0]), _DOTS[1]))
+
+
+def _dots(wide: int, tall: int) -> tuple[Float64, Float64]:
+    """Where dots lie along width and height, -0.5 to 0.5: one in each cell of a grid.
+
+    Each row and column is shifted by its own part of a cell, so that no texel's edge ever runs
+    along a whole row of them.
+    """
+    i, j = np.divmod(np.arange(wide * tall), tall)
+    x, y = (i + (j * _GOLDEN) % 1.0) / wide, (j + (i * _GOLDEN) % 1.0) / tall
+    return x - 0.5, y - 0.5
