@@ -151,11 +151,13 @@ def test_skins_share_their_heads_shape_and_others_do_not() -> None:
         load_shape_of(load_named("female"), str(resources() / "transport" / "generic.npz"))
 
 
-def _arrays(version: int = 1, **changed: NDArray[Any]) -> dict[str, NDArray[Any]]:
+def _arrays(
+    changed: dict[str, NDArray[Any]] | None = None, version: int = 1
+) -> dict[str, NDArray[Any]]:
     shape = head_shape()
     names = ("pixels", "positions", "skin", "above", "side", "eye_point")
     arrays: dict[str, NDArray[Any]] = {name: getattr(shape, name) for name in names}
-    arrays.update(changed)
+    arrays.update(changed or {})
     header = {"format_version": version, "head": "x", "sha256": digest(arrays)}
     return {**arrays, "header": np.frombuffer(json.dumps(header).encode(), np.uint8)}
 
@@ -207,7 +209,7 @@ def test_shapes_that_contradict_themselves_are_refused(
     changed: dict[str, NDArray[Any]], tmp_path: Path
 ) -> None:
     with pytest.raises(TransportError, match="contradicts itself"):
-        load_shape(_store(tmp_path / "x.shape.npz", _arrays(**changed)))
+        load_shape(_store(tmp_path / "x.shape.npz", _arrays(changed)))
 
 
 def test_a_small_file_that_unpacks_to_a_huge_one_is_not_unpacked(tmp_path: Path) -> None:

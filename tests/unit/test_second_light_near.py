@@ -44,7 +44,8 @@ def _grey(lamp: NumbersLamp, azimuth: float, altitude: float) -> NDArray[np.floa
     picture = near_picture(_near(), lamp, azimuth, altitude)
     assert picture.shape == (len(TRANSPORT.pixels), 3)
     assert picture.dtype == np.float32
-    return picture.astype(np.float64) @ np.array(LUMINANCE_WEIGHTS)
+    found: NDArray[np.float64] = picture.astype(np.float64) @ np.array(LUMINANCE_WEIGHTS)
+    return found
 
 
 def _apart(one: NDArray[np.float64], two: NDArray[np.float64]) -> float:
@@ -99,7 +100,7 @@ def test_light_adds_up_and_has_the_lamps_colour() -> None:
     double = near_picture(_near(), replace(lamp, lux_at_1m=800.0), 20.0, 10.0)
     np.testing.assert_allclose(double, 2 * white, rtol=1e-6)
     warm = near_picture(_near(), replace(lamp, colour=(1.77, 0.83, 0.3)), 20.0, 10.0)
-    np.testing.assert_allclose(warm, white * np.float32([1.77, 0.83, 0.3]), rtol=1e-6)
+    np.testing.assert_allclose(warm, white * np.array([1.77, 0.83, 0.3]), rtol=1e-6)
 
 
 def test_a_lamp_is_the_sum_of_its_halves() -> None:
