@@ -149,11 +149,11 @@ def render_all(work: Path, pixels: NDArray[np.int32]) -> Float32:
         for start in range(0, len(pixels), BATCH):
             some, own = pixels[start : start + BATCH], seed * 1_000_003 + start
             shape = (len(some), lamps.count, 3)
-            skin = partial(_skin, tables, light, some, own)
+            below = partial(_skin, tables, light, some, own)
             glints = partial(shine, scene, camera.size, some, lamps, GLINTS, own)
-            part = shelf.keep(f"skin-{start}", shape, skin)
+            part = shelf.keep(f"skin-{start}", shape, below)
             part = part + shelf.keep(f"glints-{GLINTS}-{start}", shape, glints)
-            parts.append(part @ weights)
+            parts.append(np.asarray(part @ weights, np.float32))
             print(f"seed {seed}: {start + len(some)} of {len(pixels)} pixels", flush=True)
         found.append(np.concatenate(parts))
     return np.stack(found)
