@@ -137,7 +137,10 @@ def test_a_goal_of_ones_own_takes_the_arc_it_is_on_or_none(rig: Rig) -> None:
     rig.model.update(goal_deg=wrap(rig.goal + 70.0))
     state = rig.turn_to(rig.goal - 20.0)
     assert state.scale.arc_deg is None
-    assert state.guidance.pill == "In the light in 18°"
+    # It is a goal, and no light to be in.
+    assert state.guidance.pill == "At the goal in 18°"
+    held = rig.turn_to(rig.goal)
+    assert (held.guidance.direction, held.guidance.pill) == ("Hold it", "You are at the goal")
 
 
 def test_match_follows_the_turn_and_never_beats_its_best(rig: Rig) -> None:
