@@ -26,6 +26,7 @@ from heading_cases import (  # isort: skip
     LOCATION, SHARED, Case, crop_cases, cut_out, demo_spots, demo_views, learnt, location,
     location_cases, nothing_cases, scenes, shipped_cases,
 )  # fmt: skip
+from heading_turn import turn_rows, turn_table  # isort: skip
 
 from app.core.angles import difference
 from app.core.files import atomic_write_text
@@ -34,6 +35,7 @@ from app.core.turning.confidence import (
     SET_WEIGHTS,
     Evidence,
     deviation_deg,
+    objections,
     signs,
     trust,
 )
@@ -220,7 +222,8 @@ def measure(folder: Path | None, count: int, wrong: int) -> dict[str, Any]:
     for case in _hard_cases(views, tested, chance, count // 2):
         hard_questions(hard, case, see(case.picture), maps[case.place], chance)
     assert timed is not None
-    return _table(rows, hard, len(lights)) | speed(timed, maps[LOCATION])
+    turn = turn_rows(views, maps[LOCATION], np.random.default_rng(TEST + 1), count)
+    return _table(rows, hard, len(lights)) | {"turn": turn} | speed(timed, maps[LOCATION])
 
 
 def _hard_cases(
@@ -286,7 +289,7 @@ def greatest_likelihood(posed: list[tuple[Evidence, bool]]) -> dict[str, Any]:
     told = np.array([signs(e) for e, _ in posed])
     fitted = told[:, [0, 3, 4, 5]]
     scale = np.array([1.0, *fitted[:, 1:].std(axis=0)])
-    given = told[:, 1:3] @ np.array(SET_WEIGHTS)
+    given = told[:, 1:3] @ np.array(SET_WEIGHTS) - [objections(e) for e, _ in posed]
     error = np.array([deviation_deg(e) for e, _ in posed])
     right = np.array([r for _, r in posed])
 
@@ -318,6 +321,7 @@ def markdown(values: dict[str, Any]) -> str:
             f"| {row['median_deg']:.2f}° | {row['p95_deg']:.2f}° | {row['largest_deg']:.1f}° "
             f"| {row['turn_median_deg']:.2f}° | {row['turn_p95_deg']:.2f}° |"
         )
+    lines += ["", *turn_table(values["turn"])]
     lines += ["", "| pairs that do not belong together | number | accepted |", "|---|---|---|"]
     for kind, row in values["wrong"].items():
         lines.append(f"| {kind.removeprefix('wrong: ')} | {row['pairs']} | {row['accepted']} |")

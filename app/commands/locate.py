@@ -10,18 +10,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from app.commands.telling import Teller
-from app.core.errors import CoreError
-from app.core.turning.field import assumed_fov
-from app.core.turning.heading import UNSURE, Heading, build_index, find_heading
-from app.core.turning.headings import offset_angle
+from app.core.turning.heading import build_index
 from app.core.turning.panorama_file import read_shown_panorama
-from app.core.turning.shot import read_photo
-from app.core.turning.sitter import background_mask, find_sitter
+from app.core.turning.shot import read_photo, search_photo
 
 if TYPE_CHECKING:
-    from app.core.turning.heading import HeadingIndex
-    from app.core.turning.shot import Photo
-    from app.core.turning.sitter import Sitter
+    from app.core.turning.shot import Sought
 
 __all__ = ["add_parser", "run"]
 
@@ -46,7 +40,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "panorama", metavar="PANORAMA", type=Path, help="OpenEXR, Radiance, JPEG, PNG or TIFF"
     )
-    parser.add_argument("photo", metavar="PHOTO", type=Path, help="JPEG, PNG or TIFF")
+    parser.add_argument("photo", metavar="PHOTO", type=Path, help="JPEG, PNG, TIFF or WebP")
     parser.add_argument(
         "--fov",
         metavar="DEG",
@@ -88,57 +82,17 @@ def run(args: argparse.Namespace) -> int:
     start = time.perf_counter()
     photo = read_photo(args.photo)
     index = build_index(read_shown_panorama(args.panorama), report=Teller())
-    heading = _located(photo, index, args.fov)
+    sought = search_photo(photo, index, args.fov)
     seconds = time.perf_counter() - start
     if args.json:
-        print(json.dumps(_as_dict(heading, seconds), indent=1))
+        print(json.dumps(_as_dict(sought, seconds), indent=1))
     else:
-        _print_table(heading)
+        _print_table(sought)
     return 0
 
 
-def _located(photo: Photo, index: HeadingIndex, fov_deg: float | None) -> Heading:
-    """Try what is known of the lens first; EXIF may be of the picture before it was cut."""
-    stated = fov_deg or photo.fov_deg
-    sitter = _sitter_in(photo, stated)
-    tries = [(stated, sitter)]
-    if sitter is not None:
-        tries.append((stated, None))
-    if fov_deg is None and stated is not None:
-        tries.append((None, None))
-    heading = UNSURE
-    for fov, who in tries:
-        found = _found(photo, index, fov, who)
-        if found.status == "found":
-            return found
-        heading = max(heading, found, key=lambda h: (h.confidence, h.inliers))
-    return heading
-
-
-def _found(
-    photo: Photo, index: HeadingIndex, fov_deg: float | None, sitter: Sitter | None
-) -> Heading:
-    if sitter is None:
-        return find_heading(photo.picture, index, fov_deg, sitter_deg=None, fine=True)
-    angle = offset_angle(sitter.column, 1, fov_deg or _assumed_deg(photo))
-    mask = background_mask(sitter, photo.picture.shape[:2])
-    return find_heading(photo.picture, index, fov_deg, sitter_deg=angle, mask=mask, fine=True)
-
-
-def _sitter_in(photo: Photo, fov_deg: float | None) -> Sitter | None:
-    try:
-        return find_sitter(photo.picture, fov_deg or _assumed_deg(photo))
-    except CoreError:
-        # Without the network that finds people the background still can be found.
-        return None
-
-
-def _assumed_deg(photo: Photo) -> float:
-    rows, columns = photo.picture.shape[:2]
-    return assumed_fov((columns, rows))
-
-
-def _as_dict(heading: Heading, seconds: float) -> dict[str, Any]:
+def _as_dict(sought: Sought, seconds: float) -> dict[str, Any]:
+    heading = sought.heading
     found = heading.status == "found"
     angles = (heading.heading_deg, heading.pitch_deg, heading.roll_deg, heading.fov_deg)
     names = ("heading_deg", "pitch_deg", "roll_deg", "fov_deg")
@@ -151,11 +105,13 @@ def _as_dict(heading: Heading, seconds: float) -> dict[str, Any]:
         **numbers,
         "inliers": heading.inliers,
         "confidence": round(heading.confidence, 4),
+        "mirrored": sought.mirrored,
         "seconds": round(seconds, 3),
     }
 
 
-def _print_table(heading: Heading) -> None:
+def _print_table(sought: Sought) -> None:
+    heading = sought.heading
     if heading.heading_deg is None:
         print("Unsure: the photograph could not be found in the panorama.")
         print(f"  points that agree  {heading.inliers}")
@@ -167,6 +123,8 @@ def _print_table(heading: Heading) -> None:
     print(f"  field of view      {_degrees(heading.fov_deg)}")
     print(f"  points that agree  {heading.inliers}")
     print(f"  confidence         {math.floor(100 * heading.confidence)} %")
+    if sought.mirrored:
+        print("The photograph is mirrored, as some phones save selfies.")
 
 
 def _degrees(value: float) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from typing import TYPE_CHECKING, Final
 
@@ -13,6 +14,7 @@ from app.ui.presenters.light_words import rescued
 from app.ui.presenters.model import Step
 from app.ui.robot import Lost, Robot
 from app.ui.screens.light import LightScreen
+from app.ui.screens.turn import TurnScreen
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -137,18 +139,26 @@ class Walk:
         robot, app = self._robot, self._app
         robot.click("Turn to this")
         robot.wait(lambda: app.model.step is Step.TURN, "the turn")
-        self._linger(6.0)
+        self._await_heading()
         self._shoot("turn")
         simulated = getattr(app.services.devices, "simulated", None)
         goal = app.model.target_turn_deg
         if simulated is not None and goal is not None:
             simulated.set_turn(goal - 4.0)
-            self._linger(3.0)
+            self._await_heading()
             self._shoot("turn-in-the-light")
             robot.click("Selfie")
-            self._linger(1.0)
+            self._await_heading()
             self._shoot("turn-selfie")
             robot.click("I walk")
+
+    def _await_heading(self) -> None:
+        """Wait for a number that stays; without a webcam there never is one."""
+        robot, presenter = self._robot, self._robot.find("Turn", TurnScreen).presenter
+        self._linger(2.0)
+        with contextlib.suppress(Lost):
+            robot.wait(lambda: presenter.resolve().guidance.number is not None, "the heading")
+        self._linger(2.0)
 
     def _light(self) -> None:
         """Hold a phone, and where that is too weak a panel, at the best place and elsewhere."""

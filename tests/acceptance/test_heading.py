@@ -39,9 +39,26 @@ def check(values: dict[str, Any], slack: float) -> None:
         assert row["accepted"] >= accepted - slack, kind
         assert row["turn_median_deg"] <= median, kind
         assert row["turn_p95_deg"] <= p95, kind
+    check_turn(values["turn"], slack)
     pairs = sum(row["pairs"] for row in values["wrong"].values())
     accepted = sum(row["accepted"] for row in values["wrong"].values())
     assert accepted <= 0.01 * pairs
+
+
+def check_turn(rows: list[dict[str, Any]], slack: float) -> None:
+    """With the sitter found by the program, at -15, 0 and +15 deg, for both ways of looking."""
+    median, p95, accepted = LOCATION_MOST
+    assert {(row["looks"], row["person_deg"]) for row in rows} == {
+        (looks, angle) for looks in ("sitter", "photographer") for angle in (-15.0, 0.0, 15.0)
+    }
+    for looks in ("sitter", "photographer"):
+        mine = [row for row in rows if row["looks"] == looks]
+        assert max(row["median_deg"] for row in mine) <= median, looks
+        assert max(row["p95_deg"] for row in mine) <= p95, looks
+        pictures = sum(row["pictures"] for row in mine)
+        assert (
+            sum(row["accepted"] * row["pictures"] for row in mine) >= (accepted - slack) * pictures
+        )
 
 
 def check_speed(values: dict[str, Any]) -> None:

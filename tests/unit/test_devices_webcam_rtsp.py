@@ -158,7 +158,7 @@ def test_pictures_and_their_end() -> None:
     source = _Stream(Address.parse("rtsp://cam/"), VirtualClock(), no_keys, 64, lambda _: plug)
     with pytest.raises(WebcamError, match="went away"):
         source.read()
-    source._capture = plug
+    source._reader.begin(plug)
     first = source.read()
     assert first is not None
     assert first.shape == (48, 64, 3)

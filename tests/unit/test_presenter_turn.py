@@ -5,13 +5,16 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from app.core.angles import difference, wrap
 from app.core.environment import read_environment
 from app.core.light_here import prepare
 from app.core.paths import resources
+from app.core.solve import solve_all
 from app.core.turning.guidance import Phase
 from app.core.turning.words import whole
 from app.devices.clock import SystemClock
@@ -19,7 +22,7 @@ from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamState
 from app.ui.presenters import turn_sight
 from app.ui.presenters.model import Step
 from app.ui.presenters.turn_state import TurnSizes
-from tests.helpers.turn_rig import Rig, frame_of
+from tests.helpers.turn_rig import Rig, frame_of, lit_from
 
 
 @pytest.fixture
@@ -134,7 +137,10 @@ def test_a_goal_of_ones_own_takes_the_arc_it_is_on_or_none(rig: Rig) -> None:
     rig.model.update(goal_deg=wrap(rig.goal + 70.0))
     state = rig.turn_to(rig.goal - 20.0)
     assert state.scale.arc_deg is None
-    assert state.guidance.pill == "In the light in 18°"
+    # It is a goal, and no light to be in.
+    assert state.guidance.pill == "At the goal in 18°"
+    held = rig.turn_to(rig.goal)
+    assert (held.guidance.direction, held.guidance.pill) == ("Hold it", "You are at the goal")
 
 
 def test_match_follows_the_turn_and_never_beats_its_best(rig: Rig) -> None:
@@ -266,6 +272,69 @@ def test_a_camera_left_behind_is_said_to_be(rig: Rig) -> None:
     assert rig.presenter._pilot.asked_deg is not None
     rig.presenter._sight.track = track
     assert rig.tick().guidance.number == whole(rig.goal) - 20
+
+
+def wall(seed: int = 0) -> NDArray[np.uint8]:
+    """Something with marks all over, by which a camera that moves is told from one that stands."""
+    chance = np.random.default_rng(seed)
+    spots = cv2.GaussianBlur(chance.integers(0, 255, (144, 256, 3), np.uint8), (0, 0), 3.0)
+    return np.asarray(np.clip((spots - 127.0) * 8.0 + 127.0, 0, 255), np.uint8)
+
+
+def watch_the_walk(
+    rig: Rig, heading_deg: float, from_deg: float, to_deg: float, shakes: bool = False
+) -> list[Phase]:
+    """Somebody walks across the picture for seven seconds; the camera stands, or is held."""
+    chance, phases = np.random.default_rng(1), []
+    for step in range(70):
+        aside = from_deg + (to_deg - from_deg) * min(step / 60.0, 1.0)
+        shift = chance.integers(-4, 5, 2) if shakes else (0, 0)
+        picture = np.roll(wall(), shift, (0, 1))
+        picture[0, :2] = frame_of(heading_deg, sitter_deg=aside)[0, :2]
+        rig.webcam.send(picture)
+        phases.append(rig.tick(1, 0.1).guidance.phase)
+    return phases
+
+
+def test_who_walks_while_the_camera_stands_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the pictures alone, through tracker and guidance: a laptop stays on the ground."""
+    rig = Rig(monkeypatch, camera_looks="me")
+    rig.start()
+    assert abs(difference(rig.goal, 10.0)) > 20.0
+    phases = watch_the_walk(rig, 10.0, -20.0, 20.0)
+    assert Phase.LEFT not in phases[:40]
+    assert phases[-1] is Phase.LEFT
+    assert rig.state.guidance.sentence.startswith("The camera has not moved.")
+    # It is carried on: there is a number again.
+    rig.turn_to(10.0)
+    assert rig.state.guidance.phase is not Phase.LEFT
+    assert rig.point(20.0).guidance.number == whole(difference(rig.goal, 20.0))
+
+
+@pytest.mark.parametrize("case", ["waits", "held", "there", "new goal"])
+def test_who_need_not_be_told(monkeypatch: pytest.MonkeyPatch, case: str) -> None:
+    rig = Rig(monkeypatch, camera_looks="me")
+    rig.start()
+    at = rig.goal if case == "there" else 10.0
+    walk = (0.0, 1.0) if case == "waits" else (-20.0, 20.0)
+    phases = watch_the_walk(rig, at, *walk, shakes=case == "held")
+    assert (Phase.LEFT in phases) == (case == "new goal")
+    if case == "new goal":
+        # Another style whose light is where the camera stands: nobody is asked to walk any more.
+        light = lit_from(10.0)
+        results = solve_all(rig.head.pack, light.searched, "picture", epsilon=0.0, min_strength=0.0)
+        rig.model.update(results=results)
+        assert watch_the_walk(rig, 10.0, 20.0, 20.0)[-1] is Phase.HOLD
+
+
+def test_the_camera_of_who_is_photographed_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A camera on a stand that looks at the sitter, who moves: what is asked moves with them."""
+    rig = Rig(monkeypatch)
+    rig.start()
+    heading = wrap(10.0 + 180.0)
+    phases = watch_the_walk(rig, heading, -20.0, 20.0)
+    assert phases[-1] is Phase.LEFT
+    assert rig.presenter._pilot.asked_deg is not None
 
 
 def test_in_the_light_is_not_left_by_a_tremble(rig: Rig) -> None:

@@ -7,7 +7,14 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.colour import srgb_decode
-from app.core.simulation.phone import CLEAN, Disturbance, disturbed, random_disturbance, swept
+from app.core.simulation.phone import (
+    CLEAN,
+    Disturbance,
+    disturbed,
+    random_disturbance,
+    swept,
+    tone_mapped,
+)
 
 Bytes = NDArray[np.uint8]
 
@@ -114,3 +121,19 @@ def test_sweeping_spreads_sideways_only(pixels: float) -> None:
 
 def test_standing_sweeps_nothing(picture: Bytes) -> None:
     assert swept(picture, 0.4) is picture
+
+
+def test_a_night_mode_presses_areas_together_and_keeps_what_is_on_them() -> None:
+    chance = np.random.default_rng(0)
+    areas = np.repeat([30.0, 200.0], 160)[None, :, None] + np.zeros((240, 1, 3))
+    marks = chance.normal(0.0, 6.0, (240, 320, 1))
+    picture = np.clip(areas + marks, 0, 255).astype(np.uint8)
+    # The dark end of the curve is steep: rounding leaves a few levels.
+    assert np.abs(tone_mapped(picture, 0.0).astype(int) - picture).max() <= 3
+    mapped = tone_mapped(picture, 1.0).astype(float)
+    left, right = mapped[:, 40:120], mapped[:, 200:280]
+    assert right.mean() - left.mean() < 0.7 * 170.0
+    assert right.mean() > left.mean()
+    for area, before in ((left, picture[:, 40:120]), (right, picture[:, 200:280])):
+        assert np.corrcoef(area[..., 1].ravel(), before[..., 1].ravel())[0, 1] > 0.9
+        assert area.std() > before.std()

@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from app.core import sphere
 from app.core.angles import difference
+from app.core.environment import read_environment
 from app.core.errors import CoreError
 from app.core.images import write_png
 from app.core.paths import resources
+from app.core.simulation.scene_views import SceneViews, Stand
 from app.core.turning.confidence import LEAST_CONFIDENCE, Evidence, trust
 from app.core.turning.heading import (
     HeadingIndex,
@@ -43,6 +45,12 @@ def index() -> HeadingIndex:
 
 
 @cache
+def scene() -> SceneViews:
+    folder = resources() / "demo" / "location"
+    return SceneViews(FOLDER, read_environment(folder / "probe-1.exr").radiance)
+
+
+@cache
 def view(turn: int, distance: int) -> Bytes:
     picture = cv2.imread(str(FOLDER / f"view-{turn:03d}-{distance}.webp"))
     assert picture is not None
@@ -63,11 +71,18 @@ class TestTrust:
             {"share": 0.3},
             {"tilt": 0.8},
             {"zoom": 0.5},
+            {"strays": 0.3},
+            {"wide": 0.22},
+            {"wide": 1.3},
         ],
     )
     def test_less_evidence_is_trusted_less(self, weaker: dict[str, float]) -> None:
         worse = replace(GOOD, **weaker)  # type: ignore[arg-type]
         assert trust(worse) < trust(GOOD)
+
+    @pytest.mark.parametrize("usual", [{"strays": 0.1}, {"wide": 0.35}, {"wide": 1.0}])
+    def test_what_is_usual_is_not_held_against_it(self, usual: dict[str, float]) -> None:
+        assert trust(replace(GOOD, **usual)) == trust(GOOD)  # type: ignore[arg-type]
 
     def test_few_points_that_the_picture_does_not_bear_out_are_not(self) -> None:
         chance = replace(GOOD, points=9, share=0.3, support=3.0, spread=0.05)
@@ -207,3 +222,27 @@ class TestPanoramaFile:
         (tmp_path / "cut.jpg").write_bytes(b"\xff\xd8\xff\xe0 and no more")
         with pytest.raises(CoreError, match="damaged"):
             read_shown_panorama(tmp_path / "cut.jpg")
+
+
+# -- a camera that looks away from the sitter -----------------------------------------------------
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_a_camera_that_looks_at_who_carries_it(index: HeadingIndex, known: bool) -> None:
+    """It is nearer to what it sees than the probe was; the person in it stands on the line."""
+    errors, refused = [], 0
+    for turn, aim in ((-150.0, 0.0), (-60.0, 8.0), (20.0, -8.0), (75.0, 0.0), (140.0, 8.0)):
+        seen = scene().view(Stand(turn, 1.8, aim, away=True), Lens(64.0, (640, 480)))
+        assert seen.heading_deg == pytest.approx(turn + aim)
+        assert seen.sitter_deg == pytest.approx(-aim)
+        fov = 64.0 if known else None
+        found = find_heading(seen.picture, index, fov, sitter_deg=-aim, away=True)
+        if found.heading_deg is None:
+            refused += 1
+            continue
+        errors.append(abs(difference(found.heading_deg, seen.heading_deg)))
+        # Things look smaller from the probe; a camera that faces the sitter has that never.
+        assert found.zoom < 1.0
+    assert refused <= 1
+    assert max(errors) <= 3.0
+    assert np.median(errors) <= 1.0

@@ -98,3 +98,11 @@ def test_a_mirrored_picture_agrees_with_nothing() -> None:
     rays, bearings = scene(33.0, 1.5)
     pose = rotation.fit(rays * [-1.0, 1.0], bearings)
     assert pose is None or pose.inside.mean() < 0.3
+
+
+def test_a_lens_seen_from_nearer_than_the_probe() -> None:
+    """Near things are the smaller ones then, and the farthest tell of the lens."""
+    chance = np.random.default_rng(4)
+    shrunk = 1.0 - 1.5 / chance.uniform(4.0, 8.0, 200)
+    assert lens_factor(shrunk, away=True) == pytest.approx(1.0, abs=0.08)
+    assert lens_factor(1.2 * shrunk, away=True) == pytest.approx(1.2, abs=0.1)

@@ -271,7 +271,7 @@ def test_where_the_sitter_is_goes_into_the_search() -> None:
     world.step()
     assert world.sitters[-1] == pytest.approx(12.0)
     world.step(sees_sitter=False)
-    assert world.sitters[-1] is None, "the photographer says nothing of the sitter's line"
+    assert world.sitters[-1] == pytest.approx(12.0), "who carries it is on the sitter's line"
     alone = World(lambda _: 100.0)
     alone.step()
     assert alone.sitters == [None]

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from app.core.colour import srgb_decode, srgb_encode
 
-__all__ = ["CLEAN", "Disturbance", "disturbed", "random_disturbance", "swept"]
+__all__ = ["CLEAN", "Disturbance", "disturbed", "random_disturbance", "swept", "tone_mapped"]
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
@@ -32,6 +32,8 @@ _JPEG: Final = (50, 95)
 _MOST_VIGNETTE: Final = 0.3
 _STEPS: Final = 65535  # of linear light; the steepest part of the curve moves by 0.05 byte
 _LEAST_BLUR_PX: Final = 0.1
+_BASE: Final = 0.04  # of the picture's longer side: what is smaller is detail
+_EDGE: Final = 0.35  # of a difference of brightness that is an edge, natural logarithm
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,3 +182,37 @@ def swept(picture: Bytes, pixels: float) -> Bytes:
     kernel = np.ones(2 * reach + 1, np.float32)
     kernel[[0, -1]] = 1.0 - (2 * reach + 1 - wide) / 2.0
     return np.asarray(cv2.filter2D(picture, -1, kernel[None] / kernel.sum()), np.uint8)
+
+
+def tone_mapped(picture: Bytes, strength: float) -> Bytes:
+    """Show a picture as a phone's night or HDR mode does: shadows up, lights down, details crisp.
+
+    Brightness is split into a smooth base, which keeps its edges, and the detail on it; the base is
+    pressed together, the detail drawn out, and colour with it (Durand and Dorsey, SIGGRAPH 2002).
+
+    Parameters
+    ----------
+    picture : (H, W, 3) uint8
+        sRGB.
+    strength : float
+        0 leaves the picture; 1 leaves a quarter of the base's contrast and doubles the detail.
+
+    Returns
+    -------
+    (H, W, 3) uint8
+        sRGB, a new array.
+    """
+    light = srgb_decode(picture / np.float32(255.0)) + np.float32(1e-3)
+    grey = np.asarray(light.mean(axis=2), np.float32)
+    tone = np.log(grey)
+    sigma = _BASE * max(picture.shape[:2]) / 4.0
+    small = cv2.resize(tone, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
+    smooth = cv2.bilateralFilter(np.asarray(small, np.float32), -1, _EDGE, sigma)
+    size = (picture.shape[1], picture.shape[0])
+    base = cv2.resize(smooth, size, interpolation=cv2.INTER_LINEAR)
+    middle = np.float32(np.median(base))
+    shown = middle + (base - middle) * (1.0 - 0.75 * strength) + (tone - base) * (1.0 + strength)
+    gain = np.exp(shown) / grey
+    colour = (light / grey[..., None]) ** (1.0 + 0.3 * strength)
+    mapped = np.clip(colour * (gain * grey)[..., None], 0.0, 1.0)
+    return np.asarray(srgb_encode(mapped) * np.float32(255.0) + np.float32(0.5), np.uint8)

@@ -13,7 +13,7 @@ both had been taken at this turn, moved by the sitter's own depth.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import cv2
@@ -39,6 +39,7 @@ Mask: TypeAlias = NDArray[np.bool_]
 
 _AXES: Final = np.diag([-1.0, -1.0, 1.0])  # camera axes from those of a panorama
 _COARSE: Final = 0.9  # of a shot's depth map: so that its points leave no holes
+_BEYOND: Final = 2.5  # times as near to things: of a camera that looks away from the sitter
 _STEPS: Final = 3  # of finding the sitter's depth
 _AGREES: Final = (0.06, 0.004)  # of inverse depths: relative, and 1/m
 _WORTH: Final = 0.002  # a shot that adds less of the picture is left out
@@ -62,6 +63,10 @@ class Stand:
         How far the camera points to the right of the sitter, deg.
     pitch_deg, roll_deg : float
         Up, and the camera clockwise; deg.
+    away : bool
+        Whether it points away from the sitter instead, as a laptop's own camera does that is
+        carried around them; `aim_deg` is then from that direction, and in the picture is, in place
+        of the sitter, who carries it.
     """
 
     turn_deg: float
@@ -69,6 +74,7 @@ class Stand:
     aim_deg: float = 0.0
     pitch_deg: float = 0.0
     roll_deg: float = 0.0
+    away: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,9 +88,10 @@ class SceneView:
     heading_deg : float
         Panorama azimuth of the axis, in (-180, 180], deg.
     sitter_deg : float
-        Horizontal angle of the sitter from the axis, positive to the right, deg.
+        Horizontal angle of the sitter, or of who is in their place, from the axis, positive to the
+        right, deg.
     turn_deg : float
-        In (-180, 180], deg: heading + sitter - 180.
+        In (-180, 180], deg: heading + sitter - 180, and for a camera that looks away heading - aim.
     from_panorama : float
         Share of the picture that no view shows, 0 to 1.
     """
@@ -192,15 +199,18 @@ class SceneViews:
             raise ValueError(f"the camera is {nearest} to {furthest} m away")
         if lens.size[0] % 2 or lens.size[1] % 2:
             raise ValueError("columns and rows are even")
-        heading = stand.turn_deg + 180.0 + stand.aim_deg
         position, _ = level_pose(stand.turn_deg, stand.distance_m)
+        # What lies behind the camera's back is seen over the sitter from the other side.
+        across = stand if not stand.away else replace(stand, turn_deg=stand.turn_deg + 180.0)
+        heading = across.turn_deg + 180.0 + stand.aim_deg
         turned = sphere.rotation(heading, stand.pitch_deg, stand.roll_deg) @ _AXES
         camera = _Camera(position, turned.T, lens.focal_px, lens.size)
-        around = self._around(stand, without)
-        shots = [self._files.shot(*key) for key in self._chosen(stand, lens, around, without)]
-        light, missing = self._background(camera, shots)
+        around = self._around(across, without)
+        shots = [self._files.shot(*key) for key in self._chosen(across, lens, around, without)]
+        light, missing = self._background(camera, shots, _BEYOND if stand.away else 1.0)
         if self._sitter:
-            self._add_sitter(light, camera, stand, around)
+            facing = camera if not stand.away else _turned_round(camera)
+            self._add_sitter(light, facing, stand, self._around(stand, without))
         light *= np.float32(self._exposure(around))
         return SceneView(
             _picture(light),
@@ -252,10 +262,12 @@ class SceneViews:
 
     # -- the background ------------------------------------------------------------------------
 
-    def _background(self, camera: _Camera, shots: list[Shot]) -> tuple[Float32, float]:
+    def _background(
+        self, camera: _Camera, shots: list[Shot], nearer: float
+    ) -> tuple[Float32, float]:
         """Radiance, (H, W, 3), and the share that is from the panorama."""
         half = camera.smaller(2.0)
-        near, far = self._depth(camera, half, shots)
+        near, far = self._depth(camera, half, shots, nearer)
         rays = half.rays()
         places = [_world(half, rays, inverse) for inverse in (near, far)]
         left = np.ones(near.size, bool)
@@ -272,9 +284,11 @@ class SceneViews:
             _paint(light, shot.light, maps.reshape(2, *shape), found.reshape(shape), order > 0)
         return light, float(left.mean())
 
-    def _depth(self, camera: _Camera, half: _Camera, shots: list[Shot]) -> tuple[Float32, Float32]:
+    def _depth(
+        self, camera: _Camera, half: _Camera, shots: list[Shot], nearer: float
+    ) -> tuple[Float32, Float32]:
         """Inverse depth of each pixel of half the size; and with edges moved to what is behind."""
-        coarse = camera.smaller(camera.focal_px / (_COARSE * self._files.focal_px / 2.0))
+        coarse = camera.smaller(nearer * camera.focal_px / (_COARSE * self._files.focal_px / 2.0))
         columns, rows = coarse.size
         inverse = np.zeros(columns * rows, np.float32)
         for shot in shots:
@@ -352,6 +366,11 @@ class SceneViews:
             )
         light *= np.float32(1.0) - total[..., 3:]
         light += total[..., :3]
+
+
+def _turned_round(camera: _Camera) -> _Camera:
+    """Return a camera of the same place and tilt that looks the other way."""
+    return replace(camera, rotation=camera.rotation @ np.diag([-1.0, 1.0, -1.0]))
 
 
 def _sitter_maps(camera: _Camera, source: _Camera, shot: Shot) -> tuple[Float32, Float32]:

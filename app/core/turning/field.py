@@ -25,6 +25,7 @@ ASSUMED_DEG: Final = 60.0
 _ALIKE: Final = 0.0045  # standard deviation of the factors where the probe itself stood
 _FARTHEST: Final = 0.10  # share of the points that are as good as far away
 _LEFT: Final = 0.15  # by which the farthest points are still enlarged
+_LEFT_AWAY: Final = 0.25  # made smaller: a wall at 7 m, as it is from 1.5 m nearer
 _FEWEST: Final = 8
 _WITHIN: Final = (0.4, 3.5)  # what a lens and parallax can do together
 
@@ -41,13 +42,16 @@ def assumed_fov(size: tuple[int, int]) -> float:
     return math.degrees(2.0 * math.atan(half))
 
 
-def lens_factor(zooms: Float64) -> float:
+def lens_factor(zooms: Float64, *, away: bool = False) -> float:
     """Return by what factor of the picture plane a lens is wider than was assumed.
 
     Parameters
     ----------
     zooms : (N,) float64
         By how much each point is enlarged; nan where that cannot be said.
+    away : bool, optional
+        Whether the camera looks away from the sitter: it is then nearer to things than the probe
+        was, which makes near things smaller in the panorama and none any larger.
 
     Returns
     -------
@@ -62,5 +66,8 @@ def lens_factor(zooms: Float64) -> float:
     if spread < _ALIKE:
         return float(middle)
     share = min((spread - _ALIKE) / _ALIKE, 1.0)
-    far = float(np.quantile(said, _FARTHEST)) / (1.0 + _LEFT)
+    if away:
+        far = float(np.quantile(said, 1.0 - _FARTHEST)) * (1.0 + _LEFT_AWAY)
+    else:
+        far = float(np.quantile(said, _FARTHEST)) / (1.0 + _LEFT)
     return float(math.exp((1.0 - share) * math.log(middle) + share * math.log(far)))

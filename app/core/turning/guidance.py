@@ -48,6 +48,8 @@ LOST_AFTER_S: Final = 1.0
 """So long the last number stays when no heading is found."""
 
 _SETTLE_DEG: Final = 0.7  # a shown number stays while the heading is within this of it
+_IN_LIGHT: Final = ("You are in the light", "In the light")
+_AT_GOAL: Final = ("You are at the goal", "At the goal")
 _BEYOND_DEG: Final = 90  # further from the goal than this, nobody has just gone too far
 _FULL_ARROW_DEG: Final = 90.0
 _LEAST_ARROW: Final = 0.12
@@ -377,20 +379,22 @@ def _worded(shown: Guide, mode: Mode) -> Guide:
     """Fill in the words of a guide that has its numbers."""
     walk, company = ("", "") if shown.hold else words.walking_words(shown.direction, mode)
     left = shown.number
+    # A goal without an arc, of a style out of reach or one's own, is no light to be in.
+    here, to_there = _AT_GOAL if not shown.arc else _IN_LIGHT
     if shown.hold:
-        headline, light, best = "Hold it", "You are in the light", "Hold it"
-        spoken = "Hold it. You are in the light."
+        headline, light, best = "Hold it", here, "Hold it"
+        spoken = f"Hold it. {here}."
     elif shown.inside:
-        headline, light = "You are in the light", "You are in the light"
+        headline, light = here, here
         best = f"{left}° to the best"
-        spoken = f"You are in the light. {left}° to the best, {shown.direction}. {walk}."
+        spoken = f"{here}. {left}° to the best, {shown.direction}. {walk}."
     elif shown.beyond:
         headline, best = shown.direction, ""
         light = f"{shown.until_light}° too far, back {shown.direction}"
         spoken = f"{light}. {walk}."
     else:
         headline, best = shown.direction, ""
-        light = f"In the light in {shown.until_light}°"
+        light = f"{to_there} in {shown.until_light}°"
         spoken = f"{left}° to go, {shown.direction}. {walk}. {light}."
     return replace(
         shown, headline=headline, walk=walk, company=company, light=light, best=best, spoken=spoken

@@ -26,7 +26,7 @@ from app.core.turning.features import Features, describe, pair
 from app.core.turning.field import assumed_fov, lens_factor
 from app.core.turning.heading_index import HeadingIndex, build_index
 from app.core.turning.rotation import Outlook
-from app.core.turning.support import support
+from app.core.turning.support import strays, support
 from app.core.turning.views import Lens
 
 if TYPE_CHECKING:
@@ -68,8 +68,14 @@ _ZOOM: Final = (0.8, 2.4)  # 1 + d / D, and a field of view that is not quite wh
 _LIKELY: Final = (1.3, 0.3)
 _ANY_ZOOM: Final = (0.5, 3.2)
 _LIKELY_ANY: Final = (1.3, 0.6)
+_AWAY_ZOOM: Final = (0.3, 1.25)  # 1 - d / D: the camera is nearer to what it sees than the probe
+_LIKELY_AWAY: Final = (0.75, 0.2)
+_AWAY_ANY_ZOOM: Final = (0.2, 1.7)
+_LIKELY_AWAY_ANY: Final = (0.75, 0.4)
+_AWAY_SPREAD: Final = 0.1  # of the picture plane: who carries it is about on that line
+_AWAY_UNSEEN: Final = 0.2
 _FIELDS: Final = (25.0, 110.0)
-_LENS_ERROR: Final = 0.1  # of an angle, where the lens is estimated
+_LENS_ERROR: Final = 0.07  # of an angle, where the lens is estimated
 
 
 class Effort(NamedTuple):
@@ -174,6 +180,7 @@ def find_heading(
     sitter_deg: float | None = 0.0,
     mask: NDArray[np.bool_] | None = None,
     fine: bool = False,
+    away: bool = False,
 ) -> Heading:
     """Find where a camera points.
 
@@ -197,13 +204,18 @@ def find_heading(
         Where the background is; by default all of it, since points on the sitter match nothing.
     fine : bool, optional
         Look closer, at up to a million pixels: for photographs, which need not be quick.
+    away : bool, optional
+        Whether the camera looks away from the sitter, as the own camera of a laptop does that is
+        carried around them: it is then nearer to what it sees than the probe was, and `sitter_deg`
+        is that of who carries it, who is about on the line from the sitter.
 
     Returns
     -------
     Heading
     """
     effort = _TRACKING if near_deg is not None else _FINE if fine else SEARCHING
-    found = compare(see(frame, mask, effort), index, fov_deg, near_deg, sitter_deg)
+    sight = see(frame, mask, effort)
+    found = compare(sight, index, fov_deg, near_deg, sitter_deg, away=away)
     return UNSURE if found is None else judged(found)
 
 
@@ -231,6 +243,8 @@ def compare(
     fov_deg: float | None,
     near_deg: float | None = None,
     sitter_deg: float | None = 0.0,
+    *,
+    away: bool = False,
 ) -> Found | None:
     """Find the pose that explains a picture best, whether it can be trusted or not.
 
@@ -241,6 +255,8 @@ def compare(
     index : HeadingIndex
         Of the panorama.
     fov_deg, near_deg, sitter_deg : float or None
+        As in `find_heading`.
+    away : bool, optional
         As in `find_heading`.
 
     Returns
@@ -256,22 +272,26 @@ def compare(
     rays = _rays(sight.features.places, lens)
     asked, there = rays[pairs.first], spots[pairs.second].astype(np.float64)
     tries = _TRIES if near_deg is None else _TRIES // 3
-    pose, outlook = _fitted(asked, there, fov_deg, sitter_deg, tries)
+    pose, outlook = _fitted(asked, there, _outlooks(fov_deg, sitter_deg, away), tries)
     factor = 1.0
     if pose is not None and fov_deg is None:
-        factor = lens_factor(pose.zooms(asked, there)[pose.inside])
-        pose = rotation.rescaled(pose, asked, there, factor, _narrowed(outlook, factor))
+        factor = lens_factor(pose.zooms(asked, there)[pose.inside], away=away)
+        pose = rotation.rescaled(pose, asked, there, factor, _narrowed(outlook, factor, away))
     if pose is None:
         return None
+    estimated, certain = fov_deg is None, pairs.ratio < _CERTAIN
+    inside = pose.inside[certain]
     evidence = Evidence(
         # One thing in the panorama that several points look like counts once.
         points=len(np.unique(pairs.second[pose.inside])),
-        share=_share(pose.inside[pairs.ratio < _CERTAIN]),
+        share=_share(inside),
         spread=_spread(asked[pose.inside], lens),
         support=support(rays * factor, described, spots, known, pose),
-        error_deg=_error_deg(pose, outlook, fov_deg is None),
+        error_deg=_error_deg(pose, outlook, estimated),
         tilt=float(np.linalg.norm(pose.plane[1:])),
-        zoom=pose.zoom,
+        zoom=1.0 / max(pose.zoom, 0.1) if away else pose.zoom,
+        wide=factor * max(lens.size) / 2.0 / lens.focal_px if estimated else None,
+        strays=strays(asked[certain] * factor, there[certain], inside, pose),
     )
     return Found(pose, evidence, fov_deg or _field(lens, factor))
 
@@ -295,34 +315,43 @@ def judged(found: Found) -> Heading:
 
 
 def _fitted(
-    asked: Float64, there: Float64, fov_deg: float | None, sitter_deg: float | None, tries: int
+    asked: Float64, there: Float64, outlooks: list[Outlook], tries: int
 ) -> tuple[Pose | None, Outlook]:
     """Fit with the sitter where they are said to be; without, where that fits clearly better.
 
     A face on a poster is found like one of flesh, and would be taken for the place of the probe.
     """
-    told = _outlook(fov_deg, sitter_deg)
-    pose = rotation.fit(asked, there, told, tries)
-    if sitter_deg is None or abs(sitter_deg) < _BESIDE_DEG:
-        return pose, told
-    untold = _outlook(fov_deg, None)
-    other = rotation.fit(asked, there, untold, tries)
-    agree = [0 if p is None else int(p.inside.sum()) for p in (pose, other)]
-    return (other, untold) if agree[1] > _CLEARLY * agree[0] else (pose, told)
+    poses = [rotation.fit(asked, there, outlook, tries) for outlook in outlooks]
+    agree = [0 if p is None else int(p.inside.sum()) for p in poses]
+    best = len(poses) - 1 if agree[-1] > _CLEARLY * agree[0] else 0
+    return poses[best], outlooks[best]
 
 
-def _outlook(fov_deg: float | None, sitter_deg: float | None) -> Outlook:
+def _outlooks(fov_deg: float | None, sitter_deg: float | None, away: bool) -> list[Outlook]:
+    told = _outlook(fov_deg, sitter_deg, away)
+    if away or sitter_deg is None or abs(sitter_deg) < _BESIDE_DEG:
+        return [told]
+    return [told, _outlook(fov_deg, None, away)]
+
+
+def _outlook(fov_deg: float | None, sitter_deg: float | None, away: bool) -> Outlook:
     sitter = math.tan(math.radians(min(max(sitter_deg or 0.0, -60.0), 60.0)))
     spread = _SITTER_SPREAD if sitter_deg is not None else _NO_SITTER_SPREAD
+    known = sitter_deg is not None
+    if away:
+        spread = _AWAY_SPREAD if known else _AWAY_UNSEEN
     if fov_deg is not None:
-        return Outlook(sitter, spread, _ZOOM, _LIKELY, sitter_deg is not None)
+        limits = (_AWAY_ZOOM, _LIKELY_AWAY) if away else (_ZOOM, _LIKELY)
+        return Outlook(sitter, spread, *limits, known)
     spread = math.hypot(spread, _SITTER_SHARE * sitter)
-    return Outlook(sitter, spread, _ANY_ZOOM, _LIKELY_ANY, sitter_deg is not None)
+    limits = (_AWAY_ANY_ZOOM, _LIKELY_AWAY_ANY) if away else (_ANY_ZOOM, _LIKELY_ANY)
+    return Outlook(sitter, spread, *limits, known)
 
 
-def _narrowed(outlook: Outlook, factor: float) -> Outlook:
+def _narrowed(outlook: Outlook, factor: float, away: bool) -> Outlook:
     """Say what is known of a camera once its lens is."""
-    return Outlook(outlook.sitter * factor, outlook.sitter_spread * factor, _ZOOM, _LIKELY)
+    limits = (_AWAY_ZOOM, _LIKELY_AWAY) if away else (_ZOOM, _LIKELY)
+    return Outlook(outlook.sitter * factor, outlook.sitter_spread * factor, *limits)
 
 
 def _lens(fov_deg: float | None, size: tuple[int, int]) -> Lens:
@@ -347,7 +376,7 @@ def _error_deg(pose: Pose, outlook: Outlook, estimated: bool) -> float:
     """
     aside = math.degrees(math.atan(float(pose.sitter[0])))
     lens = _LENS_ERROR * aside if estimated else 0.0
-    step = 0.0 if outlook.sitter_known else _AIM_DEG * (pose.zoom - 1.0)
+    step = 0.0 if outlook.sitter_known else _AIM_DEG * abs(pose.zoom - 1.0)
     return math.hypot(math.degrees(pose.error_rad), lens, step)
 
 

@@ -1,4 +1,4 @@
-"""Pictures from files, upright, all of their pixels: for laying one on another.
+"""Pictures from files: within bounds, upright, with what their EXIF says of time and lens.
 
 Files come from anywhere: how large a picture is, is judged before any of it is decoded, nothing but
 an ordinary file is opened, and a file that ends too early is said to.
@@ -10,30 +10,41 @@ import contextlib
 import math
 import stat
 from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import CoreError
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from OpenImageIO import ImageInput
 
-__all__ = ["PictureFile", "read_picture", "upright"]
+    from app.core.progress import Token
+
+__all__ = ["PictureFile", "picture_size", "read_picture", "upright"]
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
-_MOST_BYTES: Final = 256 << 20
-_MOST_PIXELS: Final = 120_000_000
+_MOST_BYTES: Final = 512 << 20
+_MOST_PIXELS: Final = 160_000_000
 _LEAST_SIDE: Final = 32
-_KINDS: Final = ("jpeg", "png", "tiff", "webp", "bmp", "heif")
+_KINDS: Final = ("jpeg", "png", "tiff", "webp", "bmp")
 _TYPES: Final = ("uint8", "uint16")
+_HEAD_BYTES: Final = 32
+_HEIF: Final = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"mif1", b"msf1", b"avif")
 _FRAME_DIAGONAL_MM: Final = math.hypot(36.0, 24.0)
 _FOCAL_MM: Final = (6.0, 2000.0)
 _COPY_AGAIN: Final = "Copy or export it again."
 _EXPORT: Final = "Export it as a JPEG or PNG."
+_ORIENTATION: Final = "Orientation"
+_FOCAL: Final = "Exif:FocalLengthIn35mmFilm"
+_TIMES: Final = ("Exif:DateTimeOriginal", "Exif:OffsetTimeOriginal")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,22 +55,66 @@ class PictureFile:
     ----------
     picture : (H, W, 3) uint8
         sRGB, turned upright as its EXIF orientation says.
-    fov_deg : float or None
-        Horizontal field of view by the focal length for 35 mm that the file states, deg; None
-        where it states none. Wrong where a picture was cropped.
+    size : tuple of int
+        Columns and rows of the file's picture, upright: more than those of `picture` where less
+        was asked for.
+    taken_at : datetime or None
+        As the camera says; without an offset from UTC where it states none.
+    focal_mm : float or None
+        As on a frame of 36 x 24 mm; None where the file does not state it.
     """
 
     picture: Bytes = field(repr=False)
-    fov_deg: float | None = None
+    size: tuple[int, int]
+    taken_at: datetime | None = None
+    focal_mm: float | None = None
+
+    @property
+    def fov_deg(self) -> float | None:
+        """Horizontal field of view by the focal length, deg; wrong where a picture was cropped.
+
+        The focal length is meant for the frame's diagonal (CIPA DCG-001).
+        """
+        if self.focal_mm is None:
+            return None
+        half = _FRAME_DIAGONAL_MM / 2.0 / self.focal_mm * self.size[0] / math.hypot(*self.size)
+        return 2.0 * math.degrees(math.atan(half))
 
 
-def read_picture(path: Path | str) -> PictureFile:
+def picture_size(path: Path | str) -> tuple[int, int]:
+    """Read how large a picture is, without decoding a pixel.
+
+    Parameters
+    ----------
+    path : Path or str
+        As for `read_picture`.
+
+    Returns
+    -------
+    tuple of int
+        Columns and rows as they are stored.
+
+    Raises
+    ------
+    CoreError
+        As `read_picture`.
+    """
+    with _opened(Path(path)) as source:
+        spec = source.spec()
+        return int(spec.width), int(spec.height)
+
+
+def read_picture(path: Path | str, longest: int = 0, token: Token | None = None) -> PictureFile:
     """Read a picture.
 
     Parameters
     ----------
     path : Path or str
-        JPEG, PNG, TIFF, WebP, BMP, or HEIF where the library reads it; 8 or 16 bits.
+        JPEG, PNG, TIFF, WebP or BMP of 8 or 16 bits, in colour or grey; it is only read.
+    longest : int, optional
+        Pixels of the longer side that are enough; 0 keeps all of them.
+    token : Token, optional
+        Stops it.
 
     Returns
     -------
@@ -70,23 +125,28 @@ def read_picture(path: Path | str) -> PictureFile:
     CoreError
         When it is missing, no ordinary file, no picture of these kinds, damaged, too small or too
         large.
+    Cancelled
     """
-    import OpenImageIO as oiio
-
     path = Path(path)
-    _check_file(path)
-    # A text that is not UTF-8 in a damaged header must not get further than this.
-    try:
-        source = oiio.ImageInput.open(str(path))
-    except UnicodeError:
-        source = None
-    if source is None:
-        oiio.geterror()
-        raise CoreError(f"{path.name} is not a picture that can be read.", _EXPORT)
-    try:
-        return _read(source, path.name)
-    finally:
-        source.close()
+    with _opened(path) as source:
+        said = _said(source.spec())
+        if token is not None:
+            token.check()
+        pixels = _pixels(source, path.name)
+    if token is not None:
+        token.check()
+    rows, columns = pixels.shape[:2]
+    orientation = said[_ORIENTATION]
+    orientation = orientation if isinstance(orientation, int) and 1 <= orientation <= 8 else 1
+    focal = said[_FOCAL]
+    if not isinstance(focal, (int, float)) or not _FOCAL_MM[0] <= focal <= _FOCAL_MM[1]:
+        focal = None
+    return PictureFile(
+        upright(_small(pixels, longest), orientation),
+        (rows, columns) if orientation >= 5 else (columns, rows),
+        _time(*(said[name] for name in _TIMES)),
+        None if focal is None else float(focal),
+    )
 
 
 def upright(picture: Bytes, orientation: int) -> Bytes:
@@ -112,6 +172,28 @@ def upright(picture: Bytes, orientation: int) -> Bytes:
     return np.ascontiguousarray(picture)
 
 
+@contextlib.contextmanager
+def _opened(path: Path) -> Iterator[ImageInput]:
+    """Open a picture whose size and kind are good; nothing of it is decoded yet."""
+    import OpenImageIO as oiio
+
+    _check_file(path)
+    # A text that is not UTF-8 in a damaged header must not get further than this.
+    try:
+        source = oiio.ImageInput.open(str(path))
+    except UnicodeError:
+        source = None
+    if source is None:
+        with contextlib.suppress(UnicodeError):
+            oiio.geterror()
+        raise CoreError(f"{path.name} is damaged, or is not a picture that can be read.", _EXPORT)
+    try:
+        _check(source, path.name)
+        yield source
+    finally:
+        source.close()
+
+
 def _check_file(path: Path) -> None:
     try:
         about = path.stat()
@@ -126,45 +208,72 @@ def _check_file(path: Path) -> None:
         raise CoreError(f"{path.name} is empty.", _COPY_AGAIN)
     if about.st_size > _MOST_BYTES:
         raise CoreError(f"{path.name} is too large to be a photograph.", _EXPORT)
+    _check_head(path)
 
 
-def _read(source: ImageInput, name: str) -> PictureFile:
+def _check_head(path: Path) -> None:
+    """Say what to do about the pictures of phones that nothing here reads."""
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(_HEAD_BYTES)
+    except OSError as error:
+        raise CoreError(f"{path} cannot be read: {error.strerror or error}.") from error
+    # ISO base media file: a box "ftyp" comes first, with the brands (ISO 23008-12).
+    if head[4:8] == b"ftyp" and any(brand in head[8:] for brand in _HEIF):
+        raise CoreError(
+            f"{path.name} is a HEIC picture, which is not read.",
+            "Export it as a JPEG; an iPhone takes JPEGs with Settings, Camera, Formats, Most "
+            "Compatible.",
+        )
+
+
+def _check(source: ImageInput, name: str) -> None:
     spec = source.spec()
-    kind, rows, columns = source.format_name(), spec.height, spec.width
-    if kind not in _KINDS or str(spec.format) not in _TYPES or spec.depth > 1:
+    rows, columns = spec.height, spec.width
+    if source.format_name() not in _KINDS or str(spec.format) not in _TYPES or spec.depth > 1:
         raise CoreError(f"{name} is not a picture as cameras and screens make them.", _EXPORT)
     if rows * columns > _MOST_PIXELS:
         raise CoreError(f"{name} has too many pixels to be looked at.", "Export it smaller.")
     if min(rows, columns) < _LEAST_SIDE:
         raise CoreError(f"{name} is only {columns} x {rows} pixels.", "Give a larger picture.")
-    orientation, focal = _said(spec)
+
+
+def _pixels(source: ImageInput, name: str) -> Bytes:
+    """Decode, (H, W, 3) uint8."""
+    spec = source.spec()
     channels = spec.nchannels
     pixels = source.read_image("uint8")
     if source.has_error or pixels is None or not isinstance(pixels, np.ndarray):
-        source.geterror()
-        raise CoreError(f"{name} is damaged or ends too early.", _COPY_AGAIN)
-    grid = np.asarray(pixels, np.uint8).reshape(rows, columns, channels)
-    if channels in (1, 2):
-        grid = np.repeat(grid[..., :1], 3, axis=2)
-    picture = upright(grid[..., :3], orientation)
-    fov = None
-    if focal is not None:
-        # It is meant for the diagonal of a frame of 36 x 24 mm.
-        half = _FRAME_DIAGONAL_MM / 2.0 / focal * picture.shape[1] / math.hypot(rows, columns)
-        fov = 2.0 * math.degrees(math.atan(half))
-    return PictureFile(picture, fov)
-
-
-def _said(spec: Any) -> tuple[int, float | None]:
-    """Orientation, and focal length for 35 mm where it is stated."""
-    said: list[Any] = []
-    for tag in ("Orientation", "Exif:FocalLengthIn35mmFilm"):
-        value = None
         with contextlib.suppress(UnicodeError):
-            value = spec.getattribute(tag)
-        said.append(value)
-    orientation = said[0] if isinstance(said[0], int) and 1 <= said[0] <= 8 else 1
-    focal = said[1]
-    if not isinstance(focal, (int, float)) or not _FOCAL_MM[0] <= focal <= _FOCAL_MM[1]:
-        return orientation, None
-    return orientation, float(focal)
+            source.geterror()
+        raise CoreError(f"{name} is damaged or ends too early.", _COPY_AGAIN)
+    grid = np.asarray(pixels, np.uint8).reshape(spec.height, spec.width, channels)
+    return np.repeat(grid[..., :1], 3, axis=2) if channels < 3 else grid[..., :3]
+
+
+def _small(picture: Bytes, longest: int) -> Bytes:
+    rows, columns = picture.shape[:2]
+    if longest <= 0 or max(rows, columns) <= longest:
+        return picture
+    share = longest / max(rows, columns)
+    size = (max(round(columns * share), 1), max(round(rows * share), 1))
+    whole = np.ascontiguousarray(picture)
+    return np.asarray(cv2.resize(whole, size, interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def _said(spec: Any) -> dict[str, Any]:
+    """Tags as they stand there, None where there are none: texts of damaged headers too."""
+    said: dict[str, Any] = {}
+    for name in (_ORIENTATION, _FOCAL, *_TIMES):
+        said[name] = None
+        with contextlib.suppress(UnicodeError):
+            said[name] = spec.getattribute(name)
+    return said
+
+
+def _time(words: Any, offset: Any) -> datetime | None:
+    """Read a time of EXIF, with its offset from UTC where it is stated."""
+    for text, form in ((f"{words}{offset}", "%Y:%m:%d %H:%M:%S%z"), (words, "%Y:%m:%d %H:%M:%S")):
+        with contextlib.suppress(ValueError):
+            return datetime.strptime(str(text).strip("\0 "), form)
+    return None

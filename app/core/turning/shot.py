@@ -7,12 +7,9 @@ that is not found with it is looked for without it.
 
 from __future__ import annotations
 
-import contextlib
 import math
-import stat
-from dataclasses import dataclass, field
-from datetime import datetime
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import cv2
 import numpy as np
@@ -21,80 +18,50 @@ from numpy.typing import NDArray
 from app.core.angles import wrap
 from app.core.errors import CoreError
 from app.core.gallery import value_at
-from app.core.probe.decoding import decode
-from app.core.probe.metadata import read_header
 from app.core.progress import Report, Token, silent
 from app.core.turning.field import ASSUMED_DEG
 from app.core.turning.guidance import Goal, Reading, guide
 from app.core.turning.heading import UNSURE, Heading, HeadingIndex, find_heading
 from app.core.turning.headings import offset_angle, turn_of_heading
-from app.core.turning.picture_file import upright
+from app.core.turning.picture_file import PictureFile, picture_size, read_picture
 from app.core.turning.sitter import background_mask, find_sitter
 from app.core.turning.words import whole
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from app.core.probe.metadata import Header
     from app.core.solve import StyleResult
     from app.core.turning.sitter import Sitter
 
 __all__ = [
     "PHOTO_ENDINGS",
     "Photo",
+    "Sought",
     "Taken",
     "Verdict",
     "is_panorama",
     "judge",
     "locate_photo",
     "read_photo",
+    "search_photo",
 ]
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
-PHOTO_ENDINGS: Final = frozenset({".jpg", ".jpeg", ".png", ".tif", ".tiff"})
-"""Endings of files that may be a photograph."""
+Photo = PictureFile
+"""A photograph, upright and small enough to work on."""
+
+PHOTO_ENDINGS: Final = frozenset(
+    {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".heic", ".heif"}
+)
+"""Endings of files that may be a photograph. Of HEIC it is said how to make a JPEG of it."""
 
 _LONGEST: Final = 1600  # pixels of the longer side: more show nothing more of the background
 _SHORTEST: Final = 200
-_MOST_BYTES: Final = 512 << 20
-_MOST_PIXELS: Final = 160_000_000
-_FRAME_DIAGONAL_MM: Final = math.hypot(36.0, 24.0)
-_FOCAL_MM: Final = (6.0, 2000.0)
 _PANORAMA: Final = 2.0
 _PANORAMA_OFF: Final = 0.01
 _NO_SITTER: Final = 0.7
 _SEEN: Final = "Looking for the background"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Photo:
-    """A photograph, upright and small enough to work on.
-
-    Attributes
-    ----------
-    picture : (H, W, 3) uint8
-        sRGB, at most 1,600 pixels on its longer side.
-    size : tuple of int
-        Columns and rows of the file's picture, upright.
-    taken_at : datetime or None
-        As the camera says; without an offset from UTC where it states none.
-    focal_mm : float or None
-        As on a frame of 36 x 24 mm.
-    """
-
-    picture: Bytes = field(repr=False)
-    size: tuple[int, int]
-    taken_at: datetime | None = None
-    focal_mm: float | None = None
-
-    @property
-    def fov_deg(self) -> float | None:
-        """Horizontal field of view by the focal length, deg; it means the frame's diagonal."""
-        if self.focal_mm is None:
-            return None
-        half = _FRAME_DIAGONAL_MM / 2.0 / self.focal_mm * self.size[0] / math.hypot(*self.size)
-        return 2.0 * math.degrees(math.atan(half))
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +91,26 @@ class Taken:
     sitter_deg: float | None = None
     fov_deg: float | None = None
     confidence: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Sought:
+    """What looking for a photograph gave.
+
+    Attributes
+    ----------
+    heading : Heading
+        Where it points, or unsure; its roll is that of the picture as it is.
+    sitter : Sitter or None
+        Who it was found with; None where nobody was seen, or it was found without them. In the
+        frame that is not mirrored.
+    mirrored : bool
+        Whether the picture is a mirror image, as selfies are saved by some phones.
+    """
+
+    heading: Heading
+    sitter: Sitter | None = None
+    mirrored: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,17 +150,17 @@ def is_panorama(path: Path) -> bool:
     CoreError
         When it cannot be read.
     """
-    rows, columns = _header(path).frame.shape
+    columns, rows = picture_size(path)
     return abs(columns / rows - _PANORAMA) <= _PANORAMA_OFF * _PANORAMA
 
 
 def read_photo(path: Path, token: Token | None = None) -> Photo:
-    """Read a photograph.
+    """Read a photograph, at most 1,600 pixels on its longer side.
 
     Parameters
     ----------
     path : Path
-        JPEG, PNG or TIFF of 8 or 16 bits; it is only read.
+        As for `app.core.turning.picture_file.read_picture`.
     token : Token, optional
         Stops it.
 
@@ -187,78 +174,13 @@ def read_photo(path: Path, token: Token | None = None) -> Photo:
         When it is missing, damaged, no photograph, or too large.
     Cancelled
     """
-    header = _header(path)
-    rows, columns = header.frame.shape
-    if header.frame.kind not in ("uint8", "uint16"):
+    photo = read_picture(path, _LONGEST, token)
+    if min(photo.size) < _SHORTEST:
         raise CoreError(
-            f"{path.name} is not a photograph as cameras make them.", "Export it as a JPEG."
-        )
-    if rows * columns > _MOST_PIXELS:
-        raise CoreError(f"{path.name} has too many pixels to be looked at.", "Export it smaller.")
-    if min(rows, columns) < _SHORTEST:
-        raise CoreError(
-            f"{path.name} is only {columns} x {rows} pixels.",
+            f"{path.name} is only {photo.size[0]} x {photo.size[1]} pixels.",
             "Open the photograph itself, not its thumbnail.",
         )
-    pixels = decode(header.frame, token or Token())
-    if pixels.dtype == np.uint16:
-        pixels = (pixels >> 8).astype(np.uint8)
-    picture = upright(_small(np.asarray(pixels, np.uint8)), header.orientation)
-    size = (rows, columns) if header.orientation >= 5 else (columns, rows)
-    taken_at, focal = _said(path)
-    return Photo(picture, size, taken_at, focal)
-
-
-def _header(path: Path) -> Header:
-    try:
-        about = path.stat()
-    except OSError as error:
-        raise CoreError(f"There is no file {path}.", "Check the name.") from error
-    # A pipe would be waited for, and a device has no end.
-    if not stat.S_ISREG(about.st_mode) or about.st_size > _MOST_BYTES:
-        raise CoreError(f"{path.name} is no photograph.", "Open a JPEG, PNG or TIFF file.")
-    return read_header(path)
-
-
-def _small(picture: Bytes) -> Bytes:
-    rows, columns = picture.shape[:2]
-    share = _LONGEST / max(rows, columns)
-    if share >= 1.0:
-        return picture
-    size = (max(round(columns * share), 1), max(round(rows * share), 1))
-    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
-
-
-def _said(path: Path) -> tuple[datetime | None, float | None]:
-    """When it was taken, and the focal length for 35 mm, where the file says so."""
-    import OpenImageIO as oiio
-
-    said: dict[str, Any] = {}
-    names = ("Exif:DateTimeOriginal", "Exif:OffsetTimeOriginal", "Exif:FocalLengthIn35mmFilm")
-    with contextlib.suppress(UnicodeError):  # Texts of damaged headers.
-        source = oiio.ImageInput.open(str(path))
-        if source is None:
-            oiio.geterror()
-            return None, None
-        try:
-            spec = source.spec()
-            for name in names:
-                with contextlib.suppress(UnicodeError):
-                    said[name] = spec.getattribute(name)
-        finally:
-            source.close()
-    focal = said.get(names[2])
-    if not isinstance(focal, (int, float)) or not _FOCAL_MM[0] <= focal <= _FOCAL_MM[1]:
-        focal = None
-    return _time(said.get(names[0]), said.get(names[1])), None if focal is None else float(focal)
-
-
-def _time(words: Any, offset: Any) -> datetime | None:
-    """Read a time of EXIF, with its offset from UTC where it is stated."""
-    for text, form in ((f"{words}{offset}", "%Y:%m:%d %H:%M:%S%z"), (words, "%Y:%m:%d %H:%M:%S")):
-        with contextlib.suppress(ValueError):
-            return datetime.strptime(str(text).strip("\0 "), form)
-    return None
+    return photo
 
 
 def locate_photo(
@@ -286,27 +208,70 @@ def locate_photo(
     ------
     Cancelled
     """
-    token = token or Token()
-    report(0.2, _SEEN)
-    fov = photo.fov_deg
-    sitter = _sitter_in(photo.picture, fov or _assumed_fov(photo.picture))
-    token.check()
-    heading = UNSURE
-    # Cropped, perhaps: then the focal length says nothing. Or it was not the sitter who was seen.
-    tries = [(fov, sitter), (None, sitter), (None, None)]
-    for number, (width, who) in enumerate(dict.fromkeys(tries)):
-        token.check()
-        report(0.4 + 0.2 * number, _SEEN)
-        heading, sitter = _heading_of(photo.picture, index, width, who), who
-        if heading.status == "found":
-            break
+    sought = search_photo(photo, index, token=token, report=report)
+    heading = sought.heading
     if heading.heading_deg is None:
         return Taken("unsure", confidence=heading.confidence)
-    angle = _angle(sitter, heading.fov_deg)
+    angle = _angle(sought.sitter, heading.fov_deg)
     facing = turn_of_heading(heading.heading_deg, sitter_deg=angle or 0.0)
     # Somebody may be anywhere in a picture in which nobody is seen.
     confidence = heading.confidence * (_NO_SITTER if angle is None else 1.0)
     return Taken("found", heading.heading_deg, facing, angle, heading.fov_deg, confidence)
+
+
+def search_photo(
+    photo: Photo,
+    index: HeadingIndex,
+    fov_deg: float | None = None,
+    token: Token | None = None,
+    report: Report = silent,
+) -> Sought:
+    """Look for a photograph in the panorama, with what is known of it first and then with less.
+
+    Parameters
+    ----------
+    photo : Photo
+        Its camera looked at the sitter.
+    index : HeadingIndex
+        Of the panorama.
+    fov_deg : float, optional
+        Horizontal field of view, deg, where somebody knows it. That of EXIF is only tried first:
+        the picture may have been cropped since.
+    token : Token, optional
+        Stops it.
+    report : Report, optional
+        Progress.
+
+    Returns
+    -------
+    Sought
+
+    Raises
+    ------
+    Cancelled
+    """
+    token = token or Token()
+    best = Sought(UNSURE)
+    for mirrored in (False, True):
+        picture = np.ascontiguousarray(photo.picture[:, ::-1]) if mirrored else photo.picture
+        report(0.5 * mirrored, _SEEN)
+        token.check()
+        first = fov_deg or photo.fov_deg
+        sitter = _sitter_in(picture, first or _assumed_fov(picture))
+        tries = [(first, sitter), (fov_deg, sitter), (fov_deg, None)]
+        for number, (width, who) in enumerate(dict.fromkeys(tries)):
+            token.check()
+            report(0.5 * mirrored + 0.1 * (number + 1), _SEEN)
+            heading = _heading_of(picture, index, width, who)
+            if heading.status == "found":
+                roll = -heading.roll_deg if mirrored else heading.roll_deg
+                return Sought(replace(heading, roll_deg=roll), who, mirrored)
+            if (heading.confidence, heading.inliers) > (
+                best.heading.confidence,
+                best.heading.inliers,
+            ):
+                best = Sought(heading)
+    return best
 
 
 def _sitter_in(picture: Bytes, fov_deg: float) -> Sitter | None:

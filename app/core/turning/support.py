@@ -19,7 +19,7 @@ from app.core import sphere
 if TYPE_CHECKING:
     from app.core.turning.rotation import Pose
 
-__all__ = ["support"]
+__all__ = ["strays", "support"]
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
@@ -29,6 +29,8 @@ _ASIDE_RAD: Final = math.radians(7.0)
 _ASIDE: Final = ((0.0, 1.0), (0.0, -1.0), (1.0, 0.0), (-1.0, 0.0))
 _AROUND_RAD: Final = math.radians(62.0)
 _LEAST: Final = 12
+_STRAY_RAD: Final = math.radians(10.0)
+_SOME: Final = 4  # as if so many more agreed: of a few points two strays say little
 
 
 def support(rays: Float64, described: Float32, spots: Float32, known: Float32, pose: Pose) -> float:
@@ -71,6 +73,30 @@ def support(rays: Float64, described: Float32, spots: Float32, known: Float32, p
     chance = 1.0 / (1.0 + len(_ASIDE))
     share = float((best[asked] > others[asked]).mean())
     return (share - chance) / math.sqrt(chance * (1.0 - chance) / count)
+
+
+def strays(rays: Float64, bearings: Float64, inside: NDArray[np.bool_], pose: Pose) -> float:
+    """Measure how many points are beside where a pose says, and not there.
+
+    Parameters
+    ----------
+    rays : (N, 2) float64
+        Points in the picture plane whose likeness in the panorama is certain.
+    bearings : (N, 3) float64
+        Where the panorama shows that, unit vectors in its axes.
+    inside : (N,) bool
+        Whether they agree with the pose.
+    pose : Pose
+        What is to be judged.
+
+    Returns
+    -------
+    float
+        Their share, 0 to 1, of them and those that agree.
+    """
+    beside = np.einsum("nk,nk->n", _expected(rays, pose), bearings @ pose.rotation)
+    count = int((~inside & (beside > math.cos(_STRAY_RAD))).sum())
+    return count / (count + int(inside.sum()) + _SOME)
 
 
 def _expected(rays: Float64, pose: Pose) -> Float64:

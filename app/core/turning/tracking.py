@@ -274,9 +274,12 @@ def _looked(
     seeing: Seeing,
 ) -> Heading:
     near, sitter = _near(memory, now_s), memory.company.sitter
-    angle = _sitter_deg(sitter, fov_deg or assumed_fov(frame.shape)) if sees_sitter else None
+    angle = _sitter_deg(sitter, fov_deg or assumed_fov(frame.shape))
     mask = None if sitter is None else background_mask(sitter, frame.shape[:2])
-    return seeing.heading(frame, index, fov_deg, near_deg=near, sitter_deg=angle, mask=mask)
+    away = not sees_sitter
+    return seeing.heading(
+        frame, index, fov_deg, near_deg=near, sitter_deg=angle, mask=mask, away=away
+    )
 
 
 def _width_due(memory: Memory, now_s: float) -> bool:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 import cv2
 
+from app.devices.webcam.capture import Capture, Reader, opened
 from app.devices.webcam.names import LINUX, linux_names, shown_names
-from app.devices.webcam.pictures import as_rgb
 from app.devices.webcam.protocol import WebcamError
 from app.devices.webcam.quiet import quiet
 from app.devices.webcam.stream import WebcamStream
@@ -32,16 +32,6 @@ _FPS: Final = 30
 _FAILED_READS: Final = 10  # some give nothing for their first reads
 _MOST_INDEX: Final = 5
 _SYSTEM: str = sys.platform  # a variable, so that each system's branch is checked on all
-
-
-class Capture(Protocol):
-    """`cv2.VideoCapture` as far as it is used."""
-
-    def isOpened(self) -> bool: ...
-    def read(self) -> tuple[bool, Any]: ...
-    def set(self, propId: int, value: float) -> bool: ...
-    def get(self, propId: int) -> float: ...
-    def release(self) -> None: ...
 
 
 class OpenCvWebcam(WebcamStream):
@@ -103,8 +93,7 @@ class _Device:
         self._index = index
         self._make = capture
         self._is_there = is_there
-        self._capture: Capture | None = None
-        self._failed = 0
+        self._reader = Reader()
         self.size = SIZE
 
     def open(self) -> None:
@@ -114,41 +103,27 @@ class _Device:
             raise WebcamError(
                 "No webcam is connected.", "Plug one in and it starts by itself.", "no-webcam"
             )
-        try:
-            capture = self._make(self._index)
-        except cv2.error:
-            capture = None
-        if capture is None or not capture.isOpened():
-            if capture is not None:
-                capture.release()
+        capture = opened(self._make, self._index)
+        if capture is None:
             raise _busy() if there else _not_opened()
         if self.size != SIZE:
             capture.set(cv2.CAP_PROP_FRAME_WIDTH, self.size[0])
             capture.set(cv2.CAP_PROP_FRAME_HEIGHT, self.size[1])
-        self._capture, self._failed = capture, 0
+        self._reader.begin(capture)
 
     def read(self) -> Bytes | None:
         """Give the next picture."""
-        capture = self._capture
-        if capture is None:
+        if not self._reader.on:
             raise _unplugged()
-        try:
-            done, picture = capture.read()
-        except cv2.error:
-            done, picture = False, None
-        if done and picture is not None:
-            self._failed = 0
-            return as_rgb(picture)
-        self._failed += 1
-        if self._failed >= _FAILED_READS or self._is_there(self._index) is False:
+        picture = self._reader.read()
+        failed = self._reader.failed
+        if failed >= _FAILED_READS or (failed > 0 and self._is_there(self._index) is False):
             raise _unplugged()
-        return None
+        return picture
 
     def close(self) -> None:
         """Give the device back."""
-        capture, self._capture = self._capture, None
-        if capture is not None:
-            capture.release()
+        self._reader.end()
 
 
 def list_webcams() -> tuple[tuple[int, str], ...]:

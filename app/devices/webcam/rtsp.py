@@ -14,8 +14,9 @@ from urllib.parse import quote
 
 import cv2
 
+from app.devices.webcam.capture import Reader, opened
 from app.devices.webcam.network import NETWORK, Keys, no_keys, no_stream, password_error
-from app.devices.webcam.pictures import as_rgb, fitted
+from app.devices.webcam.pictures import fitted
 from app.devices.webcam.quiet import quiet
 from app.devices.webcam.stream import WebcamStream
 from app.devices.webcam.wire import FAILURES, Wire, gone, unreachable
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from app.devices.clock import Clock
     from app.devices.osc.digest import Credentials
     from app.devices.webcam.address import Address
-    from app.devices.webcam.opencv import Capture
+    from app.devices.webcam.capture import Capture
     from app.devices.webcam.protocol import Bytes
 
 __all__ = ["OPEN_S", "READ_S", "RtspWebcam", "open_url"]
@@ -94,8 +95,7 @@ class _Stream:
         self._keys = keys
         self._width = width
         self._make = capture
-        self._capture: Capture | None = None
-        self._failed = 0
+        self._reader = Reader()
 
     def open(self) -> None:
         """Ask the camera, then let FFmpeg open it."""
@@ -103,13 +103,8 @@ class _Stream:
         keys = self._keys() if status == _UNAUTHORIZED else None
         if status == _UNAUTHORIZED and keys is None:
             raise password_error(refused=False)
-        try:
-            capture = self._make(_url(self._address, keys))
-        except cv2.error:
-            capture = None
-        if capture is None or not capture.isOpened():
-            if capture is not None:
-                capture.release()
+        capture = opened(self._make, _url(self._address, keys))
+        if capture is None:
             raise (
                 password_error(refused=True)
                 if keys is not None
@@ -118,31 +113,20 @@ class _Stream:
                     "Look at the address in its app, or choose H.264 there.",
                 )
             )
-        self._capture, self._failed = capture, 0
+        self._reader.begin(capture)
 
     def read(self) -> Bytes | None:
         """Give the next picture."""
-        capture = self._capture
-        if capture is None:
+        if not self._reader.on:
             raise gone()
-        try:
-            done, picture = capture.read()
-        except cv2.error:
-            done, picture = False, None
-        if done and picture is not None:
-            self._failed = 0
-            shown = as_rgb(picture)
-            return None if shown is None else fitted(shown, self._width)
-        self._failed += 1
-        if self._failed >= _FAILED_READS:
+        picture = self._reader.read()
+        if self._reader.failed >= _FAILED_READS:
             raise gone()
-        return None
+        return None if picture is None else fitted(picture, self._width)
 
     def close(self) -> None:
         """Hang up."""
-        capture, self._capture = self._capture, None
-        if capture is not None:
-            capture.release()
+        self._reader.end()
 
     def _asked(self) -> int:
         """Ask what is at the address: 200 or 401; anything else is an error."""

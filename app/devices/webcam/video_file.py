@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import cv2
 
+from app.devices.webcam.capture import opened
 from app.devices.webcam.pictures import as_rgb, fitted
 from app.devices.webcam.protocol import WebcamError
 from app.devices.webcam.rtsp import open_url
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.devices.clock import Clock
-    from app.devices.webcam.opencv import Capture
+    from app.devices.webcam.capture import Capture
     from app.devices.webcam.protocol import Bytes
 
 __all__ = ["ENDINGS", "VideoFile", "check_video"]
@@ -89,13 +90,8 @@ class _Player:
     def open(self) -> None:
         """Begin at its beginning."""
         check_video(self._path)
-        try:
-            capture = self._make(str(self._path.resolve()))
-        except cv2.error:
-            capture = None
-        if capture is None or not capture.isOpened():
-            if capture is not None:
-                capture.release()
+        capture = opened(self._make, str(self._path.resolve()))
+        if capture is None:
             raise _bad(self._path)
         self._capture, self._shown = capture, 0
         self._due_s, self._place_s = self._clock.now(), 0.0

@@ -13,11 +13,10 @@ from app.ui.presenters.shelf import ShelfPresenter
 from app.ui.theme import theme
 from app.ui.widgets.banner import Empty
 from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.cards import Frame
 from app.ui.widgets.icons import Icon
 from app.ui.widgets.labels import Text
+from app.ui.widgets.lines import PictureLine
 from app.ui.widgets.menus import Menu
-from app.ui.widgets.pictures import Picture
 from app.ui.widgets.surfaces import Scroll
 
 if TYPE_CHECKING:
@@ -104,17 +103,8 @@ class PlacesBody(QWidget):
         call()
 
     def _line(self, row: ShelfRow) -> QWidget:
-        t = theme()
-        frame = Frame("raised" if row.current else "panel")
-        line = QHBoxLayout(frame)
-        line.setContentsMargins(t.px(8), t.px(8), t.px(8), t.px(8))
-        line.setSpacing(t.px(16))
-        picture = Picture(f"Picture of {row.name}")
-        picture.setFixedSize(t.px(_PICTURE[0]), t.px(_PICTURE[1]))
-        picture.set_picture(row.thumbnail)
-        line.addWidget(picture)
-        words = QVBoxLayout()
-        words.setSpacing(t.px(4))
+        frame = PictureLine(row.name, row.thumbnail, _PICTURE, raised=row.current)
+        line, words = frame.row, frame.words
         words.addWidget(Text(row.name, 14, 600, elide=True))
         when = f"{row.time}, open now" if row.current else row.time
         words.addWidget(Text(when, 12, role="dim", elide=True))
@@ -124,7 +114,6 @@ class PlacesBody(QWidget):
                 detail.addWidget(Icon("warning", 16, says="warning"))
             detail.addWidget(Text(row.detail, 12, role="dim", wrap=True), 1)
             words.addLayout(detail)
-        line.addLayout(words, 1)
         opener = Button("Open again" if row.current else "Open", size="small")
         opener.setAccessibleName(f"Open {row.name}")
         opener.clicked.connect(lambda: self._leave(lambda: self._presenter.open(row.folder)))

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
-from app.ui.screens.probe.own_keys import OwnKeys
 from app.ui.screens.probe.tools import Tools
 from app.ui.theme import theme
 from app.ui.widgets.banner import Empty
@@ -15,6 +14,7 @@ from app.ui.widgets.buttons import Button
 from app.ui.widgets.cards import Frame
 from app.ui.widgets.icons import Icon
 from app.ui.widgets.labels import Text
+from app.ui.widgets.own_keys import OwnKeys
 from app.ui.widgets.plots.panorama import PanoramaView, SceneLamp
 from app.ui.widgets.surfaces import Scroll
 from app.ui.widgets.tables import Cell, Column, TableHead, TableRow

@@ -138,7 +138,7 @@ class GuideColumn(QWidget):
         words.setSpacing(0)
         words.addStretch(1)
         self._title = Text("", self._size(20, 14), 600, elide=True)
-        self._side = Text("", self._size(14), role="dim", elide=True)
+        self._side = Text("", self._size(14), role="dim", wrap=True)
         self._match = Text("", self._size(14), 600, elide=True)
         self._match_goal = Text("", self._size(14), role="dim", elide=True)
         words.addWidget(self._title)

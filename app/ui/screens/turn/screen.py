@@ -55,7 +55,7 @@ class TurnScreen(QWidget):
 
     def __init__(self, presenter: TurnPresenter, compact: bool) -> None:
         super().__init__()
-        self._presenter = presenter
+        self.presenter = presenter
         self._compact = compact
         self._state: TurnState | None = None
         self._factor = 0.0
@@ -133,10 +133,10 @@ class TurnScreen(QWidget):
         """Ask which photographs were taken, and open them."""
         names, _ = QFileDialog.getOpenFileNames(self.window(), _OPEN_PHOTO, "", PHOTO_FILTER)
         if names:
-            self._presenter.open_photos([Path(name) for name in names])
+            self.presenter.open_photos([Path(name) for name in names])
 
     def _list_shots(self) -> None:
-        sheet = ShotsSheet(self.window(), self._presenter.remove_shot)
+        sheet = ShotsSheet(self.window(), self.presenter.remove_shot)
         if self._state is not None:
             sheet.show_shots(self._state.shots)
         self._put_over(sheet)
@@ -145,7 +145,7 @@ class TurnScreen(QWidget):
         """Ask for another live camera, and how wide it sees."""
         from app.ui.screens.turn.source import SourceSheet
 
-        self._put_over(SourceSheet(self.window(), self._presenter.sources))
+        self._put_over(SourceSheet(self.window(), self.presenter.sources))
 
     def _put_over(self, sheet: Sheet) -> None:
         self._take_back()
@@ -193,7 +193,7 @@ class TurnScreen(QWidget):
     def _make_column(self, factor: float) -> None:
         self._factor = factor
         self.column = GuideColumn(factor)
-        self.column.mode_chosen.connect(self._presenter.set_mode)
+        self.column.mode_chosen.connect(self.presenter.set_mode)
         self._right_scroll.setWidget(self.column)
         if self._state is not None and not self._state.empty:
             self._show_right(self._state, None)
@@ -206,7 +206,7 @@ class TurnScreen(QWidget):
             high, wide = round(size.height() * ratio), round(size.width() * ratio)
             return max(high, 1), max(wide, 1)
 
-        self._presenter.measure(
+        self.presenter.measure(
             TurnSizes(
                 pixels(self.left.well_size),
                 pixels(self.left.strip_size),
@@ -243,4 +243,4 @@ class TurnScreen(QWidget):
             super().keyPressEvent(event)
             return
         coarse = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-        self._presenter.demo_step(step * (10.0 if coarse else 1.0))
+        self.presenter.demo_step(step * (10.0 if coarse else 1.0))

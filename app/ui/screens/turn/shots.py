@@ -11,10 +11,10 @@ from app.ui.presenters.turn_state import ShotsState
 from app.ui.theme import theme
 from app.ui.widgets.banner import Empty
 from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.cards import Frame
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.icons import Icon
 from app.ui.widgets.labels import Text
+from app.ui.widgets.lines import PictureLine
 from app.ui.widgets.pictures import Picture
 from app.ui.widgets.surfaces import Scroll
 
@@ -189,17 +189,9 @@ class ShotsSheet(Sheet):
 
     def _line(self, row: ShotRow) -> QWidget:
         t = theme()
-        frame = Frame("raised" if row.new else "panel")
+        frame = PictureLine(row.name, row.thumbnail, _PICTURE, raised=row.new)
         frame.setAccessibleName(f"{row.sentence}. {row.detail}")
-        line = QHBoxLayout(frame)
-        line.setContentsMargins(t.px(8), t.px(8), t.px(8), t.px(8))
-        line.setSpacing(t.px(16))
-        picture = Picture(f"Picture of {row.name}")
-        picture.setFixedSize(t.px(_PICTURE[0]), t.px(_PICTURE[1]))
-        picture.set_picture(row.thumbnail)
-        line.addWidget(picture)
-        words = QVBoxLayout()
-        words.setSpacing(t.px(4))
+        words = frame.words
         head = QHBoxLayout()
         head.setSpacing(t.px(8))
         head.addWidget(Icon(row.icon, 20, "ok" if row.inside else "text"), 0, _TOP)
@@ -207,10 +199,9 @@ class ShotsSheet(Sheet):
         words.addLayout(head)
         words.addWidget(Text(_together(row.detail), 12, role="dim", wrap=True))
         words.addStretch(1)
-        line.addLayout(words, 1)
         remove = IconButton("trash", f"Remove {row.name}", kind="quiet", size="small")
         remove.clicked.connect(lambda: self._remove(row.key))
-        line.addWidget(remove, 0, _TOP)
+        frame.row.addWidget(remove, 0, _TOP)
         return frame
 
 
