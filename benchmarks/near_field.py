@@ -102,7 +102,9 @@ class HeldLamps:
         sizes = np.array([lamp.size_m for lamp in held]) * units
         centres = middle + toward * np.array([[lamp.distance_m * units] for lamp in held])
         seen = centres - eye_point
-        self._seen = (seen / np.linalg.norm(seen, axis=1, keepdims=True)).astype(np.float32)
+        self._seen: Float32 = (seen / np.linalg.norm(seen, axis=1, keepdims=True)).astype(
+            np.float32
+        )
         self._toward, self._centres = Table(toward), Table(centres)
         self._side = Table(side * sizes[:, :1])
         self._over = Table(np.cross(toward, side) * sizes[:, 1:])
