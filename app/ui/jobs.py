@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -10,6 +11,7 @@ from PySide6.QtCore import QObject, QRunnable, Qt, QThreadPool, Signal, Slot
 
 from app.core.errors import Cancelled
 from app.core.progress import Token
+from app.ui.memory import give_back
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,6 +23,7 @@ __all__ = ["JobLine", "QtRunner"]
 T = TypeVar("T")
 
 _THREADS: Final = 6  # some of them wait: for a folder, a camera, a moment to pass
+_HEAVY_S: Final = 0.2  # work that takes longer leaves memory behind
 _log = logging.getLogger(__name__)
 
 
@@ -78,6 +81,7 @@ class _Task(QRunnable):
         job, bridge = self._job, self._bridge
         answer: Any = None
         error: BaseException | None = None
+        began = time.thread_time()
         try:
             job.token.check()
             answer = job.work(
@@ -85,6 +89,8 @@ class _Task(QRunnable):
             )
         except Exception as problem:  # noqa: BLE001 - carried over to the screens
             error = problem
+        if time.thread_time() - began > _HEAVY_S:
+            give_back()
         bridge.finished.emit(job, answer, error)
 
 

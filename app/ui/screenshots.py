@@ -215,6 +215,7 @@ class Walk:
         self._shoot("light-distance")
         robot.press(Qt.Key.Key_Escape)
         presenter.keeping.ask_mask()
+        robot.wait(lambda: self._sees("Where the lamp is"), "the mask", _CAPTURE_S)
         self._linger()
         robot.press(Qt.Key.Key_Right)
         self._linger()
@@ -225,6 +226,12 @@ class Walk:
         self._shoot("light-own")
         presenter.take_lamp("panel")
         self._held(presenter)
+
+    def _sees(self, name: str) -> bool:
+        try:
+            return self._robot.find(name).isVisible()
+        except Lost:
+            return False
 
     def _held(self, presenter: LightPresenter) -> None:
         """Wait until the lamp in hand is where it belongs, with its pictures."""

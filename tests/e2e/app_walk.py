@@ -168,6 +168,7 @@ class Walk:
         self.mark("first: mask")
         presenter = robot.find("Light", LightScreen).presenter
         presenter.keeping.ask_mask()
+        robot.wait(lambda: self.sees("Where the lamp is"), "the mask", PATIENCE_S)
         robot.settle()
         self.mark("painting a mask")
         canvas = robot.find("Where the lamp is")

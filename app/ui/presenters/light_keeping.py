@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from app.core.errors import CoreError
@@ -15,7 +16,7 @@ from app.core.second_light.library import (
 from app.core.second_light.scale import read_lux
 from app.core.second_light.words import metres, read_metres
 from app.ui.presenters.actions import Action
-from app.ui.presenters.light_mask import MaskEdit
+from app.ui.presenters.light_mask import MaskEdit, MaskLook, look_at_mask
 from app.ui.presenters.light_state import WordsAsk
 
 if TYPE_CHECKING:
@@ -149,10 +150,17 @@ class LampKeeping:
         if lamp is None or self._view is None:
             return
         name = lamp.name
-        edit = MaskEdit(
-            self._services, self._desk, shelf.folder, lamp, lambda: shelf.read_again(name)
+
+        def ready(look: MaskLook) -> None:
+            if self._view is None or shelf.own is not lamp:
+                return
+            services, desk = self._services, self._desk
+            again = partial(shelf.read_again, name)
+            self._view.ask_mask(MaskEdit(services, desk, shelf.folder, lamp, look, again))
+
+        self._services.runner.submit(
+            "light-mask-look", lambda token, report: look_at_mask(lamp), done=ready
         )
-        self._view.ask_mask(edit)
 
     def delete(self) -> None:
         """Put the lamp in hand away; the message that tells so can bring it back."""

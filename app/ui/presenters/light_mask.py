@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from app.ui.presenters.desk import Desk
     from app.ui.presenters.services import Services
 
-__all__ = ["RADII_DEG", "MaskEdit", "MaskState", "MaskView"]
+__all__ = ["RADII_DEG", "MaskEdit", "MaskLook", "MaskState", "MaskView", "look_at_mask"]
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
@@ -33,6 +33,7 @@ RADII_DEG: Final = (0.5, 12.0)
 """Smallest and largest brush."""
 
 _FIND: Final = "light-mask"
+_MEASURE: Final = "light-mask-lux"
 _MOST_UNDONE: Final = 50
 _DEEP: Final = 2000.0  # the lamp's level over the darkest that is still told apart
 
@@ -86,6 +87,37 @@ class MaskView(Protocol):
         """Close: it is saved."""
 
 
+class MaskLook(NamedTuple):
+    """What the sheet of a lamp's mask begins with, from `look_at_mask`.
+
+    Attributes
+    ----------
+    picture : (H, 2 H, 3) uint8
+        See `MaskState`.
+    centre : tuple of float
+        See `MaskState`.
+    gives : str
+        See `MaskState`.
+    """
+
+    picture: Bytes
+    centre: Point
+    gives: str
+
+
+class _Patch(NamedTuple):
+    """A part of a mask as it was before something was done to it."""
+
+    rows: slice
+    columns: slice
+    alpha: Float32
+
+
+def look_at_mask(lamp: CapturedLamp) -> MaskLook:
+    """Prepare the sheet of a lamp's mask; takes a moment."""
+    return MaskLook(_seen(lamp), centroid(lamp.light), _given(lamp, lamp.alpha))
+
+
 class MaskEdit:
     """A lamp's mask under the brush.
 
@@ -99,6 +131,8 @@ class MaskEdit:
         Where lamps are kept.
     lamp : CapturedLamp
         As it is kept.
+    look : MaskLook
+        Of this lamp.
     saved : callable
         Called when the lamp's files have changed.
     """
@@ -109,6 +143,7 @@ class MaskEdit:
         desk: Desk,
         folder: Path,
         lamp: CapturedLamp,
+        look: MaskLook,
         saved: Callable[[], None],
     ) -> None:
         self._services = services
@@ -118,13 +153,12 @@ class MaskEdit:
         self._saved = saved
         self._view: MaskView | None = None
         self._alpha: Float32 = lamp.alpha
-        self._before: list[Float32] = []
+        self._before: list[_Patch] = []
+        self._untouched: Float32 = lamp.alpha
         self._last: Point | None = None
         self._lit, self._radius = True, 3.0
         self._busy, self._error = False, ""
-        self._picture = _seen(lamp)
-        self._centre = centroid(lamp.light)
-        self._gives = self._illuminance()
+        self._picture, self._centre, self._gives = look
 
     def attach(self, view: MaskView) -> None:
         """Show everything in `view` from now on."""
@@ -135,6 +169,7 @@ class MaskEdit:
         """Nobody looks any more; what was not saved is gone."""
         self._view = None
         self._services.runner.cancel(_FIND)
+        self._services.runner.cancel(_MEASURE)
 
     def state(self) -> MaskState:
         """Make what the sheet shows."""
@@ -168,7 +203,7 @@ class MaskEdit:
         """Begin a stroke at an azimuth and elevation, deg; it can be undone as a whole."""
         if self._busy:
             return
-        self._before = [*self._before[-_MOST_UNDONE:], self._alpha]
+        self._untouched = self._alpha
         self._last = at
         self._paint((at,))
 
@@ -182,13 +217,19 @@ class MaskEdit:
         """End the stroke."""
         if self._last is not None:
             self._last = None
-            self._gives = self._illuminance()
-            self._refresh()
+            self._remember(self._untouched)
+            self._settled()
 
     def undo(self) -> None:
         """Take the last stroke back."""
+        self.lift()
         if self._before and not self._busy:
-            *self._before, self._alpha = self._before
+            *self._before, patch = self._before
+            earlier = self._alpha.copy()
+            earlier[patch.rows, patch.columns] = patch.alpha
+            # As it was kept: nothing is left to save.
+            same = np.array_equal(earlier, self._lamp.alpha)
+            self._alpha = self._lamp.alpha if same else earlier
             self._settled()
 
     def find_again(self) -> None:
@@ -236,13 +277,34 @@ class MaskEdit:
         self._refresh()
 
     def _found(self, alpha: Float32) -> None:
-        self._before = [*self._before[-_MOST_UNDONE:], self._alpha]
-        self._alpha = alpha
+        before, self._alpha = self._alpha, alpha
+        self._remember(before)
         self._settled()
 
     def _settled(self) -> None:
         self._busy, self._error = False, ""
-        self._gives = self._illuminance()
+        self._measure()
+        self._refresh()
+
+    def _remember(self, before: Float32) -> None:
+        """Keep what has changed since, so that it can be undone."""
+        changed = before != self._alpha
+        rows, columns = (np.flatnonzero(changed.any(axis=axis)) for axis in (1, 0))
+        if not rows.size:
+            return
+        high, wide = (slice(int(each[0]), int(each[-1]) + 1) for each in (rows, columns))
+        patch = _Patch(high, wide, before[high, wide].copy())
+        self._before = [*self._before[-_MOST_UNDONE:], patch]
+
+    def _measure(self) -> None:
+        """Find out what the lamp gives now."""
+        lamp, alpha = self._lamp, self._alpha
+        self._services.runner.submit(
+            _MEASURE, lambda token, report: _given(lamp, alpha), done=self._measured
+        )
+
+    def _measured(self, gives: str) -> None:
+        self._gives = gives
         self._refresh()
 
     def _failed(self, error: Exception) -> None:
@@ -268,20 +330,18 @@ class MaskEdit:
         )
         self._saved()
 
-    def _illuminance(self) -> str:
-        """Say what the lamp gives now; empty where its exposure is not known."""
-        lamp = self._lamp
-        if lamp.white_cd_m2 is None:
-            return ""
-        drawn = CapturedLamp(
-            lamp.name, lamp.title, lamp.radiance, self._alpha, lamp.white_cd_m2, lamp.distance_m
-        )
-        lux = drawn.lux if self._alpha.any() else 0.0
-        return f"It gives {lux_words(lux or 0.0)} where the camera stood."
-
     def _refresh(self) -> None:
         if self._view is not None:
             self._view.show_state(self.state())
+
+
+def _given(lamp: CapturedLamp, alpha: Float32) -> str:
+    """Say what a lamp gives under a mask; empty where its exposure is not known."""
+    if lamp.white_cd_m2 is None:
+        return ""
+    drawn = replace(lamp, alpha=alpha)
+    lux = drawn.lux if alpha.any() else 0.0
+    return f"It gives {lux_words(lux or 0.0)} where the camera stood."
 
 
 def _seen(lamp: CapturedLamp) -> Bytes:
