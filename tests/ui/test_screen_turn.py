@@ -13,6 +13,7 @@ from PySide6.QtGui import QColor, QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QFileDialog, QSlider, QWidget
 from pytestqt.qtbot import QtBot
+from shiboken6 import isValid
 
 from app.core.angles import wrap
 from app.core.paths import resources
@@ -433,3 +434,31 @@ def test_keys_go_to_the_screen_when_it_comes_to_the_front(
     shown = make(demo=True)
     shown.screen.activateWindow()
     qtbot.waitUntil(lambda: QApplication.focusWidget() is shown.screen)
+
+
+def test_another_size_while_the_focus_is_in_the_column(
+    make: Callable[..., Shown], qtbot: QtBot
+) -> None:
+    """The column is made anew: whoever follows the focus must not come upon half a widget."""
+    shown = make()
+    shown.turn_to(20.0)
+    qtbot.waitExposed(shown.screen)
+    old = shown.screen.column
+    with qtbot.waitActive(shown.screen):
+        shown.screen.activateWindow()
+    old._mode.part("walk").setFocus()
+    assert old._mode.part("walk").hasFocus()
+    kinds: list[str] = []
+
+    def follow() -> None:
+        kinds.extend(type(one).__name__ for one in shown.screen.findChildren(QWidget))
+
+    application = QApplication.instance()
+    assert isinstance(application, QApplication)
+    application.focusChanged.connect(follow)
+    shown.screen.resize(1600, 1200)
+    application.focusChanged.disconnect(follow)
+    assert shown.screen.column is not old
+    assert kinds, "the focus moved"
+    assert isValid(old), "it is deleted later"
+    qtbot.waitUntil(lambda: not isValid(old))

@@ -239,3 +239,14 @@ def test_it_fits_in_every_theme(
         if shown.sheet._scroll.isAncestorOf(focus):
             place = focus.mapTo(shown.sheet._scroll, focus.rect().center())
             assert shown.sheet._scroll.rect().contains(place), "Tab scrolls to where it goes"
+
+
+@pytest.mark.parametrize("key", ["network", "video", "stills", "webcam:0"])
+def test_every_kind_is_all_in_sight(shown: Shown, key: str) -> None:
+    shown.choose(key)
+    shown.tick()
+    QCoreApplication.processEvents()
+    content = shown.sheet._scroll.widget()
+    assert content is not None
+    assert shown.sheet._scroll.height() >= content.sizeHint().height()
+    assert shown.sheet.source.visibleRegion().boundingRect().height() == shown.sheet.source.height()

@@ -261,7 +261,7 @@ def test_unplugged_and_back() -> None:
 @pytest.mark.parametrize("arc", [None, (10.0, 20.0)])
 def test_a_turn_of_ones_own_counts_by_itself(arc: tuple[float, float] | None) -> None:
     goal = Goal(96.0, arc)
-    assert at(goal, 93.0).light == "In the light in 1°"
+    assert at(goal, 93.0).light == "At the goal in 1°"
     assert at(goal, 94.0).hold
     assert at(goal, 15.0).inside is False
     assert at(goal, 15.0).arc == ""

@@ -33,6 +33,7 @@ _MOST_VIGNETTE: Final = 0.3
 _STEPS: Final = 65535  # of linear light; the steepest part of the curve moves by 0.05 byte
 _LEAST_BLUR_PX: Final = 0.1
 _BASE: Final = 0.04  # of the picture's longer side: what is smaller is detail
+_DARK: Final = np.float32(1e-3)  # of white: darker has no logarithm worth having
 _EDGE: Final = 0.35  # of a difference of brightness that is an edge, natural logarithm
 
 
@@ -202,7 +203,7 @@ def tone_mapped(picture: Bytes, strength: float) -> Bytes:
     (H, W, 3) uint8
         sRGB, a new array.
     """
-    light = srgb_decode(picture / np.float32(255.0)) + np.float32(1e-3)
+    light = srgb_decode(picture / np.float32(255.0)) + _DARK
     grey = np.asarray(light.mean(axis=2), np.float32)
     tone = np.log(grey)
     sigma = _BASE * max(picture.shape[:2]) / 4.0
@@ -214,5 +215,5 @@ def tone_mapped(picture: Bytes, strength: float) -> Bytes:
     shown = middle + (base - middle) * (1.0 - 0.75 * strength) + (tone - base) * (1.0 + strength)
     gain = np.exp(shown) / grey
     colour = (light / grey[..., None]) ** (1.0 + 0.3 * strength)
-    mapped = np.clip(colour * (gain * grey)[..., None], 0.0, 1.0)
+    mapped = np.clip(colour * (gain * grey)[..., None] - _DARK, 0.0, 1.0)
     return np.asarray(srgb_encode(mapped) * np.float32(255.0) + np.float32(0.5), np.uint8)

@@ -78,7 +78,14 @@ class Scroll(QScrollArea):
             self.setWidget(content)
 
     def setWidget(self, widget: QWidget) -> None:
-        """Take what is scrolled."""
+        """Take what is scrolled; what was before is deleted once nothing uses it any more."""
+        before = self.widget()
+        if before is not None:
+            # Qt would delete it at once, with the focus in it: whoever follows the focus then
+            # comes upon half a widget, and the program ends.
+            before.hide()
+            self.takeWidget()
+            before.deleteLater()
         super().setWidget(widget)
         widget.setAutoFillBackground(False)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAccessible, QAccessibleAnnouncementEvent
-from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QStackedWidget, QVBoxLayout, QWidget
 
 from app.ui.screens.turn.pieces import LargeWords, Pill
 from app.ui.theme import theme
@@ -139,6 +139,9 @@ class GuideColumn(QWidget):
         words.addStretch(1)
         self._title = Text("", self._size(20, 14), 600, elide=True)
         self._side = Text("", self._size(14), role="dim", wrap=True)
+        narrow = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        narrow.setHeightForWidth(True)
+        self._side.setSizePolicy(narrow)  # its longest word must not widen the column
         self._match = Text("", self._size(14), 600, elide=True)
         self._match_goal = Text("", self._size(14), role="dim", elide=True)
         words.addWidget(self._title)

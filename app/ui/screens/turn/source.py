@@ -166,7 +166,10 @@ class _Tall(Scroll):
     def heightForWidth(self, width: int) -> int:
         """Give the height of the content."""
         layout = self._content.layout()
-        return 0 if layout is None else layout.totalHeightForWidth(width)
+        if layout is None or not layout.hasHeightForWidth():
+            # Without words that wrap, no height depends on a width, and Qt's answer is -1.
+            return self._content.sizeHint().height()
+        return layout.totalHeightForWidth(width)
 
     def sizeHint(self) -> QSize:
         """Give the content's own size."""
