@@ -12,7 +12,7 @@ from app.core.colour import luminance
 from app.core.environment import reduce_radiance
 from app.core.errors import TransportError
 from app.core.evaluation.differences import Best, Change, best_turns, change
-from app.core.evaluation.heads import Answers, Spread, from_best, from_results, solved, spread
+from app.core.evaluation.heads import Spread, from_best, from_results, solved, spread
 from app.core.evaluation.quality import block_sums, quality_at_turns
 from app.core.evaluation.tables import styles_digest
 from app.core.solve import OBJECTIVES
@@ -205,26 +205,28 @@ def evaluate(
     lighting = _lighting(tables.picture(_OWN_PICTURE), grey)
     pictures = _pictures(tables, grey)
     step(0.3, "Solving for every head")
-    answers = _answers(packs, scenes, [style.name for style in styles], step)
-    results = answers[objective][GENERIC]
+    lights = [reduce_radiance(scene.light, _OWN_ENVIRONMENT) for scene in scenes]
+    answers, heads = _answers(packs, lights, [style.name for style in styles], step)
     step(0.9, "Comparing heads and places")
-    attainable = {
-        name: from_results(found[GENERIC], name).attainable for name, found in answers.items()
-    }
+    small = [_grey(light, _OWN_ENVIRONMENT) for light in grey]
+    reached = _reached(answers["paper"])
     return Evaluation(
         scenes=tuple(scene.name for scene in scenes),
         styles=styles,
         objective=objective,
         lighting=lighting,
         pictures=pictures,
-        widths=_widths(answers, attainable),
-        results=tuple(results),
-        spreads=_spreads(answers, tables, grey, attainable),
+        widths=_widths(answers),
+        results=answers[objective],
+        spreads={
+            "picture": _spread_by_match(heads),
+            "paper": _spread_by_quality(packs, tables, small, reached),
+        },
         moved=None if offsets is None else _moved(offsets, tables),
     )
 
 
-_Answered: TypeAlias = "dict[Objective, dict[str, tuple[tuple[StyleResult, ...], ...]]]"
+_Answered: TypeAlias = "dict[str, tuple[tuple[StyleResult, ...], ...]]"
 
 
 def _check(generic: StylePack, tables: Tables) -> None:
@@ -302,58 +304,56 @@ def _grey(light: Float64, shape: tuple[int, int]) -> Float64:
 
 
 def _answers(
-    packs: Mapping[str, StylePack], scenes: Sequence[Scene], styles: Sequence[str], step: Report
-) -> _Answered:
-    """Solve for every head, by both objectives."""
-    answers: _Answered = {}
-    lights = [reduce_radiance(scene.light, _OWN_ENVIRONMENT) for scene in scenes]
-    done, total = 0, len(OBJECTIVES) * len(packs)
-    for objective in OBJECTIVES:
-        answers[objective] = {}
-        for name, pack in packs.items():
-            step(0.3 + 0.6 * done / total, "Solving for every head")
-            answers[objective][name] = solved(pack, lights, objective, styles)
-            done += 1
-    return answers
+    packs: Mapping[str, StylePack],
+    lights: Sequence[NDArray[Any]],
+    styles: Sequence[str],
+    step: Report,
+) -> tuple[_Answered, _Answered]:
+    """Answers of the generic head by both objectives, and of all heads by match."""
+    generic = {name: solved(packs[GENERIC], lights, name, styles) for name in OBJECTIVES}
+    heads = {GENERIC: generic["picture"]}
+    for number, (name, pack) in enumerate(packs.items()):
+        step(0.4 + 0.5 * number / len(packs), "Solving for every head")
+        if name != GENERIC:
+            heads[name] = solved(pack, lights, "picture", styles)
+    return {str(name): found for name, found in generic.items()}, heads
 
 
-def _widths(
-    answers: _Answered, attainable: Mapping[Objective, NDArray[np.bool_]]
-) -> dict[str, Widths]:
+def _widths(generic: _Answered) -> dict[str, Widths]:
     widths = {}
-    for objective, found in answers.items():
-        arcs = np.array([[one.arc_deg for one in row] for row in found[GENERIC]]).reshape(-1, 2)
+    for objective, found in generic.items():
+        arcs = np.array([[one.arc_deg for one in row] for row in found]).reshape(-1, 2)
         wide = (arcs[:, 1] - arcs[:, 0]) % 360.0
         wide[(arcs == (-180.0, 180.0)).all(axis=1)] = 360.0
-        widths[objective] = Widths(wide, attainable[objective].ravel())
-    return {str(name): value for name, value in widths.items()}
+        widths[objective] = Widths(wide, _reached(found).ravel())
+    return widths
 
 
-def _spreads(
-    answers: _Answered,
+def _reached(found: Sequence[Sequence[StyleResult]]) -> NDArray[np.bool_]:
+    return np.array([[one.attainable for one in row] for row in found], bool)
+
+
+def _spread_by_match(heads: _Answered) -> Spread:
+    own = {name: from_results(found) for name, found in heads.items()}
+    return spread(own.pop(GENERIC), own)
+
+
+def _spread_by_quality(
+    packs: Mapping[str, StylePack],
     tables: Tables,
-    grey: Sequence[Float64],
-    attainable: Mapping[Objective, NDArray[np.bool_]],
-) -> dict[str, Spread]:
-    spreads: dict[str, Spread] = {}
-    for objective, found in answers.items():
-        own = {name: from_results(rows, objective) for name, rows in found.items()}
-        others = {name: answer for name, answer in own.items() if name != GENERIC}
-        if objective == "paper":
-            others |= _from_tables(tables, grey, attainable[objective])
-        spreads[objective] = spread(own[GENERIC], others)
-    return spreads
-
-
-def _from_tables(
-    tables: Tables, grey: Sequence[Float64], attainable: NDArray[np.bool_]
-) -> dict[str, Answers]:
-    """Answers of heads that have a table of F only."""
-    lights = [_grey(light, _OWN_ENVIRONMENT) for light in grey]
-    return {
-        name: from_best(best_turns(_curves(table, lights)), len(lights), attainable)
-        for name, table in tables.heads.items()
+    lights: Sequence[Float64],
+    attainable: NDArray[np.bool_],
+) -> Spread:
+    """Hold all heads against the generic one by their F alone, for grey light."""
+    known = {
+        name: pack.preintegrated[[pack.index(style) for style in tables.styles]]
+        for name, pack in packs.items()
     }
+    own = {
+        name: from_best(best_turns(_curves(table, lights)), len(lights), attainable)
+        for name, table in (known | tables.heads).items()
+    }
+    return spread(own.pop(GENERIC), own)
 
 
 def _moved(offsets: Offsets, tables: Tables) -> Moved:

@@ -105,11 +105,10 @@ def solved(
     return tuple(solve_all(pack, light, objective, styles=styles) for light in lights)
 
 
-def from_results(results: Sequence[Sequence[StyleResult]], objective: Objective) -> Answers:
-    """Collect the app's own answers."""
-    curve = "match_curve" if objective == "picture" else "quality_curve"
+def from_results(results: Sequence[Sequence[StyleResult]]) -> Answers:
+    """Collect the app's own answers, by match."""
     return Answers(
-        curves=np.array([[getattr(one, curve) for one in row] for row in results]),
+        curves=np.array([[one.match_curve for one in row] for row in results]),
         index=np.array([[one.turn_index for one in row] for row in results], np.intp),
         refined_deg=np.array([[one.turn_refined_deg for one in row] for row in results]),
         attainable=np.array([[one.attainable for one in row] for row in results], bool),

@@ -23,7 +23,13 @@ def percent(share: float, digits: int = 2) -> str:
 
 def paragraph(words: str) -> str:
     """Make a paragraph of plain words."""
-    return f"<p>{escape(words, quote=False)}</p>"
+    return f"<p>{_kept(words)}</p>"
+
+
+def _kept(words: str) -> str:
+    """Escape words, and keep numbers, signs and units on one line."""
+    together = words.replace(" %", "\u00a0%").replace(" × ", "\u00a0×\u00a0")
+    return escape(together, quote=False)
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, first: int = 1) -> str:
@@ -54,4 +60,4 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, first: int = 1)
 
 def figure(drawing: str, words: str) -> str:
     """Put a caption under a drawing."""
-    return f"<figure>{drawing}<figcaption>{escape(words, quote=False)}</figcaption></figure>"
+    return f"<figure>{drawing}<figcaption>{_kept(words)}</figcaption></figure>"
