@@ -200,6 +200,10 @@ def _table(
             for column, (cell, width) in enumerate(zip(row, widths, strict=True))
         ]
         lines.append("  ".join(cells).rstrip())
+    unsure = [_full(result) for result in results if _caution(result)]
+    if unsure:
+        words = "Less certain, since the turn depends on the sitter’s own head and skin"
+        lines += ["", f"{words}: {', '.join(unsure)}."]
     count = sum(result.attainable for result in results)
     lines += ["", f"{count} of {len(results)} attainable, {seconds:.2f} s"]
     return "\n".join(lines)
@@ -214,12 +218,16 @@ def _row(result: StyleResult, epsilon_c: float | None) -> list[str]:
         {"none": ""}.get(result.direction, result.direction),
         _points(result.match),
         _points(result.strength),
-        result.reason or _caution(result) or "",
+        result.reason or "",
     ]
     if epsilon_c is not None:
         reached = float(result.quality_curve.max()) >= epsilon_c
         cells.insert(6, "yes" if reached else "no")
     return cells
+
+
+def _full(result: StyleResult) -> str:
+    return f"{result.title} ({result.side})" if result.side != "none" else result.title
 
 
 def _caution(result: StyleResult) -> str | None:
