@@ -363,14 +363,14 @@ def _sheet(found: Evaluation, sheets: Sheets) -> str:
             turn = f"{one.turn_refined_deg:+.0f}°".replace("-", "−")
             cells.append(
                 f'<div><img alt="{escape(scene)}, {_short(one.name)}" src="{picture}">'
-                f'<div class="words">{turn} · {max(one.match, 0):.0f}</div></div>'
+                f'<div class="words">{turn}<br>{max(one.match, 0):.0f}</div></div>'
             )
     columns = f"grid-template-columns: 4.6rem repeat({count}, minmax(2.6rem, 1fr))"
     return (
         "<h2>Every style in every scene</h2>"
         + paragraph(
             "On top the studio picture of each style; below, the head at the turn offered, grey "
-            "where the style is out of reach. Turn (positive is clockwise) and match."
+            "where the style is out of reach. Below each the turn (positive is clockwise) and the match."
         )
         + f'<div class="sheet" style="{columns}">{"".join(cells)}</div>'
     )
@@ -380,7 +380,7 @@ def _differences(found: Evaluation) -> str:
     light, picture = found.lighting, found.pictures
     wide = found.widths["paper"].mean()
     items = [
-        f"The scenes are others. The paper’s twelve were never published; ours are "
+        f"The scenes are others. The paper’s twelve are not public as far as we know; ours are "
         f"{len(found.scenes)} panoramas with their full range. Angles of a few degrees depend on "
         "which scenes there are more than on how large the picture is.",
         "The head, its skin and the lamps of the styles are ours, modelled after the paper’s "
@@ -388,11 +388,13 @@ def _differences(found: Evaluation) -> str:
         f"32 × 16 differs by {light[0].change.mean:.1f}° instead of 6.15° and 50 × 50 by "
         f"{picture[0].change.mean:.1f}° instead of 4.95°. Texels and pixels here are exact "
         "averages of the larger ones, for light, transport and targets alike, and turns that fall "
-        "between two columns of 32 are interpolated. Rendering each size by itself, or turning 32 "
-        "columns by whole texels of 11.25°, adds noise and steps of its own: counted by whole "
-        f"texels of each size, 32 × 16 differs by {light[0].own_steps or 0:.1f}°.",
-        f"Peaks are {wide[0]:.1f}° wide instead of 17.05°: scenes whose light comes from "
-        "everywhere have broad peaks, and the paper’s scenes had more sun and lamps.",
+        "between two columns of 32 are interpolated. The paper does not say how it did either; "
+        "sizes rendered each by itself bring noise of their own, and whole texels of 32 columns "
+        "are steps of 11.25°. Counted by whole texels of each size, 32 × 16 differs by "
+        f"{light[0].own_steps or 0:.1f}° here.",
+        f"Peaks are {wide[0]:.1f}° wide instead of 17.05°, with a deviation of {wide[1]:.1f}° "
+        "instead of 9.73°. Light that comes from everywhere makes broad peaks; which scenes are "
+        "among the twelve decides.",
     ]
     listed = "".join(f"<li>{escape(words, quote=False)}</li>" for words in items)
     return f"<h2>Where we differ from the paper, and why</h2><ul>{listed}</ul>"

@@ -36,7 +36,7 @@ td.in { font-weight: 600; } .turned th { height: 7.5rem; white-space: nowrap; }
 .sheet { display: grid; gap: 3px; font-size: .62rem; line-height: 1.2; color: var(--dim);
   overflow-x: auto; } .sheet img { width: 100%; display: block; border-radius: 2px; }
 .sheet .name { align-self: center; padding-right: .4rem; font-size: .7rem; }
-.sheet .words { padding: .1rem 0 .35rem; white-space: nowrap; overflow: hidden; }
+.sheet .words { padding: .1rem 0 .35rem; }
 @media print { body { max-width: none; padding: 0; font-size: 10.5pt; } h2 { break-after: avoid; }
   figure, tr, .sheet > * { break-inside: avoid; } .wide, .sheet { overflow: visible; } }
 """
