@@ -30,8 +30,8 @@ _OWN_PICTURE: Final = 100
 _SKIN: Final = "medium"
 _SEED: Final = 1
 _SIZES: Final = Effort()
-# A quarter of the pixels: each of them counts, and for more.
-_HEADS: Final = Effort(target_paths=256, paths=1024, glints=8, shadows=2, block=1)
+# A quarter of the pixels, and of the texels: each of them counts for more.
+_HEADS: Final = Effort(target_paths=128, paths=1024, glints=8, shadows=2)
 
 
 @dataclass(frozen=True, slots=True)
