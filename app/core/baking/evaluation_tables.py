@@ -30,8 +30,8 @@ _OWN_PICTURE: Final = 100
 _SKIN: Final = "medium"
 _SEED: Final = 1
 _SIZES: Final = Effort()
-# A quarter of the pixels, and of the texels: each of them counts for more.
-_HEADS: Final = Effort(target_paths=128, paths=1024, glints=8, shadows=2)
+# Few pixels: each counts, above all those with the catchlights.
+_HEADS: Final = Effort(target_paths=128, paths=768, glints=8, shadows=2, block=1)
 
 
 @dataclass(frozen=True, slots=True)

@@ -370,7 +370,7 @@ def _sheet(found: Evaluation, sheets: Sheets) -> str:
         "<h2>Every style in every scene</h2>"
         + paragraph(
             "On top the studio picture of each style; below, the head at the turn offered, grey "
-            "where the style is out of reach. Below each its turn (positive is clockwise) and match."
+            "where the style is out of reach. Below each its turn (positive: clockwise) and match."
         )
         + f'<div class="sheet" style="{columns}">{"".join(cells)}</div>'
     )
