@@ -36,6 +36,7 @@ COMMANDS: Final = {
     "align": "how a picture lies on another, and how far there still is to turn",
     "styles": "list the styles and their lamps",
     "bake": "compute the light transport of a head",
+    "evaluate": "the paper's evaluation on any folder of environments",
     "bench": "time the hot paths against a plain implementation",
 }
 """Every command with its one line of help; the work is in `app.commands`."""

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.core.environment import Environment, read_environment, reduce, reduce_radiance
+from app.core.evaluation.certainty import caution
 from app.core.files import atomic_write, check_target
 from app.core.images import write_png
 from app.core.pack import load_named_pack, load_transport_of
@@ -157,6 +158,7 @@ def _style_json(result: StyleResult, epsilon_c: float | None) -> dict[str, Any]:
         "strength": _short([result.strength])[0],
         "attainable": result.attainable,
         "reason": result.reason,
+        "caution": _caution(result),
         "arc_deg": [round(end, 6) for end in result.arc_deg],
         "peaks": [
             {
@@ -198,6 +200,10 @@ def _table(
             for column, (cell, width) in enumerate(zip(row, widths, strict=True))
         ]
         lines.append("  ".join(cells).rstrip())
+    unsure = [_full(result) for result in results if _caution(result)]
+    if unsure:
+        words = "Less certain, since the turn depends on the sitter’s own head and skin"
+        lines += ["", f"{words}: {', '.join(unsure)}."]
     count = sum(result.attainable for result in results)
     lines += ["", f"{count} of {len(results)} attainable, {seconds:.2f} s"]
     return "\n".join(lines)
@@ -218,6 +224,15 @@ def _row(result: StyleResult, epsilon_c: float | None) -> list[str]:
         reached = float(result.quality_curve.max()) >= epsilon_c
         cells.insert(6, "yes" if reached else "no")
     return cells
+
+
+def _full(result: StyleResult) -> str:
+    return f"{result.title} ({result.side})" if result.side != "none" else result.title
+
+
+def _caution(result: StyleResult) -> str | None:
+    """Say where the turn depends on the sitter's own head; only attainable turns are relied on."""
+    return caution(result.name) if result.attainable else None
 
 
 def _points(value: float) -> str:

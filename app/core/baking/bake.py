@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from app.core.progress import Report, Token
     from app.core.styles import Style
 
-__all__ = ["QUALITIES", "Baked", "Quality", "bake"]
+__all__ = ["QUALITIES", "Baked", "Quality", "bake", "head_coverage", "measure_profile"]
 
 Float32: TypeAlias = NDArray[np.float32]
 _BATCH_PATHS = 1 << 22
@@ -225,7 +225,7 @@ def bake(
     progress = _Progress(report, token)
     scene = build_scene(head, skin, camera)
     looking = progress.part(0.0, 0.01, "Looking at the head")
-    covered = _coverage(scene, picture, part_of(looking, 0.0, 0.5))
+    covered = head_coverage(scene, picture, part_of(looking, 0.0, 0.5))
     points = place_points(
         scene,
         head,
@@ -259,8 +259,8 @@ def _light_shelf(shelf: Shelf, prefix: str) -> Keep:
     return no_keep if is_wavefront(mi) else shelf.prefixed(prefix)
 
 
-def _coverage(scene: Any, size: int, watch: Watch = unwatched) -> Float32:
-    """Share of each pixel that the head covers, (N * N,), on a symmetric grid of rays."""
+def head_coverage(scene: Any, size: int, watch: Watch = unwatched) -> Float32:
+    """Find the share of each pixel that the head covers, (N * N,), on a symmetric grid of rays."""
     import drjit as dr
     import mitsuba as mi
 
@@ -284,7 +284,9 @@ def _matrix(job: _Job, shelf: Shelf, progress: _Progress) -> Float32:
     """Rows of the transport for all pixels, (P, columns, 3)."""
     middle = 0.02 + 0.93 * _light_share(job)
     measuring = "Measuring where light reaches the skin"
-    profile = _profile(job, shelf, progress.part(0.01, 0.02, measuring))
+    profile = measure_profile(
+        job.tables, job.pixels, job.seed, shelf.keep, progress.part(0.01, 0.02, measuring)
+    )
     light = _light(job, profile, shelf, progress.part(0.02, middle, measuring))
     matrix = np.empty((len(job.pixels), job.count, 3), np.float32)
     following = progress.part(middle, 0.95, "Following light through the skin")
@@ -307,21 +309,25 @@ def _light_share(job: _Job) -> float:
     return light / (light + paths + glints)
 
 
-def _profile(job: _Job, shelf: Shelf, watch: Watch) -> NDArray[np.float64]:
+def measure_profile(
+    tables: SceneTables,
+    pixels: NDArray[np.int32],
+    seed: int,
+    keep: Keep = no_keep,
+    watch: Watch = unwatched,
+) -> NDArray[np.float64]:
     """Exit profile of the skin as fitted, (3, MOMENTS), from a few paths of some pixels."""
-    some = job.pixels[:: max(1, len(job.pixels) // _PROFILE_PIXELS)]
+    some = pixels[:: max(1, len(pixels) // _PROFILE_PIXELS)]
 
     def trace() -> Float32:
         total = np.zeros((PROFILE_BINS, 3))
         for start in range(0, len(some), _BATCH_PIXELS):
             part = some[start : start + _BATCH_PIXELS]
             watching = part_of(watch, start / len(some), (start + len(part)) / len(some))
-            total += trace_profile(
-                job.tables, part, _PROFILE_PATHS, job.seed + 999 + start, watching
-            )
+            total += trace_profile(tables, part, _PROFILE_PATHS, seed + 999 + start, watching)
         return total.astype(np.float32)
 
-    return fit_profile(shelf.keep("profile", (PROFILE_BINS, 3), trace).astype(np.float64))
+    return fit_profile(keep("profile", (PROFILE_BINS, 3), trace).astype(np.float64))
 
 
 def _light(job: _Job, profile: NDArray[np.float64], shelf: Shelf, watch: Watch) -> _Light:

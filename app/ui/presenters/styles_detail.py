@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.angles import wrap
+from app.core.evaluation.certainty import caution
 from app.core.gallery import framing, portraits, value_at
 from app.core.light_here import picture_at
 from app.core.portrait.glare import Glare, eye_light, face_direction_words, glare
@@ -198,7 +199,8 @@ def _with_words(
         way=direction_of(turn),
         direction=direction_words(turn),
         clock=clock_words(turn),
-        good_from=arc_words(result.arc_deg) if result.attainable else "",
+        good_from=_good(result),
+        caution=_caution(result),
         match=str(reading.match),
         strength=str(reading.strength),
         in_reach=result.attainable,
@@ -212,6 +214,19 @@ def _with_words(
         main="lamp",
         main_words="Try a lamp",
     )
+
+
+def _caution(result: StyleResult) -> str:
+    """Say that the turn depends on the sitter's own head, where it does."""
+    words = caution(result.name) if result.attainable else None
+    return f"{words}." if words else ""
+
+
+def _good(result: StyleResult) -> str:
+    """Write the tolerance arc, and whether other heads would have another."""
+    if not result.attainable:
+        return ""
+    return arc_words(result.arc_deg) + (", less certain" if _caution(result) else "")
 
 
 def _reading(result: StyleResult, turn: float, *, at_best: bool) -> _Reading:
@@ -272,5 +287,7 @@ def numbers_text(state: DetailState, place: str = "") -> str:
         lines.append(f"Match {state.match}, strength {state.strength}")
     if state.good_from:
         lines.append(f"Good from {state.good_from}")
-    lines += [text for text in (state.verdict, state.ratio_tip, state.glare_tip) if text]
+    lines += [
+        text for text in (state.verdict, state.caution, state.ratio_tip, state.glare_tip) if text
+    ]
     return "\n".join(lines) + "\n"

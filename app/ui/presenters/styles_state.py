@@ -166,6 +166,8 @@ class DetailState:
         "clockwise", "toward 3 o’clock".
     good_from, match, strength : str
         "79° to 111°", "96", "62".
+    caution : str
+        That the turn depends on the sitter's own head, as a sentence; empty where it does not.
     ratio, ratio_short, ratio_tip : str
         "2.3 stops", "4.9:1 key + fill : fill", and the whole sentence.
     glare, glare_tip : str
@@ -215,6 +217,7 @@ class DetailState:
     good_from: str = ""
     match: str = ""
     strength: str = ""
+    caution: str = ""
     ratio: str = ""
     ratio_short: str = ""
     ratio_tip: str = ""

@@ -155,6 +155,13 @@ class Facts(QWidget):
         short = bool(state.ratio_short) and not (self._compact or state.verdict)
         self._short.setVisible(short)
         for widget in (*self._rows["ratio"], self._short):
-            if widget.toolTip() != state.ratio_tip:
-                widget.setToolTip(state.ratio_tip)
-                widget.setAccessibleDescription(state.ratio_tip)
+            _describe(widget, state.ratio_tip)
+        for widget in self._rows["good_from"]:
+            _describe(widget, state.caution)
+
+
+def _describe(widget: QWidget, words: str) -> None:
+    """Give a widget its tool tip, for ears as well."""
+    if widget.toolTip() != words:
+        widget.setToolTip(words)
+        widget.setAccessibleDescription(words)

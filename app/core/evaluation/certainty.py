@@ -1,0 +1,114 @@
+"""Which styles depend on the sitter's own head and skin more than others: said to the user.
+
+The app computes with a generic head. For most styles any other head would have the sitter turn to
+the same place within the tolerance arc; for a few it would not, and those are named. The numbers
+come from `turnlight evaluate` and lie beside its tables.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final
+
+from app.core.errors import CoreError
+from app.core.evaluation.heads import TOLERANCE_DEG
+from app.core.files import atomic_write_text
+from app.core.paths import resources
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+__all__ = ["Certainty", "caution", "load_certainty", "save_certainty", "shipped_certainty"]
+
+_VERSION: Final = 1
+_MOST_BYTES: Final = 1 << 16
+
+
+@dataclass(frozen=True, slots=True)
+class Certainty:
+    """How far the best turn of each style lies apart on other heads and skins.
+
+    Attributes
+    ----------
+    spread_deg : mapping of str to float
+        Mean angle by style, deg; styles that were attainable nowhere are not in it.
+    scenes : int
+        How many places it was measured in.
+    heads : tuple of str
+        The heads and skins that were held against the generic one.
+    """
+
+    spread_deg: Mapping[str, float]
+    scenes: int
+    heads: tuple[str, ...]
+
+    def less_certain(self, style: str) -> bool:
+        """Tell whether a style's turn moves further than the tolerance arc reaches."""
+        return self.spread_deg.get(style, 0.0) > TOLERANCE_DEG
+
+
+def caution(style: str, certainty: Certainty | None = None) -> str | None:
+    """Say that a style's turn is less certain, None where it is not.
+
+    Parameters
+    ----------
+    style : str
+        Name of the style.
+    certainty : Certainty, optional
+        By default what ships with the app.
+    """
+    known = shipped_certainty() if certainty is None else certainty
+    if known is None or not known.less_certain(style):
+        return None
+    return (
+        "Less certain: this style depends on the sitter. On other heads and skins the best turn "
+        f"lay {known.spread_deg[style]:.0f}° away on average"
+    )
+
+
+@lru_cache(maxsize=1)
+def shipped_certainty() -> Certainty | None:
+    """Return what ships with the app; None where it is missing, as it only adds a remark."""
+    try:
+        return load_certainty(resources() / "evaluation" / "certainty.json")
+    except CoreError:
+        return None
+
+
+def save_certainty(path: Path, certainty: Certainty) -> None:
+    """Write what is known, atomically."""
+    facts = {
+        "format_version": _VERSION,
+        "tolerance_deg": TOLERANCE_DEG,
+        "scenes": certainty.scenes,
+        "heads": list(certainty.heads),
+        "spread_deg": {name: round(value, 2) for name, value in certainty.spread_deg.items()},
+    }
+    atomic_write_text(path, json.dumps(facts, indent=1) + "\n")
+
+
+def load_certainty(path: Path) -> Certainty:
+    """Read what is known.
+
+    Raises
+    ------
+    CoreError
+        If the file is missing, damaged or of another kind.
+    """
+    hint = "Reinstall Turnlight."
+    try:
+        if path.stat().st_size > _MOST_BYTES:
+            raise CoreError(f"{path.name} is too large.", hint)
+        facts = json.loads(path.read_text(encoding="utf-8"))
+        if int(facts["format_version"]) != _VERSION:
+            raise CoreError(f"{path.name} was made by another Turnlight.", hint)
+        return Certainty(
+            spread_deg={str(k): float(v) for k, v in facts["spread_deg"].items()},
+            scenes=int(facts["scenes"]),
+            heads=tuple(str(name) for name in facts["heads"]),
+        )
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise CoreError(f"{path.name} is missing or damaged.", hint) from error

@@ -1,0 +1,63 @@
+"""Small pieces of HTML."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["degrees", "figure", "paragraph", "percent", "table"]
+
+
+def degrees(value: float) -> str:
+    """Write an angle: ``1.90°``."""
+    return f"{value:.2f}°".replace("-", "−")
+
+
+def percent(share: float, digits: int = 2) -> str:
+    """Write a share of 1 as per cent: ``0.25 %``."""
+    return f"{100 * share:.{digits}f} %".replace("-", "−")
+
+
+def paragraph(words: str) -> str:
+    """Make a paragraph of plain words."""
+    return f"<p>{_kept(words)}</p>"
+
+
+def _kept(words: str) -> str:
+    """Escape words, and keep numbers, signs and units on one line."""
+    together = words.replace(" %", "\u00a0%").replace(" × ", "\u00a0×\u00a0")
+    return escape(together, quote=False)
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, first: int = 1) -> str:
+    """Make a table of plain words; the first columns are words, the others numbers.
+
+    Parameters
+    ----------
+    head : sequence of str
+        Headings; "" for none.
+    rows : sequence of sequence of str
+        As many cells each.
+    first : int, optional
+        How many columns are words.
+    """
+
+    def cells(row: Sequence[str], tag: str) -> str:
+        parts = []
+        for k, words in enumerate(row):
+            kind = "" if k < first else ' class="n"'
+            parts.append(f"<{tag}{kind}>{escape(words, quote=False)}</{tag}>")
+        return "".join(parts)
+
+    lines = [f"<tr>{cells(row, 'td')}</tr>" for row in rows]
+    return (
+        f"<table><thead><tr>{cells(head, 'th')}</tr></thead><tbody>{''.join(lines)}</tbody></table>"
+    )
+
+
+def figure(drawing: str, words: str) -> str:
+    """Put a caption under a drawing."""
+    return f"<figure>{drawing}<figcaption>{_kept(words)}</figcaption></figure>"
