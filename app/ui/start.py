@@ -16,6 +16,7 @@ from app.core.settings import FILE, read_settings
 from app.ui.commands import Commands
 from app.ui.hooks import caught_errors, log_to
 from app.ui.jobs import QtRunner
+from app.ui.memory import keep_little
 from app.ui.notify import Notify
 from app.ui.presenters.desk import Desk
 from app.ui.presenters.frame import FramePresenter
@@ -57,6 +58,7 @@ def run(wishes: Wishes, devices: Devices, clock: Clock) -> int:
     int
         Exit code.
     """
+    keep_little()
     application = QApplication.instance() or QApplication(sys.argv[:1])
     assert isinstance(application, QApplication)
     home = user_data()

@@ -25,7 +25,7 @@ from app.core.second_light.hidden import (
     by_turn,
     correlate,
     correlate_at,
-    hidden_tables,
+    each_table,
     two_parts,
 )
 
@@ -40,7 +40,7 @@ Float64: TypeAlias = NDArray[np.float64]
 Floats: TypeAlias = NDArray[np.floating[Any]]
 
 _MAIN: Final = (48, 96)  # coordinates that the search looks at, at least and at most
-_SIZE: Final = 4e7  # numbers in the tables of what a lamp hides; large lamps get fewer coordinates
+_SIZE: Final = 2e7  # numbers in the tables of what a lamp hides; large lamps get fewer coordinates
 _LEAST: Final = 0.02  # texels that give less than this share of the strongest contrast count less
 _BRIGHT: Final = 16  # texels of the place that count as brightest
 _BATCH: Final = 48  # coordinates at a time: what they need stays in the cache
@@ -170,7 +170,7 @@ def find_contrast(face: FaceBasis, hidden: Hidden, lamp: Float64, beside: Float6
     texels = sum(len(own) for own in hidden.own)
     main = int(np.clip(_SIZE / (TURNS * max(texels, 1)), *_MAIN))
     grid = face.rows.reshape(len(face.rows), -1, SHAPE[1])
-    tables = hidden_tables(hidden, face.rows[:main].astype(np.float32))
+    tables = each_table(hidden, face.rows[:main].astype(np.float32))
     return Contrast(
         face=face,
         spectra=np.ascontiguousarray(np.fft.rfft(grid, axis=2).conj().transpose(2, 0, 1)),
@@ -188,7 +188,7 @@ def _shadows(face: FaceBasis, hidden: Hidden, lamp: Float64) -> tuple[Float64, .
     found = [np.zeros((1, *own.shape)) for own in hidden.own]
     for start in range(0, len(face.rows), _BATCH):
         part = slice(start, start + _BATCH)
-        tables = hidden_tables(hidden, face.rows[part])
+        tables = each_table(hidden, face.rows[part])
         pictures = lamp[part].reshape(-1, len(found), TURNS)
         for altitude, table in enumerate(tables):
             found[altitude][0] += np.einsum("dmk,dk->mk", table, pictures[:, altitude])

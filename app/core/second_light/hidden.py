@@ -27,13 +27,14 @@ from app.core.errors import CoreError
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
 __all__ = [
     "Hidden",
     "by_turn",
     "correlate",
     "correlate_at",
+    "each_table",
     "find_hidden",
     "hidden_tables",
     "two_parts",
@@ -120,10 +121,15 @@ def hidden_tables(hidden: Hidden, linear: NDArray[_Float]) -> tuple[NDArray[_Flo
     tuple of (F, M, 64) float
         Per altitude, in the type of `linear`, for `correlate`.
     """
-    return tuple(
-        np.ascontiguousarray(linear[:, own] * share.astype(linear.dtype))
-        for own, share in zip(hidden.own, hidden.shares, strict=True)
-    )
+    return tuple(each_table(hidden, linear))
+
+
+def each_table(hidden: Hidden, linear: NDArray[_Float]) -> Iterator[NDArray[_Float]]:
+    """Give the tables of `hidden_tables` one after the other: all together they are large."""
+    for own, share in zip(hidden.own, hidden.shares, strict=True):
+        table = linear[:, own]
+        table *= share.astype(linear.dtype)
+        yield table
 
 
 def correlate(hidden: Hidden, tables: Sequence[Float64], light: Float64) -> Float64:

@@ -42,7 +42,8 @@ _SKIN_M: Final = 0.1  # from the middle of the head, for the size that a lamp ap
 _DOT_DEG: Final = 0.1  # of the lamp, for what it hides
 _DOTS: Final = (128, 512)  # along each side
 _GOLDEN: Final = 0.5 * (math.sqrt(5.0) - 1.0)
-_BATCH: Final = 1024
+_BATCH: Final = 256
+_ROWS: Final = 1 << 19
 _BLACK: Final = 2.0**-14  # the smallest normal half: fainter answers are none
 _HALF_TO_SINGLE: Final = np.float32(2.0**112)
 
@@ -146,7 +147,7 @@ def near_luminances(
     """
     transport = near.transport
     weights = np.asarray(transport.header.luminance_weights) * lamp.colour
-    columns = (near.columns[:, :3] @ weights.astype(np.float32))[:, None]
+    columns = _weighed(near.columns, weights.astype(np.float32))
     twins = _twins(transport) if transport.header.symmetric else None
     found = np.empty((COUNT, len(near.positions)), np.float32)
     done = np.zeros(COUNT, bool)
@@ -187,6 +188,15 @@ def coverage(lamp: NumbersLamp, shape: tuple[int, int]) -> Float32:
         for column in range(width):
             # Azimuths toward the sitter's left are panorama azimuths to the left.
             found[row * width + column] = np.roll(ahead, -column, axis=1)
+    return found
+
+
+def _weighed(columns: Float16, weights: Float32) -> Float32:
+    """(P * H * W, 1) sums over the channels, bit by bit: all together they would be 120 MB."""
+    found = np.empty((len(columns), 1), np.float32)
+    for start in range(0, len(columns), _ROWS):
+        part = slice(start, start + _ROWS)
+        found[part, 0] = columns[part, :3].astype(np.float32) @ weights
     return found
 
 
