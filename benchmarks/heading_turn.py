@@ -82,8 +82,8 @@ def _error(case: _Case, index: HeadingIndex) -> float | None:
     """Error of the turn, deg; None where heading or sitter is not found."""
     fov = case.fov_deg if case.known else None
     guess = fov or assumed_fov(SIZE)
-    person = find_sitter(case.picture, guess)
     away = case.looks is Looks.PHOTOGRAPHER
+    person = find_sitter(case.picture, guess, keen=not away)
     if person is None and not away:
         return None
     found = _heading(case.picture, index, fov, person, away)

@@ -141,7 +141,7 @@ def _check(args: argparse.Namespace) -> None:
 
 def _sitter_in(view: PictureFile, fov_deg: float) -> Sitter | None:
     try:
-        return find_sitter(view.picture, fov_deg)
+        return find_sitter(view.picture, fov_deg, keen=True)
     except CoreError as error:
         print(error, file=sys.stderr)
         return None

@@ -42,7 +42,7 @@ def save(path: Path, picture: Bytes, orientation: int = 1, focal_mm: int = 0) ->
 
 @pytest.fixture(autouse=True)
 def nobody(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(command, "find_sitter", lambda *_: None)
+    monkeypatch.setattr(command, "find_sitter", lambda *_, **__: None)
 
 
 @pytest.fixture(scope="module")
@@ -172,7 +172,7 @@ def test_the_sitter_beside_the_axis(
 
     column = 0.5 + 0.5 * np.tan(np.radians(12.0)) / np.tan(np.radians(30.0))
     sitter = Sitter(float(column), 12.0, (column - 0.05, 0.4, column + 0.05, 0.6))
-    monkeypatch.setattr(command, "find_sitter", lambda *_: sitter)
+    monkeypatch.setattr(command, "find_sitter", lambda *_, **__: sitter)
     answer = asked(capsys, folder / "target.png", folder / "view.jpg")
     assert answer["turn_error_deg"] == pytest.approx(0.0, abs=0.2)
     assert answer["sitter_deg"] == 12.0

@@ -236,3 +236,17 @@ def test_a_damaged_network_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPat
             find_sitter(view(0, 120), FOV_DEG)
     finally:
         module._network.cache_clear()
+
+
+def test_a_single_picture_is_believed_earlier_where_the_size_is_likely(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def unsure(_grey: object, head: module._Head) -> module._Head:
+        return module._Head(head.x, head.y, head.tall, 0.8)
+
+    monkeypatch.setattr(module, "_looked_again", unsure)
+    seen = view(0, 180)
+    assert find_sitter(seen, FOV_DEG) is None
+    assert find_sitter(seen, FOV_DEG, keen=True) is not None
+    # As seen by a lens of 10 deg it would be far too small.
+    assert find_sitter(seen, 10.0, keen=True) is None

@@ -216,7 +216,12 @@ def find_heading(
     effort = _TRACKING if near_deg is not None else _FINE if fine else SEARCHING
     sight = see(frame, mask, effort)
     found = compare(sight, index, fov_deg, near_deg, sitter_deg, away=away)
-    return UNSURE if found is None else judged(found)
+    heading = UNSURE if found is None else judged(found)
+    if not away or heading.heading_deg is not None or near_deg is not None:
+        return heading
+    # Who carries the camera is but a hint, and may have been seen where nobody is.
+    found = compare(see(frame, None, effort), index, fov_deg, away=True, sitter_deg=None)
+    return heading if found is None else judged(found)
 
 
 def see(frame: Bytes, mask: NDArray[np.bool_] | None = None, effort: Effort = SEARCHING) -> Sight:

@@ -276,7 +276,7 @@ def search_photo(
 
 def _sitter_in(picture: Bytes, fov_deg: float) -> Sitter | None:
     try:
-        return find_sitter(picture, fov_deg)
+        return find_sitter(picture, fov_deg, keen=True)
     except CoreError:
         # Nobody can be found without the network that does it; the background still can.
         return None
