@@ -7,6 +7,8 @@ time, with the stack that a second thread saw while it ran.
 from __future__ import annotations
 
 import faulthandler
+import os
+import signal
 import tempfile
 import threading
 import time
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["SlowEvent", "WatchedApplication"]
 
 _PERIOD_S: Final = 0.01
+_ANSWER_S: Final = 0.002  # within which the thread has written its stack down
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,21 +121,41 @@ class WatchedApplication(QApplication):
         self._end.set()
 
     def _look(self) -> None:
-        running = self._running
+        running, stacks = self._running, _Stacks(self._thread)
         while not self._end.wait(_PERIOD_S):
             since = time.perf_counter() - running.started_s
             if running.depth > running.floor and since > self._limit_s / 2:
-                running.stacks.append(_stack_of(self._thread))
+                running.stacks.append(stacks.look())
+        stacks.close()
 
 
-def _stack_of(thread: int) -> str:
-    """Write down where a thread is.
+class _Stacks:
+    """Writes down where the thread of the screens is.
 
-    Not by its frame objects: holding one keeps what is local to it alive, and a painter that
-    outlives its paint event ends the program.
+    It does so itself, upon a signal: reading another thread's stack from outside fails when a
+    third thread ends at that moment. And not by frame objects: holding one keeps what is local to
+    it alive, and a painter that outlives its paint event ends the program.
     """
-    with tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as file:
-        faulthandler.dump_traceback(file)
-        file.seek(0)
-        parts = file.read().split("\n\n")
-    return next((part for part in parts if f"0x{thread:016x}" in part), "")
+
+    def __init__(self, thread: int) -> None:
+        self._thread = thread
+        self._file = tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace")  # noqa: SIM115
+        self._signal = getattr(signal, "SIGUSR1", None)  # not on every system
+        if self._signal is not None:
+            faulthandler.register(self._signal, file=self._file, all_threads=False)
+
+    def look(self) -> str:
+        """Give its stack, as words; empty where it cannot be had."""
+        if self._signal is None:
+            return ""
+        begin = self._file.seek(0, os.SEEK_END)
+        signal.pthread_kill(self._thread, self._signal)
+        time.sleep(_ANSWER_S)
+        self._file.seek(begin)
+        return self._file.read()
+
+    def close(self) -> None:
+        """Look no more."""
+        if self._signal is not None:
+            faulthandler.unregister(self._signal)
+        self._file.close()
