@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from PySide6.QtCore import QEvent, QSize, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QFileDialog, QHBoxLayout, QStackedWidget, QWidget
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     from app.ui.widgets.dialogs import Sheet
 
 __all__ = ["LightScreen", "column_widths"]
+
+_Page = TypeVar("_Page", bound=QWidget)
 
 _FULL: Final = (312, 376)
 _COMPACT: Final = (272, 304)
@@ -89,15 +92,13 @@ class LightScreen(QWidget):
         self.lamp = LampColumn(presenter, compact)
         self.middle = Middle(presenter, compact)
         self.detail = DetailColumn(presenter, compact)
-        self.question = Brightness(presenter)
-        self.meter = Meter(presenter)
         self._sheet: Sheet | None = None
         self.empty = Empty("", icon="bulb")
         self.empty.pressed.connect(self._pressed)
         self.stack = QStackedWidget()
         least = _LEAST_COMPACT if compact else _LEAST
         self._room = Room(self.middle, *least)
-        for page in (self.empty, self.question, self.meter, self._room):
+        for page in (self.empty, self._room):
             self.stack.addWidget(page)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -114,6 +115,22 @@ class LightScreen(QWidget):
         width = column_widths(t.px(_USUAL), compact)[1]
         self._laid(portrait_size(width, compact))
         self._tell_sizes()
+
+    # Pages that are seldom needed are made when they are.
+
+    @cached_property
+    def question(self) -> Brightness:
+        """The page that asks how bright it is."""
+        return self._added(Brightness(self.presenter))
+
+    @cached_property
+    def meter(self) -> Meter:
+        """The page that asks what a light meter says of the lamp."""
+        return self._added(Meter(self.presenter))
+
+    def _added(self, page: _Page) -> _Page:
+        self.stack.addWidget(page)
+        return page
 
     # -- what the presenter calls --------------------------------------------------------------
 
@@ -157,10 +174,10 @@ class LightScreen(QWidget):
         """Give the widget of a page that the keyboard comes to."""
         if page is self._room:
             return self.middle.map
-        if page is self.question:
-            return next(iter(self.question.answers.values()))
-        if page is self.meter:
-            return self.meter.lux.edit
+        if isinstance(page, Brightness):
+            return next(iter(page.answers.values()))
+        if isinstance(page, Meter):
+            return page.lux.edit
         return self.empty.button() if self._actions else self
 
     def take_lamp_focus(self) -> None:
