@@ -56,10 +56,13 @@ class Walk:
     # -- the story -----------------------------------------------------------------------------
 
     def walk(self, robot: Robot) -> None:
+        # Events count from the first paint on; this is it.
+        self.mark("first: window")
         robot.settle()
         self.facts["usable_s"] = time.monotonic() - self.started_s
         robot.window.resize(FULL)
         robot.settle()
+        self.mark("resting")
         self.to_guidance(robot)
         self.turning(robot)
         self.around_the_circle(robot)
