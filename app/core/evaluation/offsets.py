@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.archive import digest, read_arrays
 from app.core.errors import TransportError
-from app.core.files import atomic_write
+from app.core.evaluation.tables import store
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -58,19 +58,7 @@ class Offsets:
 def save_offsets(path: Path, offsets: Offsets) -> str:
     """Store environments, atomically, and return their SHA-256."""
     arrays = {name: np.ascontiguousarray(getattr(offsets, name), kind) for name, kind in _KINDS}
-    checksum = digest(arrays)
-    header = {"format_version": OFFSETS_VERSION, "spots": offsets.spots, "sha256": checksum}
-    stored: dict[str, NDArray[Any]] = {
-        **arrays,
-        "header": np.frombuffer(json.dumps(header).encode(), np.uint8),
-    }
-
-    def write(target: Path) -> None:
-        with target.open("wb") as stream:
-            np.savez_compressed(stream, allow_pickle=False, **stored)
-
-    atomic_write(path, write)
-    return checksum
+    return store(path, arrays, {"format_version": OFFSETS_VERSION, "spots": offsets.spots})
 
 
 def load_offsets(path: Path) -> Offsets:

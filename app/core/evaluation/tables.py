@@ -31,6 +31,7 @@ __all__ = [
     "Tables",
     "load_tables",
     "save_tables",
+    "store",
     "styles_digest",
     "tables_path",
 ]
@@ -120,7 +121,6 @@ def save_tables(path: Path, tables: Tables) -> str:
     """Store tables, atomically, and return their SHA-256."""
     arrays = {"sizes": np.ascontiguousarray(tables.sizes, np.float32)}
     arrays |= {f"head:{name}": np.ascontiguousarray(f) for name, f in tables.heads.items()}
-    checksum = digest(arrays)
     header = {
         "format_version": TABLES_VERSION,
         "styles": tables.styles,
@@ -128,12 +128,15 @@ def save_tables(path: Path, tables: Tables) -> str:
         "pictures": tables.pictures,
         "sizes_note": _plain(tables.sizes_note),
         "head_notes": {name: _plain(note) for name, note in tables.head_notes.items()},
-        "sha256": checksum,
     }
-    stored: dict[str, NDArray[Any]] = {
-        **arrays,
-        "header": np.frombuffer(json.dumps(header).encode(), np.uint8),
-    }
+    return store(path, arrays, header)
+
+
+def store(path: Path, arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> str:
+    """Write arrays with a header and their checksum in it, atomically; return the checksum."""
+    checksum = digest(arrays)
+    words = json.dumps({**header, "sha256": checksum}).encode()
+    stored = {**arrays, "header": np.frombuffer(words, np.uint8)}
 
     def write(target: Path) -> None:
         with target.open("wb") as stream:
