@@ -22,7 +22,7 @@ sys.path.insert(0, str(ROOT / "scripts"))
 import drjit as dr  # noqa: TID253 - a module that only a rendering process imports
 import mitsuba as mi  # noqa: TID253
 from demo_location.assemble import World, build_place, sitter_parts
-from demo_location.frame import EYE_HEIGHT, Spot, to_world
+from demo_location.frame import EYE_HEIGHT, SPOTS, Spot, to_world
 from demo_location.tracer import radiance
 
 from app.core.baking.points import Points, place_points
@@ -38,7 +38,7 @@ from app.core.baking.walk import (
     trace_profile,
 )
 
-__all__ = ["Portrait", "Sitting", "portrait"]
+__all__ = ["SPOTS", "Portrait", "Sitting", "portrait", "through_skin"]
 
 Float32 = NDArray[np.float32]
 METRES: Final = 0.1  # in one unit of the head's scene

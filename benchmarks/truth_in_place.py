@@ -63,8 +63,7 @@ def kept(file: Path, make: Callable[[], Float32]) -> Float32:
 def render_places(work: Path, spots: list[int]) -> None:
     """Make what is missing of the light at the skin, and the pictures of all turns."""
     select_variant("llvm")
-    from demo_location.frame import SPOTS
-    from place_light import Sitting, portrait
+    from place_light import SPOTS, Sitting, portrait
 
     work.mkdir(parents=True, exist_ok=True)
     head = portrait(load_named("generic").pixels)
