@@ -24,6 +24,7 @@ from app.core.environment import read_environment  # noqa: E402
 from app.core.paths import resources  # noqa: E402
 from app.core.probe.display import display_gain, display_panorama  # noqa: E402
 from app.core.simulation.phone import Disturbance, disturbed, random_disturbance  # noqa: E402
+from app.core.simulation.scene_files import probe_environment  # noqa: E402
 from app.core.simulation.scene_views import SceneViews, Stand  # noqa: E402
 from app.core.turning.field import ASSUMED_DEG  # noqa: E402
 from app.core.turning.heading import HeadingIndex, build_index  # noqa: E402
@@ -69,7 +70,7 @@ def scenes(folder: Path | None = SHARED) -> dict[str, Float32]:
 
 def location() -> Float32:
     """What the probe saw at the demo location, cd/m2."""
-    return read_environment(resources() / "demo" / "location" / "probe-1.exr").radiance
+    return probe_environment(resources() / "demo" / "location").radiance
 
 
 def demo_spots() -> dict[str, Float32]:

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.environment import read_environment
 from app.core.paths import resources
+from app.core.simulation.scene_files import probe_environment
 from app.core.simulation.scene_views import SceneView, SceneViews, Stand
 from app.core.turning.heading import HeadingIndex, build_index
 from app.core.turning.views import Lens
@@ -27,8 +27,7 @@ FOCAL_MM = 30
 @cache
 def _scene() -> SceneViews:
     location = resources() / "demo" / "location"
-    radiance = read_environment(location / "probe-1.exr").radiance
-    return SceneViews(location / "views", radiance)
+    return SceneViews(location / "views", probe_environment(location).radiance)
 
 
 @cache

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from app.core import sphere
 from app.core.angles import difference
-from app.core.environment import read_environment
 from app.core.errors import CoreError
 from app.core.paths import resources
-from app.core.simulation.scene_files import SceneFiles, level_pose
+from app.core.simulation.scene_files import SceneFiles, level_pose, probe_environment
 from app.core.simulation.scene_views import SceneViews, Stand
 from app.core.turning.views import Lens
 
@@ -29,8 +28,7 @@ AXES: Final = np.diag([-1.0, -1.0, 1.0])
 
 @cache
 def scene() -> SceneViews:
-    radiance = read_environment(FOLDER / "probe-1.exr").radiance
-    return SceneViews(FOLDER / "views", radiance * np.float32(200.0))
+    return SceneViews(FOLDER / "views", probe_environment(FOLDER).radiance)
 
 
 def shipped(turn: int, metres: float) -> NDArray[np.uint8]:
@@ -171,3 +169,16 @@ def test_missing_and_damaged_files_are_said_to_be_so(tmp_path: Path) -> None:
     (tmp_path / "view-000-120.webp").write_bytes(b"nothing of the kind")
     with pytest.raises(CoreError, match="missing or damaged"):
         SceneFiles(tmp_path).shot(0.0, 1.2)
+
+
+def test_what_no_view_shows_is_as_bright_as_what_is_beside_it() -> None:
+    """The outline of the sitter in the views must not stand there as a dark figure."""
+    views = SceneViews(FOLDER / "views", probe_environment(FOLDER).radiance, sitter=False)
+    unlit = SceneViews(FOLDER / "views", np.zeros((512, 1024, 3), np.float32), sitter=False)
+    stand, lens = Stand(180.0, 1.6, -15.0, away=True), Lens(72.0, (320, 240))
+    seen, dark = views.view(stand, lens), unlit.view(stand, lens)
+    filled = (dark.picture.max(axis=2) == 0)[60:180]
+    assert filled.mean() > 0.02
+    grey = seen.picture[60:180].mean(axis=2)
+    beside = (cv2.dilate(filled.astype(np.uint8), np.ones((15, 15), np.uint8)) > 0) & ~filled
+    assert np.median(grey[filled]) == pytest.approx(np.median(grey[beside]), rel=0.3)

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from app.core import sphere
 from app.core.angles import difference
-from app.core.environment import read_environment
 from app.core.errors import CoreError
 from app.core.images import write_png
 from app.core.paths import resources
+from app.core.simulation.scene_files import probe_environment
 from app.core.simulation.scene_views import SceneViews, Stand
 from app.core.turning.confidence import LEAST_CONFIDENCE, Evidence, trust
 from app.core.turning.heading import (
@@ -47,7 +47,7 @@ def index() -> HeadingIndex:
 @cache
 def scene() -> SceneViews:
     folder = resources() / "demo" / "location"
-    return SceneViews(FOLDER, read_environment(folder / "probe-1.exr").radiance)
+    return SceneViews(FOLDER, probe_environment(folder).radiance)
 
 
 @cache
@@ -246,3 +246,13 @@ def test_a_camera_that_looks_at_who_carries_it(index: HeadingIndex, known: bool)
     assert refused <= 1
     assert max(errors) <= 3.0
     assert np.median(errors) <= 1.0
+
+
+def test_who_stands_far_to_the_side_carries_no_camera(index: HeadingIndex) -> None:
+    """A lamp that looks like a head would shift the heading by several degrees."""
+    seen = scene().view(Stand(-60.0, 1.8, 0.0, away=True), Lens(64.0, (640, 480)))
+    plain = find_heading(seen.picture, index, 64.0, sitter_deg=None, away=True)
+    assert plain.heading_deg is not None
+    for beside in (-40.0, 26.0):
+        found = find_heading(seen.picture, index, 64.0, sitter_deg=beside, away=True)
+        assert found == plain

@@ -106,3 +106,5 @@ def test_a_lens_seen_from_nearer_than_the_probe() -> None:
     shrunk = 1.0 - 1.5 / chance.uniform(4.0, 8.0, 200)
     assert lens_factor(shrunk, away=True) == pytest.approx(1.0, abs=0.08)
     assert lens_factor(1.2 * shrunk, away=True) == pytest.approx(1.2, abs=0.1)
+    # A wall straight ahead, 1.5 m of 7 nearer: all alike, and still no narrow lens.
+    assert lens_factor(np.full(60, 1.0 - 1.5 / 7.0), away=True) == pytest.approx(1.0, abs=0.08)

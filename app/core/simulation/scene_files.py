@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import math
 from collections import OrderedDict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import cv2
@@ -18,12 +18,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.colour import srgb_decode
+from app.core.environment import read_environment
 from app.core.errors import CoreError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["EYE_M", "SKY_M", "SceneFiles", "Shot", "damaged", "level_pose", "shown"]
+    from app.core.environment import Environment
+
+__all__ = [
+    "EYE_M",
+    "SKY_M",
+    "SceneFiles",
+    "Shot",
+    "damaged",
+    "level_pose",
+    "probe_environment",
+    "shown",
+]
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
@@ -187,6 +199,33 @@ class SceneFiles:
         rays = np.stack([*np.broadcast_arrays(x, y), np.ones_like(inverse)], axis=2)
         position, rotation = level_pose(turn_deg, distance_m)
         return np.asarray(rays / inverse[..., None] @ rotation + position, np.float32)
+
+
+def probe_environment(location: Path) -> Environment:
+    """Read what the probe saw where the sitter of the views is.
+
+    Parameters
+    ----------
+    location : Path
+        Folder with ``location.json`` and the panoramas that it names.
+
+    Returns
+    -------
+    Environment
+        In cd/m2.
+
+    Raises
+    ------
+    CoreError
+        When files are missing or damaged.
+    """
+    try:
+        spot = json.loads((location / "location.json").read_text(encoding="utf-8"))["spots"][0]
+        file, unit = str(spot["file"]), np.float32(spot["cd_per_m2_of_one"])
+    except (OSError, KeyError, IndexError, TypeError, ValueError) as error:
+        raise damaged() from error
+    seen = read_environment(location / file)
+    return replace(seen, radiance=seen.radiance * unit)
 
 
 def level_pose(turn_deg: float, distance_m: float) -> tuple[Float64, Float64]:

@@ -8,19 +8,18 @@ all that he knows. Everything is drawn from the run's number.
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core.environment import read_environment
 from app.core.light_here import prepare
 from app.core.pack import load_named_pack
 from app.core.paths import resources
 from app.core.simulation.phone import Disturbance, disturbed, random_disturbance, swept
 from app.core.simulation.photographer import Habits, Photographer, random_habits
+from app.core.simulation.scene_files import probe_environment
 from app.core.simulation.scene_views import SceneViews, Stand
 from app.core.simulation.turn_loop import Answer, Outcome, follow
 from app.core.solve import solve_all
@@ -120,13 +119,13 @@ def demo_world(head: str = "generic") -> World:
         When the program's own files are missing or damaged.
     """
     folder = resources() / "demo" / "location"
-    spot = json.loads((folder / "location.json").read_text("utf-8"))["spots"][0]
-    environment = read_environment(folder / spot["file"])
+    environment = probe_environment(folder)
     light = prepare(environment)
-    radiance = environment.radiance * np.float32(spot["cd_per_m2_of_one"])
     results = solve_all(load_named_pack(head), light.searched)
     goals = tuple((r.name, Goal(r.turn_refined_deg, r.arc_deg)) for r in results if r.attainable)
-    return World(SceneViews(folder / "views", radiance), build_index(light.display), goals)
+    return World(
+        SceneViews(folder / "views", environment.radiance), build_index(light.display), goals
+    )
 
 
 def draw(number: int, place: World, known: float) -> Run:

@@ -62,12 +62,11 @@ def lens_factor(zooms: Float64, *, away: bool = False) -> float:
     if len(said) < _FEWEST:
         return 1.0
     low, middle, high = np.quantile(said, [0.25, 0.5, 0.75])
+    if away:
+        return float(np.quantile(said, 1.0 - _FARTHEST)) * (1.0 + _LEFT_AWAY)
     spread = (high - low) / 1.35 / middle
     if spread < _ALIKE:
         return float(middle)
     share = min((spread - _ALIKE) / _ALIKE, 1.0)
-    if away:
-        far = float(np.quantile(said, 1.0 - _FARTHEST)) * (1.0 + _LEFT_AWAY)
-    else:
-        far = float(np.quantile(said, _FARTHEST)) / (1.0 + _LEFT)
+    far = float(np.quantile(said, _FARTHEST)) / (1.0 + _LEFT)
     return float(math.exp((1.0 - share) * math.log(middle) + share * math.log(far)))

@@ -60,6 +60,8 @@ _TRIES: Final = 1200
 _SITTER_SPREAD: Final = 0.015  # of the picture plane, some 1 deg: how well a face is placed
 _NO_SITTER_SPREAD: Final = 0.04  # more would let the fit step aside to explain depth
 _AIM_DEG: Final = 5.0  # how far beside the sitter a camera is aimed
+_AIM_AWAY_DEG: Final = 6.5  # how far from who carries it, whom nobody looks at meanwhile
+_CARRIER_DEG: Final = 25.0  # who is further to the side carries no camera
 _CERTAIN: Final = 0.8  # ratio of a match that is seldom wrong
 _BESIDE_DEG: Final = 5.0
 _CLEARLY: Final = 1.05  # so many times as many points
@@ -214,6 +216,8 @@ def find_heading(
     Heading
     """
     effort = _TRACKING if near_deg is not None else _FINE if fine else SEARCHING
+    if away and sitter_deg is not None and abs(sitter_deg) > _CARRIER_DEG:
+        sitter_deg, mask = None, None
     sight = see(frame, mask, effort)
     found = compare(sight, index, fov_deg, near_deg, sitter_deg, away=away)
     heading = UNSURE if found is None else judged(found)
@@ -292,7 +296,7 @@ def compare(
         share=_share(inside),
         spread=_spread(asked[pose.inside], lens),
         support=support(rays * factor, described, spots, known, pose),
-        error_deg=_error_deg(pose, outlook, estimated),
+        error_deg=_error_deg(pose, outlook, estimated, away),
         tilt=float(np.linalg.norm(pose.plane[1:])),
         zoom=1.0 / max(pose.zoom, 0.1) if away else pose.zoom,
         wide=factor * max(lens.size) / 2.0 / lens.focal_px if estimated else None,
@@ -356,7 +360,10 @@ def _outlook(fov_deg: float | None, sitter_deg: float | None, away: bool) -> Out
 def _narrowed(outlook: Outlook, factor: float, away: bool) -> Outlook:
     """Say what is known of a camera once its lens is."""
     limits = (_AWAY_ZOOM, _LIKELY_AWAY) if away else (_ZOOM, _LIKELY)
-    return Outlook(outlook.sitter * factor, outlook.sitter_spread * factor, *limits)
+    sitter, spread = outlook.sitter * factor, outlook.sitter_spread * factor
+    if away and outlook.sitter_known:
+        spread = math.hypot(_AWAY_SPREAD, _LENS_ERROR * sitter)
+    return Outlook(sitter, spread, *limits)
 
 
 def _lens(fov_deg: float | None, size: tuple[int, int]) -> Lens:
@@ -373,7 +380,7 @@ def _share(inside: NDArray[np.bool_]) -> float:
     return (float(inside.sum()) + 1.0) / (len(inside) + 2.0)
 
 
-def _error_deg(pose: Pose, outlook: Outlook, estimated: bool) -> float:
+def _error_deg(pose: Pose, outlook: Outlook, estimated: bool, away: bool) -> float:
     """Return the standard error of the heading, of the points and of what is not known.
 
     With a wrong lens what is behind the sitter stays where it is, and the axis, beside it, moves;
@@ -381,7 +388,8 @@ def _error_deg(pose: Pose, outlook: Outlook, estimated: bool) -> float:
     """
     aside = math.degrees(math.atan(float(pose.sitter[0])))
     lens = _LENS_ERROR * aside if estimated else 0.0
-    step = 0.0 if outlook.sitter_known else _AIM_DEG * abs(pose.zoom - 1.0)
+    aim = _AIM_AWAY_DEG if away else _AIM_DEG
+    step = 0.0 if outlook.sitter_known else aim * abs(pose.zoom - 1.0)
     return math.hypot(math.degrees(pose.error_rad), lens, step)
 
 
