@@ -89,17 +89,41 @@ def portrait(pixels: NDArray[np.int32], seed: int = 3) -> Portrait:
 
 
 class Sitting:
-    """The sitter at a spot of the demo location, and the light that arrives at each point."""
+    """The sitter at a spot of the demo location, and the light that arrives at each point.
 
-    def __init__(self, spot: Spot) -> None:
+    Parameters
+    ----------
+    spot : Spot
+    kind : type of World, optional
+        How the place is built and lit.
+    """
+
+    def __init__(self, spot: Spot, kind: type[World] = World) -> None:
         parts = sitter_parts(ROOT / "resources" / "heads", hair=False)
-        self._world = World(build_place(), parts)
+        self._world = kind(build_place(), parts)
         faces = len(self._world.f)
         self._head_from = faces - len(parts["skin"].f) - len(parts["eyes"].f)
         self._at = to_world(spot.building[0], EYE_HEIGHT, spot.building[1])
         self._ears = _middle_of(generic_head()[0], parts)
         self._sampler = mi.load_dict({"type": "independent"})
         self._rotation = np.eye(3)
+
+    @property
+    def surroundings(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """All but the head: vertices in the head's frame and unit, (V, 3), and faces, (M, 3)."""
+        world = self._world
+        places = (world.v.astype(np.float64) - self._at) @ self._rotation / METRES + self._ears
+        return places, np.asarray(world.f[: self._head_from], np.int64)
+
+    @property
+    def rotation(self) -> NDArray[np.float64]:
+        """From the head's axes to the world's."""
+        return self._rotation
+
+    @property
+    def world(self) -> World:
+        """The place with the sitter in it."""
+        return self._world
 
     def turn(self, degrees: float) -> None:
         """Let the sitter face an azimuth."""
