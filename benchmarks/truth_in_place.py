@@ -11,6 +11,7 @@ Goes on where it was stopped.
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import time
 from functools import partial
@@ -41,8 +42,8 @@ if TYPE_CHECKING:
 
 TURNS: Final = 64
 SEEDS: Final = 2
-SAMPLES: Final = 16  # rays of each kind from each point of the skin, per seed
-GLINTS: Final = 32  # rays of each kind from each pixel, per seed
+SAMPLES: Final = 16  # rays of each kind from each point of the skin, per seed and round
+GLINTS: Final = 32  # rays of each kind from each pixel, per seed and round
 PATHS: Final = 4096
 LOCATION: Final = ROOT / "resources" / "demo" / "location"
 OBJECTIVES: Final[tuple[Objective, ...]] = ("picture", "paper")
@@ -60,7 +61,7 @@ def kept(file: Path, make: Callable[[], Float32]) -> Float32:
     return loaded
 
 
-def render_places(work: Path, spots: list[int]) -> None:
+def render_places(work: Path, spots: list[int], rounds: int) -> None:
     """Make what is missing of the light at the skin, and the pictures of all turns."""
     select_variant("llvm")
     from place_light import SPOTS, Sitting, portrait
@@ -69,33 +70,46 @@ def render_places(work: Path, spots: list[int]) -> None:
     head = portrait(load_named("generic").pixels)
     # What looks away from the camera sends next to nothing to it, and is not lit.
     front = np.flatnonzero(head.points.normals[:, 2] > -0.3)
-    for number in spots:
+    for each, number in itertools.product(range(rounds), spots):
         spot, started = SPOTS[number], time.perf_counter()
         sitting = Sitting(spot)
         for column in range(TURNS * SEEDS):
             sitting.turn(column // SEEDS * 360 / TURNS)
-            seed = (number * TURNS * SEEDS + column) << 20
+            seed = ((each * len(SPOTS) + number) * TURNS * SEEDS + column) << 20
             lit = partial(sitting.entering, head, front, SAMPLES, seed)
-            kept(work / f"{spot.name}-{column:03d}-skin.npy", lit)
+            kept(part_of(work, spot.name, column, each, "skin"), lit)
             glints = partial(sitting.reflected, head, GLINTS, seed)
-            kept(work / f"{spot.name}-{column:03d}-top.npy", glints)
-            minutes = (time.perf_counter() - started) / 60
-            print(f"{spot.name}: {column + 1} of {TURNS * SEEDS}, {minutes:.1f} min", flush=True)
-        follow = partial(pictures_of, work, spot.name, head, front)
-        kept(work / f"{spot.name}-pictures.npy", follow)
+            kept(part_of(work, spot.name, column, each, "top"), glints)
+        minutes = (time.perf_counter() - started) / 60
+        print(f"{spot.name}: round {each + 1} of {rounds}, {minutes:.1f} min", flush=True)
+    for number in spots:
+        name = SPOTS[number].name
+        follow = partial(pictures_of, work, name, rounds, head, front)
+        kept(work / f"{name}-pictures-{rounds}.npy", follow)
 
 
-def pictures_of(work: Path, name: str, head: Portrait, front: NDArray[np.int64]) -> Float32:
+def part_of(work: Path, name: str, column: int, each: int, what: str) -> Path:
+    """Where a round's light is kept for a turn and seed."""
+    return work / f"{name}-{column:03d}-{what}-{each}.npy"
+
+
+def pictures_of(
+    work: Path, name: str, rounds: int, head: Portrait, front: NDArray[np.int64]
+) -> Float32:
     """All pictures of a spot, (TURNS * SEEDS, P, 3): what came through the skin, and glints."""
     from place_light import through_skin
+
+    def mean(column: int, what: str) -> Float32:
+        parts = [np.load(part_of(work, name, column, each, what)) for each in range(rounds)]
+        return np.asarray(np.mean(parts, axis=0), np.float32)
 
     columns = range(TURNS * SEEDS)
     entering = np.zeros((head.points.count, 3, 4, len(columns)), np.float32)
     for column in columns:
-        entering[front, :, :, column] = np.load(work / f"{name}-{column:03d}-skin.npy")
+        entering[front, :, :, column] = mean(column, "skin")
     below = through_skin(head, entering, PATHS, 5)
-    glints = [np.load(work / f"{name}-{column:03d}-top.npy") for column in columns]
-    return np.asarray(below.transpose(2, 0, 1) + np.stack(glints), np.float32)
+    glints = np.stack([mean(column, "top") for column in columns])
+    return np.asarray(below.transpose(2, 0, 1) + glints, np.float32)
 
 
 def light_at(name: str) -> Float32:
@@ -189,12 +203,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--spots", type=int, nargs="+", default=[0, 1, 2])
+    parser.add_argument("--rounds", type=int, default=3, help="more make less noise")
     parser.add_argument("-o", type=Path, default=ROOT / "docs" / "truth-in-place.json")
     args = parser.parse_args()
-    render_places(args.work, args.spots)
+    render_places(args.work, args.spots, args.rounds)
     transport, pack = load_named("generic"), load_named_pack("generic")
     names = [f"probe-{number + 1}" for number in args.spots]
-    files = [args.work / f"{name}-pictures.npy" for name in names]
+    files = [args.work / f"{name}-pictures-{args.rounds}.npy" for name in names]
     spots = [
         judge(name, np.load(file), transport, pack) for name, file in zip(names, files, strict=True)
     ]
