@@ -5,7 +5,7 @@ exposure, is compared with the target by structural similarity and by similarity
 a classifier says which style's target has the pattern nearest to its own. The pictures are those in
 the modelled place (`truth_in_place.py`) and, for scenes, those under distant light.
 
-    python benchmarks/objectives.py --work FOLDER --rounds N --scenes FOLDER
+    python benchmarks/objectives.py --work FOLDER --scenes FOLDER
         [-o docs/objectives.json]
 
 SSIM: Wang et al. 2004, eq. 13, Gaussian window of 1.5 pixels. Gradients: Xue et al. 2014, eq. 4.
@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stock import ROOT  # isort: skip
-from truth_in_place import OBJECTIVES, SEEDS, TURNS, grey_of, light_at  # isort: skip
+from truth_in_place import OBJECTIVES, ROUNDS, SEEDS, TURNS, grey_of, light_at, pictures_file  # isort: skip
 
 from app.core.colour import srgb_encode
 from app.core.environment import read_environment, reduce, rotate
@@ -134,7 +134,7 @@ def judged(
 
 def in_the_place(work: Path, name: str, rounds: int) -> Callable[[float], Float64]:
     """Pictures of the sitter in the modelled place at any of the turns, (P,)."""
-    pictures = np.load(work / f"{name}-pictures-{rounds}.npy")
+    pictures = np.load(pictures_file(work, name, rounds))
     grey = grey_of(pictures).reshape(TURNS, SEEDS, -1).mean(axis=1)
     return lambda turn: np.asarray(grey[round(turn / 360 * TURNS) % TURNS])
 
@@ -164,15 +164,15 @@ def main() -> None:
     """Judge, print, write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--work", type=Path, required=True, help="where truth_in_place.py worked")
-    parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--scenes", type=Path, required=True)
     parser.add_argument("-o", type=Path, default=ROOT / "docs" / "objectives.json")
     args = parser.parse_args()
     transport, pack = load_named("generic"), load_named_pack("generic")
     judge = Judge(transport, pack)
     groups: dict[str, list[dict[str, Any]]] = {"in the place": [], "scenes": []}
-    for name in ("probe-1", "probe-2", "probe-3"):
-        at = in_the_place(args.work, name, args.rounds)
+    for number, rounds in enumerate(ROUNDS):
+        name = f"probe-{number + 1}"
+        at = in_the_place(args.work, name, rounds)
         groups["in the place"] += judged(name, light_at(name), at, judge, pack)
     for file in sorted(args.scenes.iterdir()):
         if file.suffix not in (".hdr", ".exr"):

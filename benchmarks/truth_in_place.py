@@ -36,7 +36,7 @@ from app.core.weights import target_weights
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from place_light import Portrait
+    from place_light import Portrait, Sitting
 
     from app.core.solve import Objective
 
@@ -44,6 +44,7 @@ TURNS: Final = 64
 SEEDS: Final = 2
 SAMPLES: Final = 16  # rays of each kind from each point of the skin, per seed and round
 GLINTS: Final = 32  # rays of each kind from each pixel, per seed and round
+ROUNDS: Final = (2, 4, 1)  # by spot: indoors, where light comes round corners, there is more noise
 PATHS: Final = 4096
 LOCATION: Final = ROOT / "resources" / "demo" / "location"
 OBJECTIVES: Final[tuple[Objective, ...]] = ("picture", "paper")
@@ -61,7 +62,7 @@ def kept(file: Path, make: Callable[[], Float32]) -> Float32:
     return loaded
 
 
-def render_places(work: Path, spots: list[int], rounds: int) -> None:
+def render_places(work: Path, spots: list[int], rounds: tuple[int, ...]) -> None:
     """Make what is missing of the light at the skin, and the pictures of all turns."""
     select_variant("llvm")
     from place_light import SPOTS, Sitting, portrait
@@ -70,22 +71,47 @@ def render_places(work: Path, spots: list[int], rounds: int) -> None:
     head = portrait(load_named("generic").pixels)
     # What looks away from the camera sends next to nothing to it, and is not lit.
     front = np.flatnonzero(head.points.normals[:, 2] > -0.3)
-    for each, number in itertools.product(range(rounds), spots):
+    for number in spots:
         spot, started = SPOTS[number], time.perf_counter()
         sitting = Sitting(spot)
         for column in range(TURNS * SEEDS):
-            sitting.turn(column // SEEDS * 360 / TURNS)
-            seed = ((each * len(SPOTS) + number) * TURNS * SEEDS + column) << 20
-            lit = partial(sitting.entering, head, front, SAMPLES, seed)
-            kept(part_of(work, spot.name, column, each, "skin"), lit)
-            glints = partial(sitting.reflected, head, GLINTS, seed)
-            kept(part_of(work, spot.name, column, each, "top"), glints)
-        minutes = (time.perf_counter() - started) / 60
-        print(f"{spot.name}: round {each + 1} of {rounds}, {minutes:.1f} min", flush=True)
+            light_up(work, sitting, head, front, number, column, rounds[number])
+            minutes = (time.perf_counter() - started) / 60
+            print(f"{spot.name}: {column + 1} of {TURNS * SEEDS}, {minutes:.1f} min", flush=True)
     for number in spots:
         name = SPOTS[number].name
-        follow = partial(pictures_of, work, name, rounds, head, front)
-        kept(work / f"{name}-pictures-{rounds}.npy", follow)
+        follow = partial(pictures_of, work, name, rounds[number], head, front)
+        kept(pictures_file(work, name, rounds[number]), follow)
+
+
+def light_up(
+    work: Path,
+    sitting: Sitting,
+    head: Portrait,
+    front: NDArray[np.int64],
+    number: int,
+    column: int,
+    rounds: int,
+) -> None:
+    """Make what is missing of one turn and seed."""
+    name = f"probe-{number + 1}"
+    missing = [
+        (each, what)
+        for each, what in itertools.product(range(rounds), ("skin", "top"))
+        if not part_of(work, name, column, each, what).exists()
+    ]
+    if missing:
+        sitting.turn(column // SEEDS * 360 / TURNS)
+    for each, what in missing:
+        seed = ((each * len(ROUNDS) + number) * TURNS * SEEDS + column) << 20
+        skin = partial(sitting.entering, head, front, SAMPLES, seed)
+        glints = partial(sitting.reflected, head, GLINTS, seed)
+        kept(part_of(work, name, column, each, what), skin if what == "skin" else glints)
+
+
+def pictures_file(work: Path, name: str, rounds: int) -> Path:
+    """Where the pictures of a spot are kept."""
+    return work / f"{name}-pictures-{rounds}.npy"
 
 
 def part_of(work: Path, name: str, column: int, each: int, what: str) -> Path:
@@ -203,13 +229,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--spots", type=int, nargs="+", default=[0, 1, 2])
-    parser.add_argument("--rounds", type=int, default=3, help="more make less noise")
+    parser.add_argument("--rounds", type=int, nargs=3, default=ROUNDS, help="of each spot")
     parser.add_argument("-o", type=Path, default=ROOT / "docs" / "truth-in-place.json")
     args = parser.parse_args()
-    render_places(args.work, args.spots, args.rounds)
+    render_places(args.work, args.spots, tuple(args.rounds))
     transport, pack = load_named("generic"), load_named_pack("generic")
     names = [f"probe-{number + 1}" for number in args.spots]
-    files = [args.work / f"{name}-pictures-{args.rounds}.npy" for name in names]
+    files = [
+        pictures_file(args.work, name, args.rounds[number])
+        for name, number in zip(names, args.spots, strict=True)
+    ]
     spots = [
         judge(name, np.load(file), transport, pack) for name, file in zip(names, files, strict=True)
     ]
