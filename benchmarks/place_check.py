@@ -34,7 +34,7 @@ SEEDS: Final = 2
 SAMPLES: Final = 64
 GLINTS: Final = 128
 PATHS: Final = 4096
-STOCK_PATHS: Final = 1024
+STOCK_PATHS: Final = 512
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
 
