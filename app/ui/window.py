@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QByteArray, QCoreApplication, QEvent, QPoint, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QByteArray, QPoint, QSize, Qt, QTimer, Signal
 from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from app.ui.frame.drop import DropVeil, dropped_paths
@@ -156,7 +156,7 @@ class Window(QWidget):
             1 to 2, of text and controls.
         """
         self.setUpdatesEnabled(False)
-        # The old views go first: Qt would restyle every one of them.
+        # The old views go first: nobody sees them in the new theme.
         self._take_down()
         set_theme(name, scale)
         apply(self._application)
@@ -236,8 +236,6 @@ class Window(QWidget):
             widget.hide()
             widget.setParent(None)
             widget.deleteLater()
-            # Now, not later: what is still there when the theme changes is restyled.
-            QCoreApplication.sendPostedEvents(widget, QEvent.Type.DeferredDelete.value)
 
     def _put_up(self) -> None:
         self._build()

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QSizePolicy, QVBoxLayout, 
 
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
+from app.ui.theme.style import menu_sheet
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.icons import Icon
 from app.ui.widgets.labels import Text
@@ -51,13 +52,14 @@ class _Line(QLineEdit):
         self.setFont(t.font(14))
         self.setFixedHeight(t.px(40))
         self.setAttribute(Qt.WidgetAttribute.WA_Hover)
-        # The frame is painted below; what Qt would paint over it is taken away.
+        # The frame is painted below; what Qt would paint over it is taken away. Its own menu, of
+        # copying and pasting, takes its look from here as well.
         self.setStyleSheet(
             f"QLineEdit {{ background: transparent; border: none; color: {t.c.text.name()};"
             f" selection-background-color: {t.c.amberfill.name()};"
             f" selection-color: {t.c.onamber.name()};"
             f" placeholder-text-color: {t.c.dim.name()}; }}"
-            f" QLineEdit:disabled {{ color: {t.c.dis.name()}; }}"
+            f" QLineEdit:disabled {{ color: {t.c.dis.name()}; }}" + menu_sheet(t)
         )
         self.set_icon("")
 

@@ -138,8 +138,10 @@ class Bar(QProgressBar):
         """
         self._unknown = fraction is None
         self._beat.run(self._unknown and self.isVisible())
+        # Qt would paint it at once, and all else in the window that waits to be painted.
+        self.setUpdatesEnabled(False)
         self.setValue(0 if fraction is None else round(min(max(fraction, 0.0), 1.0) * _STEPS))
-        self.update()
+        self.setUpdatesEnabled(True)
 
     def sizeHint(self) -> QSize:
         """160 x 4 at the theme's scale."""
