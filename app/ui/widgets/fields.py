@@ -5,7 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QEvent, QObject, QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QPainter, QPaintEvent, QWheelEvent
+from PySide6.QtGui import (
+    QContextMenuEvent,
+    QKeyEvent,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QWheelEvent,
+)
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QSizePolicy, QVBoxLayout, QWidget
 
 from app.ui.theme import theme
@@ -52,15 +59,10 @@ class _Line(QLineEdit):
         self.setFont(t.font(14))
         self.setFixedHeight(t.px(40))
         self.setAttribute(Qt.WidgetAttribute.WA_Hover)
-        # The frame is painted below; what Qt would paint over it is taken away. Its own menu, of
-        # copying and pasting, takes its look from here as well.
-        self.setStyleSheet(
-            f"QLineEdit {{ background: transparent; border: none; color: {t.c.text.name()};"
-            f" selection-background-color: {t.c.amberfill.name()};"
-            f" selection-color: {t.c.onamber.name()};"
-            f" placeholder-text-color: {t.c.dim.name()}; }}"
-            f" QLineEdit:disabled {{ color: {t.c.dis.name()}; }}" + menu_sheet(t)
-        )
+        # The frame is painted below; Qt paints nothing under the words.
+        colours = QPalette(self.palette())
+        colours.setColor(QPalette.ColorRole.Base, Qt.GlobalColor.transparent)
+        self.setPalette(colours)
         self.set_icon("")
 
     def set_icon(self, icon: str) -> None:
@@ -69,6 +71,13 @@ class _Line(QLineEdit):
         lead = t.px(_PADDING) + (t.px(28) if icon else 0)
         # QLineEdit keeps 2 px of its own.
         self.setTextMargins(lead - 2, 0, t.px(_PADDING) - 2, 0)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Offer copying and pasting in our look."""
+        menu = self.createStandardContextMenu()
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.setStyleSheet(menu_sheet(theme()))
+        menu.popup(event.globalPos())
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint it in the current theme."""
