@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import ctypes
 import gc
@@ -59,6 +60,8 @@ def reading_in() -> Iterator[None]:
         yield
     finally:
         gc.freeze()
+        # At the end all of it goes: some libraries complain of what is left.
+        atexit.register(gc.unfreeze)
         if was:
             gc.enable()
 
