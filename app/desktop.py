@@ -8,6 +8,7 @@ import sys
 from typing import TYPE_CHECKING, Final
 
 from app.core.errors import CoreError
+from app.ui.memory import reading_in
 from app.ui.wishes import Wishes
 
 if TYPE_CHECKING:
@@ -104,7 +105,8 @@ def start(wishes: Wishes) -> int:
     if problem is not None:
         raise DesktopError(problem, "turnlight solve PANORAMA works without one.")
     try:
-        from app.ui.start import run
+        with reading_in():
+            from app.ui.start import run
     except ImportError as error:
         library = getattr(error, "name", None) or str(error).split(":", 1)[0]
         if ".so" not in str(error):

@@ -1,12 +1,19 @@
-"""Handing memory back to the system."""
+"""Handing memory back to the system, and not looking for any where there is none."""
 
 from __future__ import annotations
 
+import atexit
+import contextlib
 import ctypes
+import gc
 import sys
 from functools import cache
+from typing import TYPE_CHECKING
 
-__all__ = ["give_back", "keep_little"]
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+__all__ = ["give_back", "keep_little", "reading_in"]
 
 _MMAP_THRESHOLD, _ARENA_MAX = -3, -8  # numbers of malloc.h
 _LARGE = 1 << 20  # bytes
@@ -33,6 +40,30 @@ def give_back() -> None:
     library = _library()
     if library is not None:
         library.malloc_trim(ctypes.c_size_t(0))
+
+
+@contextlib.contextmanager
+def reading_in() -> Iterator[None]:
+    """Read modules in: they stay to the end, so nobody looks for garbage among them.
+
+    Else a full collection goes through every function of every library, and whatever is being
+    done on the screens waits for it, for some 50 ms.
+
+    Yields
+    ------
+    None
+        While no garbage is collected; what there is in the end is never looked at again.
+    """
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.freeze()
+        # At the end all of it goes: some libraries complain of what is left.
+        atexit.register(gc.unfreeze)
+        if was:
+            gc.enable()
 
 
 @cache

@@ -5,13 +5,14 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QByteArray, QCoreApplication, QEvent, QPoint, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QByteArray, QPoint, QSize, Qt, QTimer, Signal
 from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from app.ui.frame.drop import DropVeil, dropped_paths
 from app.ui.frame.jobline import JobLineBar
 from app.ui.frame.rail import PLACES, SETTINGS, Rail
 from app.ui.frame.topbar import TopBar
+from app.ui.memory import reading_in
 from app.ui.presenters.model import Step
 from app.ui.screens.registry import ScreenKey, make_presenter, make_view, screen_of
 from app.ui.shortcuts import Shortcuts, hints_of
@@ -47,6 +48,24 @@ SMALLEST: Final = QSize(1024, 700)
 """The window works from this size up, logical pixels."""
 FULL_SIZE: Final = QSize(1440, 900)
 """Below this the narrow layout is taken."""
+
+
+_STYLES: Final = ("presenters.styles", "screens.styles")
+_NEXT: Final = (
+    "presenters.turn",
+    "screens.turn",
+    "presenters.paint",
+    "screens.paint",
+    "presenters.light",
+    "screens.light",
+)
+"""Screens that are read in before anybody asks for them."""
+
+
+def _read_in(names: Sequence[str]) -> None:
+    with reading_in():
+        for name in names:
+            importlib.import_module(f"app.ui.{name}")
 
 
 class Window(QWidget):
@@ -156,7 +175,7 @@ class Window(QWidget):
             1 to 2, of text and controls.
         """
         self.setUpdatesEnabled(False)
-        # The old views go first: Qt would restyle every one of them.
+        # The old views go first: nobody sees them in the new theme.
         self._take_down()
         set_theme(name, scale)
         apply(self._application)
@@ -236,8 +255,6 @@ class Window(QWidget):
             widget.hide()
             widget.setParent(None)
             widget.deleteLater()
-            # Now, not later: what is still there when the theme changes is restyled.
-            QCoreApplication.sendPostedEvents(widget, QEvent.Type.DeferredDelete.value)
 
     def _put_up(self) -> None:
         self._build()
@@ -286,7 +303,7 @@ class Window(QWidget):
 
         def work(token: object, report: object) -> None:
             del token, report
-            importlib.import_module("app.ui.presenters.styles")
+            _read_in(_STYLES)
 
         def ready(_: None) -> None:
             self._presenter_of("styles")
@@ -294,8 +311,7 @@ class Window(QWidget):
 
         def after(token: object, report: object) -> None:
             del token, report
-            for name in ("presenters.turn", "presenters.light", "screens.light"):
-                importlib.import_module(f"app.ui.{name}")
+            _read_in(_NEXT)
 
         self._runner.submit("styles-ready", work, done=ready)
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import fields
 
 import pytest
+from PySide6.QtCore import QPoint
 from PySide6.QtGui import QFontDatabase, QFontInfo, QFontMetricsF, QPalette
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QToolTip, QWidget
+from pytestqt.qtbot import QtBot
 
 from app.core.errors import CoreError
 from app.ui.theme import Colours, Theme, ThemeName, apply, fonts, set_theme, theme
 from app.ui.theme.fonts import WEIGHTS
-from app.ui.theme.style import palette, style_sheet
+from app.ui.theme.style import bar_sheet, menu_sheet, palette
 from app.ui.theme.theme import LINE_HEIGHTS
 from app.ui.theme.tokens import PALETTES, Palette
 
@@ -100,8 +102,32 @@ def test_qt_paints_in_the_theme(name: ThemeName, qapp: QApplication) -> None:
     grey = qapp.palette().color(QPalette.ColorGroup.Disabled, QPalette.ColorRole.ButtonText)
     assert grey == t.c.dis
     assert qapp.font().pixelSize() == 21
-    assert qapp.styleSheet() == style_sheet(t)
-    assert t.c.tag.name() in style_sheet(t)
+    # One for all would be looked up for every widget, whenever it is put into another.
+    assert not qapp.styleSheet()
+    for sheet in (bar_sheet(t), menu_sheet(t)):
+        assert t.c.ctl.name() in sheet
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_tool_tip_is_painted_in_the_theme(
+    name: ThemeName, qapp: QApplication, qtbot: QtBot
+) -> None:
+    t = set_theme(name)
+    apply(qapp)
+    told = QWidget()
+    qtbot.addWidget(told)
+    told.show()
+    QToolTip.showText(QPoint(50, 50), "Undo (Ctrl Z)", told)
+    tip = next(w for w in qapp.topLevelWidgets() if w.inherits("QTipLabel") and w.isVisible())
+    seen = tip.grab().toImage()
+    QToolTip.hideText()
+    assert seen.pixelColor(0, 0) == t.c.ctl
+    inside = {
+        seen.pixelColor(x, y).name()
+        for x in range(4, seen.width() - 4)
+        for y in range(4, seen.height() - 4)
+    }
+    assert {t.c.tag.name(), t.c.ontag.name()} <= inside
 
 
 def test_the_palette_of_one_theme_is_not_that_of_another(qapp: QApplication) -> None:

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
+from app.ui.theme.style import dress_bars
 from app.ui.widgets.paint import RIGHT, box, hover_fill, put_text, text_width
 from app.ui.widgets.tips import describe
 
@@ -89,6 +90,7 @@ class ThingList(QListWidget):
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setMouseTracking(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        dress_bars(self)
         self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         see_through = self.palette()
         see_through.setColor(QPalette.ColorRole.Base, Qt.GlobalColor.transparent)

@@ -13,6 +13,7 @@ from app.ui.presenters.styles_gallery import (
     Snapshot,
     cards_of,
     filters_of,
+    front_of,
     look,
     question_of,
 )
@@ -30,6 +31,7 @@ from app.ui.presenters.styles_state import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.progress import Report, Token
     from app.ui.presenters.desk import Desk
     from app.ui.presenters.services import Services
 
@@ -311,13 +313,7 @@ class StylesPresenter:
     def _front_key(self) -> str | None:
         """Style in front: the chosen one, or the first card while that is not there yet."""
         snapshot = self._snapshot
-        if snapshot is None:
-            return None
-        chosen = self._services.model.chosen
-        if chosen in snapshot.styles:
-            return chosen
-        first = cards_of(snapshot, Filter.ALL, Sort.MATCH, None)
-        return first[0].key if first and first[0].damaged is None else None
+        return None if snapshot is None else front_of(snapshot, self._services.model.chosen)
 
     def _best(self) -> float | None:
         key = self._front_key()
@@ -359,13 +355,22 @@ class StylesPresenter:
         if question is None:
             return
         self._asked = True
-        known = self._snapshot
-        self._services.runner.submit(
-            _JOB, lambda token, report: look(question, known, token), done=self._looked
-        )
+        model, known, sizes = self._services.model, self._snapshot, self._sizes
+        chosen, needle, detail = model.chosen, model.needle_deg, Detail(self._detail)
 
-    def _looked(self, snapshot: Snapshot) -> None:
-        self._snapshot = snapshot
+        def work(token: Token, report: Report) -> tuple[Snapshot, Detail]:
+            del report
+            snapshot = look(question, known, token)
+            front = front_of(snapshot, chosen)
+            if front is not None:
+                # What will be asked for first is then there already.
+                detail.at(snapshot, front, needle, sizes)
+            return snapshot, detail
+
+        self._services.runner.submit(_JOB, work, done=self._looked)
+
+    def _looked(self, made: tuple[Snapshot, Detail]) -> None:
+        self._snapshot, self._detail = made
         self._refresh()
 
     def _model_changed(self, names: frozenset[str]) -> None:

@@ -63,10 +63,18 @@ class _Reading:
 
 
 class Detail:
-    """Resolves the detail; keeps what stays the same from one turn to the next."""
+    """Resolves the detail; keeps what stays the same from one turn to the next.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    before : Detail, optional
+        What it has kept is taken over; nothing is shared, so another thread may go on with it.
+    """
+
+    def __init__(self, before: Detail | None = None) -> None:
         self._kept: dict[str, tuple[Hashable, Any, Any]] = {}
+        if before is not None:
+            self._kept.update(before._kept)
 
     def at(
         self, snapshot: Snapshot, name: str, needle_deg: float | None, sizes: Sizes
@@ -87,7 +95,18 @@ class Detail:
         Returns
         -------
         DetailState
+            The one and same while nothing has changed.
         """
+        return self._once(
+            "state",
+            (name, needle_deg, sizes),
+            snapshot,
+            lambda: self._resolved(snapshot, name, needle_deg, sizes),
+        )
+
+    def _resolved(
+        self, snapshot: Snapshot, name: str, needle_deg: float | None, sizes: Sizes
+    ) -> DetailState:
         style = snapshot.styles[name]
         base = DetailState(
             key=name,

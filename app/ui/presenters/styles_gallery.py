@@ -34,6 +34,7 @@ __all__ = [
     "Snapshot",
     "cards_of",
     "filters_of",
+    "front_of",
     "look",
     "question_of",
     "side_line",
@@ -294,6 +295,27 @@ def cards_of(
     if wanted in (Filter.ALL, Filter.MINE):
         cards += [_damaged_card(one) for one in snapshot.question.damaged]
     return tuple(cards)
+
+
+def front_of(snapshot: Snapshot, chosen: str | None) -> str | None:
+    """Say which style is in front: the chosen one, or the first card while that is not there yet.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+        What there is.
+    chosen : str or None
+        Name of the chosen style.
+
+    Returns
+    -------
+    str or None
+        None when there is no style at all.
+    """
+    if chosen is not None and chosen in snapshot.styles:
+        return chosen
+    names = sorted(snapshot.styles, key=lambda name: _order(snapshot, name, Sort.MATCH))
+    return names[0] if names else None
 
 
 def _passes(snapshot: Snapshot, name: str, wanted: Filter) -> bool:

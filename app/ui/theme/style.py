@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
+from PySide6.QtCore import Qt
 from PySide6.QtGui import QPalette
+from PySide6.QtWidgets import QLabel, QProxyStyle, QStyle, QToolTip
 
 from app.ui.theme.focus import install
 from app.ui.theme.theme import Theme, theme
 
 if TYPE_CHECKING:
-    from PySide6.QtWidgets import QApplication
+    from PySide6.QtCore import QRect
+    from PySide6.QtGui import QPainter
+    from PySide6.QtWidgets import QAbstractScrollArea, QApplication, QStyleOption, QWidget
 
-__all__ = ["apply", "palette", "style_sheet"]
+__all__ = ["apply", "bar_sheet", "dress_bars", "menu_sheet", "palette"]
 
-_SHEET: Final = """
-QToolTip {{ background: {tag}; color: {ontag}; border: {line}px solid {tip_edge};
-    padding: {p4}px {p8}px; font: {f12}px "Inter"; }}
+_BARS: Final = """
 QScrollBar:vertical {{ background: transparent; width: {bar}px; margin: 0; border: none; }}
 QScrollBar:horizontal {{ background: transparent; height: {bar}px; margin: 0; border: none; }}
 QScrollBar::handle {{ background: {ctl}; border-radius: {knob}px; margin: {gap}px; }}
@@ -25,6 +27,8 @@ QScrollBar::handle:vertical {{ min-height: {p32}px; }}
 QScrollBar::handle:horizontal {{ min-width: {p32}px; }}
 QScrollBar::add-line, QScrollBar::sub-line {{ width: 0; height: 0; border: none; }}
 QScrollBar::add-page, QScrollBar::sub-page {{ background: transparent; }}
+"""
+_MENU: Final = """
 QMenu {{ background: {panel}; color: {text}; border: {line}px solid {ctl};
     border-radius: {p8}px; padding: {p4}px; }}
 QMenu::item {{ padding: {p8}px {p16}px {p8}px {p12}px; border-radius: {p4}px;
@@ -36,6 +40,59 @@ QMenu::separator {{ height: {line}px; background: {rule}; margin: {p4}px {p8}px;
 """
 
 _STYLED: Final = "turnlight styled"
+
+
+class _TipStyle(QProxyStyle):
+    """How a tool tip is painted."""
+
+    def pixelMetric(
+        self,
+        metric: QStyle.PixelMetric,
+        option: QStyleOption | None = None,
+        widget: QWidget | None = None,
+    ) -> int:
+        """Give the room around the words; Qt adds 1."""
+        if metric == QStyle.PixelMetric.PM_ToolTipLabelFrameWidth:
+            return theme().px(4) + theme().line_width - 1
+        return super().pixelMetric(metric, option, widget)
+
+    def drawPrimitive(
+        self,
+        element: QStyle.PrimitiveElement,
+        option: QStyleOption,
+        painter: QPainter,
+        widget: QWidget | None = None,
+    ) -> None:
+        """Paint what lies under the words."""
+        if element == QStyle.PrimitiveElement.PE_PanelTipLabel:
+            t = theme()
+            width = t.line_width
+            rect: QRect = option.rect
+            painter.fillRect(rect, t.c.ctl)
+            painter.fillRect(rect.adjusted(width, width, -width, -width), t.c.tag)
+        else:
+            super().drawPrimitive(element, option, painter, widget)
+
+
+class _Style(QProxyStyle):
+    """Fusion, with tool tips of our own.
+
+    A style sheet for the whole application would do the same, but Qt would then look up every
+    widget in it, each time that one is put into another.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("Fusion")
+        self._tips = _TipStyle("Fusion")
+        self._tips.setParent(self)
+
+    def polish(self, what: Any) -> Any:
+        """Dress tool tips; Qt shows each anew."""
+        if isinstance(what, QLabel) and what.inherits("QTipLabel"):
+            aside = theme().px(4)
+            what.setContentsMargins(aside, 0, aside, 0)
+            what.setStyle(self._tips)
+        return super().polish(what)
 
 
 def palette(t: Theme) -> QPalette:
@@ -83,8 +140,12 @@ def palette(t: Theme) -> QPalette:
     return result
 
 
-def style_sheet(t: Theme) -> str:
-    """Give the style sheet for what is simplest to style with one.
+def _lengths(t: Theme) -> dict[str, int]:
+    return {f"p{n}": t.px(n) for n in (4, 8, 12, 16, 32)}
+
+
+def bar_sheet(t: Theme) -> str:
+    """Give the style sheet of a scroll bar.
 
     Parameters
     ----------
@@ -94,24 +155,38 @@ def style_sheet(t: Theme) -> str:
     Returns
     -------
     str
-        Qt style sheet for tool tips, scroll bars and menus.
+        Qt style sheet, for the bar alone.
     """
-    c = t.c
-    lengths = {f"p{n}": t.px(n) for n in (4, 8, 12, 16, 32)}
     gap = t.px(2)
-    return _SHEET.format(
-        **lengths,
-        line=t.line_width,
-        f12=t.px(12),
+    return _BARS.format(
+        **_lengths(t),
         bar=t.px(6) + 2 * gap,
         knob=t.px(6) // 2,
         gap=gap,
-        tag=c.tag.name(),
-        ontag=c.ontag.name(),
-        tip_edge=c.ctl.name(),
+        ctl=t.c.ctl.name(),
+        dim=t.c.dim.name(),
+    )
+
+
+def menu_sheet(t: Theme) -> str:
+    """Give the style sheet of a menu.
+
+    Parameters
+    ----------
+    t : Theme
+        The theme to take colours and sizes from.
+
+    Returns
+    -------
+    str
+        Qt style sheet, for the menu or what it belongs to.
+    """
+    c = t.c
+    return _MENU.format(
+        **_lengths(t),
+        line=t.line_width,
         panel=c.panel.name(),
         text=c.text.name(),
-        dim=c.dim.name(),
         dis=c.dis.name(),
         ctl=c.ctl.name(),
         rule=c.line.name(),
@@ -121,8 +196,22 @@ def style_sheet(t: Theme) -> str:
     )
 
 
+def dress_bars(area: QAbstractScrollArea) -> None:
+    """Give an area's scroll bars the theme's look.
+
+    Parameters
+    ----------
+    area : QAbstractScrollArea
+        Just made; both its bars are dressed, a horizontal one that never shows is not.
+    """
+    sheet, never = bar_sheet(theme()), Qt.ScrollBarPolicy.ScrollBarAlwaysOff
+    area.verticalScrollBar().setStyleSheet(sheet)
+    if area.horizontalScrollBarPolicy() != never:
+        area.horizontalScrollBar().setStyleSheet(sheet)
+
+
 def apply(app: QApplication) -> None:
-    """Give the whole application the current theme's palette, font, style sheet and focus ring.
+    """Give the whole application the current theme's palette, font, tool tips and focus ring.
 
     Parameters
     ----------
@@ -136,10 +225,12 @@ def apply(app: QApplication) -> None:
     """
     t = theme()
     if not app.property(_STYLED):
-        # Once: with a style sheet set, another style costs as much as the sheet does.
-        app.setStyle("Fusion")
+        app.setStyle(_Style())
         app.setProperty(_STYLED, True)
     app.setPalette(palette(t))
     app.setFont(t.font(14))
-    app.setStyleSheet(style_sheet(t))
+    tips = QPalette(app.palette())
+    tips.setColor(QPalette.ColorRole.ToolTipBase, t.c.tag)
+    QToolTip.setPalette(tips)
+    QToolTip.setFont(t.font(12))
     install(app)

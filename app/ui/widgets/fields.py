@@ -5,11 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QEvent, QObject, QRect, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QPainter, QPaintEvent, QWheelEvent
+from PySide6.QtGui import (
+    QContextMenuEvent,
+    QKeyEvent,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QWheelEvent,
+)
 from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QSizePolicy, QVBoxLayout, QWidget
 
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
+from app.ui.theme.style import menu_sheet
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.icons import Icon
 from app.ui.widgets.labels import Text
@@ -51,14 +59,10 @@ class _Line(QLineEdit):
         self.setFont(t.font(14))
         self.setFixedHeight(t.px(40))
         self.setAttribute(Qt.WidgetAttribute.WA_Hover)
-        # The frame is painted below; what Qt would paint over it is taken away.
-        self.setStyleSheet(
-            f"QLineEdit {{ background: transparent; border: none; color: {t.c.text.name()};"
-            f" selection-background-color: {t.c.amberfill.name()};"
-            f" selection-color: {t.c.onamber.name()};"
-            f" placeholder-text-color: {t.c.dim.name()}; }}"
-            f" QLineEdit:disabled {{ color: {t.c.dis.name()}; }}"
-        )
+        # The frame is painted below; Qt paints nothing under the words.
+        colours = QPalette(self.palette())
+        colours.setColor(QPalette.ColorRole.Base, Qt.GlobalColor.transparent)
+        self.setPalette(colours)
         self.set_icon("")
 
     def set_icon(self, icon: str) -> None:
@@ -67,6 +71,13 @@ class _Line(QLineEdit):
         lead = t.px(_PADDING) + (t.px(28) if icon else 0)
         # QLineEdit keeps 2 px of its own.
         self.setTextMargins(lead - 2, 0, t.px(_PADDING) - 2, 0)
+
+    def contextMenuEvent(self, event: QContextMenuEvent) -> None:
+        """Offer copying and pasting in our look."""
+        menu = self.createStandardContextMenu()
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.setStyleSheet(menu_sheet(theme()))
+        menu.popup(event.globalPos())
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint it in the current theme."""

@@ -30,6 +30,7 @@ from PySide6.QtWidgets import (
 
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
+from app.ui.theme.style import dress_bars
 from app.ui.widgets.paint import box, hover_fill, put_text
 
 if TYPE_CHECKING:
@@ -144,6 +145,7 @@ class ListPopup(QFrame):
         self._list.setMouseTracking(True)
         self._list.setProperty("noFocusRing", True)
         self._list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        dress_bars(self._list)
         self._list.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
         self._list.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
         see_through = self._list.palette()

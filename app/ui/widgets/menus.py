@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QMenu, QWidget
 
 from app.ui.theme import theme
 from app.ui.theme.icons import icon
+from app.ui.theme.style import menu_sheet
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,6 +36,7 @@ class Menu(QMenu):
         self.setWindowFlag(Qt.WindowType.NoDropShadowWindowHint)
         self.setAttribute(Qt.WidgetAttribute.WA_TranslucentBackground)
         self.setToolTipsVisible(True)
+        self.setStyleSheet(menu_sheet(theme()))
         self.setFont(theme().font(14))
         self.setAccessibleName(name)
 

@@ -60,11 +60,16 @@ class Beat:
     def __init__(self, widget: QWidget) -> None:
         self._widget = widget
         self.phase_deg = 0.0
-        self._timer = QTimer(widget, interval=_TICK_MS)
-        self._timer.timeout.connect(self._advance)
+        self._timer: QTimer | None = None
 
     def run(self, wanted: bool) -> None:
         """Start or stop."""
+        if wanted and self._timer is None:
+            # Every button has a beat, and few are ever busy.
+            self._timer = QTimer(self._widget, interval=_TICK_MS)
+            self._timer.timeout.connect(self._advance)
+        if self._timer is None:
+            return
         if wanted and not self._timer.isActive():
             self._timer.start()
         elif not wanted:
@@ -138,8 +143,10 @@ class Bar(QProgressBar):
         """
         self._unknown = fraction is None
         self._beat.run(self._unknown and self.isVisible())
+        # Qt would paint it at once, and all else in the window that waits to be painted.
+        self.setUpdatesEnabled(False)
         self.setValue(0 if fraction is None else round(min(max(fraction, 0.0), 1.0) * _STEPS))
-        self.update()
+        self.setUpdatesEnabled(True)
 
     def sizeHint(self) -> QSize:
         """160 x 4 at the theme's scale."""

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QFrame, QScrollArea, QWidget
 from shiboken6 import isValid
 
 from app.ui.theme import theme
+from app.ui.theme.style import dress_bars
 
 __all__ = ["Room", "Scroll", "Surface"]
 
@@ -68,6 +69,7 @@ class Scroll(QScrollArea):
         self.setWidgetResizable(True)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        dress_bars(self)
         self.viewport().setAutoFillBackground(False)
         see_through = self.palette()
         see_through.setColor(QPalette.ColorRole.Window, Qt.GlobalColor.transparent)
@@ -124,6 +126,7 @@ class Room(Scroll):
         content.setMinimumSize(t.px(width), t.px(height))
         super().__init__(content)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAsNeeded)
+        dress_bars(self)
         # Nothing is painted where the two bars meet.
         self.setCornerWidget(QWidget())
         self.horizontalScrollBar().setAccessibleName("Scroll sideways")

@@ -15,7 +15,8 @@ _LINE: Final = 52
 
 def _wrapped(text: str) -> str:
     """Break a long sentence, since a plain tool tip is one line."""
-    return "\n".join(textwrap.fill(line, _LINE) for line in text.splitlines())
+    lines = text.splitlines()
+    return "\n".join(line if len(line) <= _LINE else textwrap.fill(line, _LINE) for line in lines)
 
 
 def describe(widget: QWidget, name: str, shortcut: str = "", tip: str | None = None) -> None:
@@ -35,9 +36,10 @@ def describe(widget: QWidget, name: str, shortcut: str = "", tip: str | None = N
     widget.setAccessibleName(name)
     text = name if tip is None else tip
     text = f"{text} ({shortcut})" if shortcut and text else text
-    widget.setProperty("tip", _wrapped(text))
+    wrapped = _wrapped(text)
+    widget.setProperty("tip", wrapped)
     if widget.isEnabled():
-        widget.setToolTip(_wrapped(text))
+        widget.setToolTip(wrapped)
 
 
 def set_available(widget: QWidget, available: bool, why: str = "") -> None:

@@ -76,15 +76,20 @@ class BigDegrees(Plot):
 
     def figure_font(self) -> QFont:
         """Give the font of the number: as designed, or smaller so that it fits."""
-        t = theme()
-        size = self._size
-        while size > _LEAST and self._extent(t.font(size, 700), size) > self.width():
-            size -= 2
-        return t.font(size, 700)
+        size, need = self._size, self._extent(self._size)
+        if need > self.width():
+            # Widths grow as the size does: begin close by, each size is a font of its own.
+            steps = int(size * (1.0 - self.width() / need) / 2.0)
+            size = max(size - 2 * steps, _LEAST)
+            while size + 2 <= self._size and self._extent(size + 2) <= self.width():
+                size += 2
+            while size > _LEAST and self._extent(size) > self.width():
+                size -= 2
+        return theme().font(size, 700)
 
-    def _extent(self, font: QFont, size: int) -> float:
+    def _extent(self, size: int) -> float:
         """Width that is needed: twice the farther half, since the number is centred."""
-        digits, number = self._widths(font, size)
+        digits, number = self._widths(theme().font(size, 700), size)
         return max(number, 2.0 * (digits + self._side(size) - number / 2.0))
 
     def _widths(self, font: QFont, size: int) -> tuple[float, float]:

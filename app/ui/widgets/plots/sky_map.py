@@ -180,22 +180,20 @@ class SkyMap(LampPlot):
         painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceAtop)
         if sky.closed is not None:
             self._draw_closed(painter, area)
-        lines = [
-            QLineF(QPointF(*self._raw(a, b)), QPointF(*self._raw(c, d))) for a, b, c, d in sky.line
-        ]
+        lines = [QLineF(*ends) for ends in self._raw(sky.line).tolist()]
         for colour, wide in ((Qt.GlobalColor.black, 4.0), (Qt.GlobalColor.white, 1.75)):
             pen = QPen(QColor(colour), wide)
             pen.setCapStyle(Qt.PenCapStyle.RoundCap)
             painter.setPen(pen)
             painter.drawLines(lines)
 
-    def _raw(self, azimuth_deg: float, altitude_deg: float) -> Point:
-        """As `place_of`, without wrapping: a line may end at either edge."""
+    def _raw(self, line: NDArray[np.float32]) -> NDArray[np.float32]:
+        """As `place_of` for (n, 4) ends, without wrapping: a line may end at either edge."""
         area, half = self.area, self._sky.half_height_deg
-        return (
-            area.left() + (azimuth_deg + 180.0) / 360.0 * area.width(),
-            area.top() + (half - altitude_deg) / (2.0 * half) * area.height(),
-        )
+        ends = np.empty_like(line)
+        ends[:, ::2] = area.left() + (line[:, ::2] + 180.0) / 360.0 * area.width()
+        ends[:, 1::2] = area.top() + (half - line[:, 1::2]) / (2.0 * half) * area.height()
+        return ends
 
     def _draw_closed(self, painter: QPainter, area: QRectF) -> None:
         """Hatch where the lamp may not be held."""
@@ -204,8 +202,11 @@ class SkyMap(LampPlot):
         rows, columns = closed.shape
         path = QPainterPath()
         wide, tall = area.width() / columns, area.height() / rows
-        for row, column in zip(*np.nonzero(closed), strict=True):
-            place = QRectF(column * wide, row * tall, wide + 0.01, tall + 0.01)
+        edges = np.diff(np.pad(closed.astype(np.int8), ((0, 0), (1, 1))))
+        # Row by row from where it begins to where it ends.
+        runs = zip(*np.nonzero(edges == 1), np.nonzero(edges == -1)[1], strict=True)
+        for row, begin, end in runs:
+            place = QRectF(begin * wide, row * tall, (end - begin) * wide + 0.01, tall + 0.01)
             path.addRect(place.translated(area.topLeft()))
         painter.save()
         painter.setClipPath(path.simplified())
