@@ -122,7 +122,7 @@ def merge_case(
         theirs = _error(_relative(reduce_radiance(found, shape)), truth)
         return f"light off by {theirs:.2f} % in the median, ours {ours:.2f} %"
 
-    peers = [PeerCase("OpenCV", lambda: debevec(bracket), judge, rounds=1)]
+    peers = [PeerCase("OpenCV", lambda: debevec(bracket), judge)]
     if colour_hdri is not None:
         peer = colour_hdri
         peers.append(

@@ -3,7 +3,7 @@
 Everything that is compared is timed within one run and in turn, the best of several: what else a
 machine does can make a measurement slower, never faster. A call took as long as the clock says, or
 as the processor says where that is less, so that waiting for a core hardly counts. Work that is
-divided among threads is timed by the clock alone, on all sides.
+divided among threads is timed by the clock alone; only peers get the better of both.
 """
 
 from __future__ import annotations
@@ -293,16 +293,16 @@ def _row(case: Case, speed: float, token: Token) -> Row:
         limit_seconds=min(limit),
         baseline=case.baseline,
         limit=case.limit_is,
-        peers=tuple(_peer(peer, case.by, token) for peer in case.peers),
+        peers=tuple(_peer(peer, token) for peer in case.peers),
     )
 
 
-def _peer(peer: PeerCase, by: Doer, token: Token) -> Peer:
+def _peer(peer: PeerCase, token: Token) -> Peer:
     """Time another program. Some take many seconds, so no call only wakes what sleeps."""
     result: object = None
     times = []
     for _ in range(peer.rounds):
         token.check()
-        seconds, result = _once(peer.work, by)
+        seconds, result = _once(peer.work, "thread")
         times.append(seconds)
     return Peer(peer.name, min(times) / peer.share, peer.judge(result))
