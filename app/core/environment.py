@@ -9,6 +9,7 @@ Reading the file formats is `app.core.environment_file`'s part.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -213,11 +214,14 @@ def reduce_radiance(
     height, width, channels = radiance.shape
     rows, columns = shape
     bands = np.empty((rows, width * channels))
-    # Row bands first, each over the few rows it overlaps: one pass over a large panorama,
-    # in double precision without a double-precision copy of all of it.
-    for row, (start, weights) in enumerate(_row_weights(height, rows)):
-        part = radiance[start : start + weights.size].reshape(weights.size, -1)
-        bands[row] = weights @ part
+    if rows == height:
+        bands[:] = radiance.reshape(rows, -1)
+    else:
+        # Row bands first, each over the few rows it overlaps: one pass over a large panorama,
+        # in double precision without a double-precision copy of all of it.
+        for row, (start, weights) in enumerate(_row_weights(height, rows)):
+            part = radiance[start : start + weights.size].reshape(weights.size, -1)
+            bands[row] = weights @ part
     matrix = _column_weights(width, columns, turn_deg)
     mixed = np.einsum("rwc,wk->rkc", bands.reshape(rows, width, channels), matrix, optimize=True)
     return np.ascontiguousarray(mixed, dtype=np.float32)
@@ -296,7 +300,8 @@ def _row_edges(rows: int) -> NDArray[np.float64]:
     return np.concatenate([half, -half[::-1]])
 
 
-def _row_weights(height: int, rows: int) -> list[tuple[int, NDArray[np.float64]]]:
+@lru_cache(maxsize=16)
+def _row_weights(height: int, rows: int) -> tuple[tuple[int, NDArray[np.float64]], ...]:
     """For each row wanted: the first row it overlaps, and the shares (sum 1) from there on."""
     given, wanted = _row_edges(height), _row_edges(rows)
     result = []
@@ -308,7 +313,7 @@ def _row_weights(height: int, rows: int) -> list[tuple[int, NDArray[np.float64]]
         # Edges that coincide in exact arithmetic can differ in the last bit.
         overlap = np.maximum(upper - lower, 0.0)
         result.append((first, overlap / overlap.sum()))
-    return result
+    return tuple(result)
 
 
 def _column_weights(width: int, columns: int, turn_deg: float) -> NDArray[np.float64]:
@@ -320,10 +325,11 @@ def _column_weights(width: int, columns: int, turn_deg: float) -> NDArray[np.flo
         shift = float(nearest)
     step = width / columns
     matrix = np.zeros((width, columns))
-    for column in range(columns):
-        start, stop = shift + column * step, shift + (column + 1) * step
-        index = np.arange(int(np.floor(start)), int(np.ceil(stop)))
+    column = np.arange(columns)
+    start, stop = shift + column * step, shift + (column + 1) * step
+    first, last = np.floor(start).astype(np.intp), np.ceil(stop).astype(np.intp)
+    for index in (first + k for k in range(int((last - first).max()))):
         overlap = np.minimum(index + 1.0, stop) - np.maximum(index, start)
-        np.add.at(matrix[:, column], index % width, np.maximum(overlap, 0.0))
+        matrix[index % width, column] += np.maximum(overlap, 0.0)
     shares: NDArray[np.float64] = matrix / matrix.sum(axis=0)
     return shares

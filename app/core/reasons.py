@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
@@ -66,7 +66,7 @@ class LightMap:
     @cached_property
     def mean(self) -> float:
         """Mean radiance over the sphere."""
-        bands = self._bands
+        bands = _bands(self.luminance.shape[0])
         return float((self.luminance.mean(axis=1) * bands).sum() / bands.sum())
 
     @cached_property
@@ -82,16 +82,9 @@ class LightMap:
     def ring(self, elevation_deg: float) -> Float64:
         """(W,) mean radiance in the lobes around an elevation, one per texel column."""
         height, width = self.luminance.shape
-        elevation = math.radians(elevation_deg)
-        row = np.pi * (0.5 - (np.arange(height) + 0.5) / height)
-        away = 2 * np.pi * np.arange(width) / width
-        cosine = math.sin(elevation) * np.sin(row)[:, None] + math.cos(elevation) * np.outer(
-            np.cos(row), np.cos(away)
-        )
-        lobe = np.maximum(cosine, 0.0) ** _LOBE_POWER * self._bands[:, None]
-        # The lobe is even in azimuth, so correlation and convolution are the same.
-        spectrum = np.fft.rfft(lobe, axis=1) * np.fft.rfft(self.luminance, axis=1)
-        ring: Float64 = np.fft.irfft(spectrum.sum(axis=0), n=width) / lobe.sum()
+        lobe, total = _lobe(height, width, elevation_deg)
+        spectrum = lobe * self._spectrum
+        ring: Float64 = np.fft.irfft(spectrum.sum(axis=0), n=width) / total
         return ring
 
     def toward(self, lamp: StyleLamp, turn_deg: float) -> float:
@@ -107,12 +100,33 @@ class LightMap:
         best: Float64 = np.max(rings, axis=0)
         return best
 
-    @property
-    def _bands(self) -> Float64:
-        height = self.luminance.shape[0]
-        edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
-        bands: Float64 = edges[:-1] - edges[1:]
-        return bands
+    @cached_property
+    def _spectrum(self) -> NDArray[np.complex128]:
+        return np.fft.rfft(self.luminance, axis=1)
+
+
+@lru_cache(maxsize=32)
+def _lobe(
+    height: int, width: int, elevation_deg: float
+) -> tuple[NDArray[np.complex128], np.float64]:
+    """Spectrum (H, M) of the lobe around an elevation, and the sum of its weights."""
+    elevation = math.radians(elevation_deg)
+    row = np.pi * (0.5 - (np.arange(height) + 0.5) / height)
+    away = 2 * np.pi * np.arange(width) / width
+    cosine = math.sin(elevation) * np.sin(row)[:, None] + math.cos(elevation) * np.outer(
+        np.cos(row), np.cos(away)
+    )
+    lobe = np.maximum(cosine, 0.0) ** _LOBE_POWER * _bands(height)[:, None]
+    # The lobe is even in azimuth, so correlation and convolution are the same.
+    return np.fft.rfft(lobe, axis=1), lobe.sum()
+
+
+@lru_cache(maxsize=4)
+def _bands(height: int) -> Float64:
+    """(H,) share of the sphere that each row covers."""
+    edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
+    bands: Float64 = edges[:-1] - edges[1:]
+    return bands
 
 
 def reason(

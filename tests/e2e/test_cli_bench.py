@@ -1,9 +1,12 @@
-"""`turnlight bench` on a small head: rows, table, JSON."""
+"""`turnlight bench` on a small head: rows, table, JSON, what is kept, how cost grows."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
+import os
+import signal
+import time
 from functools import partial
 from pathlib import Path
 
@@ -11,10 +14,38 @@ import pytest
 
 from app.cli import main
 from app.commands import bench as command
-from app.core import bench, bench_merge
+from app.core.bench import growth, merge
+from app.core.bench.bars import BARS
+from app.core.bench.rows import Case, Peer, Row
+from app.core.bench.run import Bench, run_all
+from app.core.errors import Cancelled
 from app.core.pack import pack_path, save_pack
 from app.core.transport import save_transport
 from tests.helpers.synthetic import lambert_sphere_transport, synthetic_pack
+
+NAMES = [
+    "solve.quality",
+    "solve.match",
+    "solve.match.product",
+    "solve.paper",
+    "solve.picture",
+    "preintegrate.full",
+    "preintegrate.stroke",
+    "render.rgb",
+    "gallery.all",
+    "paint.segment",
+    "light.one",
+    "light.all",
+    "light.match",
+    "environment.reduce",
+    "environment.turn",
+    "environment.rotate",
+    "heading.search",
+    "heading.track",
+    "preview.decode",
+    "start.solve",
+    "merge.three",
+]
 
 
 @pytest.fixture
@@ -25,38 +56,125 @@ def head(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     header = dataclasses.replace(pack.header, transport_sha256=digest)
     save_pack(pack_path(path), dataclasses.replace(pack, header=header))
     # One call each: what is tested here is what is said, not how fast it is.
-    monkeypatch.setattr(bench, "_time", _once)
-    monkeypatch.setattr(bench_merge, "_ROUNDS", 1)
-    monkeypatch.setattr(command, "run_merge", partial(bench_merge.run_merge, shape=(256, 512)))
+    monkeypatch.setattr("app.core.bench.rows.clock", _once)
+    monkeypatch.setattr(growth, "clock", _once)
+    monkeypatch.setattr(merge, "_ROUNDS", 1)
+    monkeypatch.setattr(command, "run_all", partial(run_all, shape=(256, 512)))
+    monkeypatch.setattr(command, "start_case", _nothing)
     return str(path)
 
 
-def _once(call: object, budget_s: float, most: int) -> tuple[float, float]:
-    call()  # type: ignore[operator]
-    return 0.001, 0.002
+def _once(work: object, *_: object, **__: object) -> list[float]:
+    work()  # type: ignore[operator]
+    return [0.001]
 
 
-def test_json(capsys: pytest.CaptureFixture[str], head: str) -> None:
-    assert main(["bench", "--head", head, "--json"]) == 0
+def _nothing() -> Case:
+    return Case("start.solve", lambda: None, lambda: None, "nothing", lambda: None, "nothing")
+
+
+def test_json(capsys: pytest.CaptureFixture[str], head: str, tmp_path: Path) -> None:
+    kept = tmp_path / "new" / "kept"
+    assert main(["bench", "--head", head, "--no-peers", "--json", "-o", str(kept)]) == 0
     captured = capsys.readouterr()
     values = json.loads(captured.out)
-    names = [row["name"] for row in values["rows"]]
-    assert names[:2] == ["solve.quality", "solve.match"]
-    assert {"preintegrate.full", "preintegrate.stroke", "render.rgb", "merge.three"} < set(names)
+    assert [row["name"] for row in values["rows"]] == NAMES
+    assert set(BARS) < set(NAMES)
+    assert all(name in captured.err for name in NAMES)
     for row in values["rows"]:
         assert {"name", "seconds", "baseline_seconds", "ratio", "limit_seconds"} <= row.keys()
         assert row["ratio"] == pytest.approx(row["baseline_seconds"] / row["seconds"])
     assert values["bandwidth_bytes_per_s"] > 0
-    assert "solve.quality" in captured.err
+    assert values["peers_not_there"] == ["colour-hdri", "skylibs", "Mitsuba"]
+    assert values["machine"]["cores"] == values["processors"] > 0
+    assert json.loads((kept / "speed.json").read_text(encoding="utf-8")) == values
+    assert [path.name for path in kept.iterdir()] == ["speed.json"]
 
 
-def test_table(capsys: pytest.CaptureFixture[str], head: str) -> None:
+def _found(*_: object, **__: object) -> Bench:
+    rows = (
+        Row("solve.quality", 0.001, 0.001, 0.001, 0.001, "loop"),
+        Row("render.rgb", 0.001, 0.002, 0.1, 0.001, "loop", "SIFT", (Peer("other", 0.5, "so"),)),
+    )
+    return Bench(rows, 1e10, ("skylibs",), {"cores": 2})
+
+
+def test_table(
+    capsys: pytest.CaptureFixture[str], head: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(command, "run_all", _found)
     assert main(["bench", "--head", head]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert any(line.startswith("render.rgb") for line in lines)
-    assert lines[-1].startswith("Milliseconds.")
+    (line,) = (line for line in lines if line.startswith("render.rgb"))
+    assert line.split()[1:6] == ["1.000", "2.000", "100.000", "100x", "1.000"]
+    (line,) = (line for line in lines if line.startswith("  other"))
+    assert line.split()[1:] == ["500.000", "500x;", "so"]
+    assert any("10.0 GB/s" in line and "render.rgb: SIFT." in line for line in lines)
+    assert "Not timed, since not installed or not wanted: skylibs." in lines
+    assert lines[-2:] == [
+        "solve.quality: 1.0 times faster than plain, not 100; 1 ms, not 0.05",
+        "Bars are missed.",
+    ]
+
+
+def test_growth(
+    capsys: pytest.CaptureFixture[str], head: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(growth, "_WIDTHS", (128, 256))
+    monkeypatch.setattr(growth, "_STYLES", (1, 18))
+    monkeypatch.setattr(growth, "_TURNS", (1, 4))
+    monkeypatch.setattr(growth, "_ROWS", (16, 32))
+    monkeypatch.setattr(growth, "_FRAMES", ((0.0, -2.0),))
+    monkeypatch.setattr(growth, "_MANY", (0.0, 2.0, -2.0))
+    monkeypatch.setattr(growth, "_FRAME_SHAPE", (128, 256))
+    kept = tmp_path / "kept"
+    assert main(["bench", "--head", head, "--growth", "-o", str(kept)]) == 0
+    captured = capsys.readouterr()
+    assert "styles, at 64 turns each" in captured.out
+    assert "frames" in captured.err
+    names = {"styles", "turns", "light", "panorama", "frames"}
+    drawn = {f"growth-{name}.svg" for name in names}
+    assert {path.name for path in kept.iterdir()} == {"growth.json", *drawn}
+    values = json.loads((kept / "growth.json").read_text(encoding="utf-8"))
+    assert {one["name"] for one in values["growth"]} == names
 
 
 def test_unknown_heads(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "--head", "nobody"]) == 2
     assert "no head called 'nobody'" in capsys.readouterr().err
+
+
+def test_folders_that_cannot_be(
+    capsys: pytest.CaptureFixture[str], head: str, tmp_path: Path
+) -> None:
+    taken = tmp_path / "taken"
+    taken.write_text("a file")
+    assert main(["bench", "--head", head, "-o", str(taken)]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("turnlight: Cannot make the folder")
+    assert "Traceback" not in said
+
+
+@pytest.mark.parametrize("words", [["--growht"], ["-o"], ["extra"]])
+def test_bad_options(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", *words]) == 2
+    assert len(capsys.readouterr().err.strip().splitlines()) == 1
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends SIGINT")
+def test_stopping_leaves_nothing_half_written(
+    capsys: pytest.CaptureFixture[str],
+    head: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def stopped(*_: object, **__: object) -> Bench:
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.01)
+        raise Cancelled
+
+    monkeypatch.setattr(command, "run_all", stopped)
+    kept = tmp_path / "kept"
+    assert main(["bench", "--head", head, "--no-peers", "-o", str(kept)]) == 130
+    assert "Stopped." in capsys.readouterr().err
+    assert list(kept.iterdir()) == []

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
-__all__ = ["COLOURS", "Series", "bars", "histogram", "lines"]
+__all__ = ["COLOURS", "Series", "bars", "growth_plot", "histogram", "lines"]
 
 COLOURS: Final = ("#2f7d4f", "#c8442d", "#2b62b8", "#8a5fb0", "#b0791a", "#4d8a99")
 _WIDTH: Final = 640
@@ -161,6 +161,50 @@ def bars(names: Sequence[str], series: Sequence[Series], label: str, limit: floa
     return _svg(parts, height) + _key([one.name for one in series])
 
 
+def growth_plot(
+    sizes: Sequence[float], series: Sequence[Series], labels: tuple[str, str], height: int = 300
+) -> str:
+    """Draw how something grows, both axes by powers of ten: a power of the size is a straight line.
+
+    Parameters
+    ----------
+    sizes : sequence of float
+        n of them, above 0, ascending.
+    series : sequence of Series
+        Of n values each, above 0.
+    labels : tuple of str
+        What the axes show.
+    height : int, optional
+        Of the plot, px.
+
+    Returns
+    -------
+    str
+        The plot; at home on light and on dark paper, inside of a page and by itself.
+    """
+    x = np.log10(np.asarray(sizes, np.float64))
+    every = np.log10(np.concatenate([np.asarray(one.values, np.float64) for one in series]))
+    low, high = np.floor(every.min()), np.ceil(every.max() + 0.1)  # the legend needs a little
+    frame = _Frame((float(x[0]), float(x[-1])), (float(low), float(high)), height)
+    up = [float(k) for k in range(int(low), int(high) + 1)]
+    parts = [_axes(frame, [float(k) for k in x], up, labels, lambda k: _number(_short(10.0**k)))]
+    for number, one in enumerate(series):
+        places = [frame.at(u, v) for u, v in zip(x, np.log10(one.values), strict=True)]
+        points = " ".join(f"{a:.1f},{b:.1f}" for a, b in places)
+        colour = COLOURS[number % 6]
+        parts.append(
+            f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="2"/>'
+        )
+        parts += [f'<circle cx="{a:.1f}" cy="{b:.1f}" r="3" fill="{colour}"/>' for a, b in places]
+    parts.append(_legend([one.name for one in series]))
+    return _svg(parts, height)
+
+
+def _short(value: float) -> float:
+    """Three digits are enough beside an axis."""
+    return float(f"{value:.3g}")
+
+
 def _svg(parts: Sequence[str], height: int) -> str:
     return (
         f'<svg viewBox="0 0 {_WIDTH} {height}" width="{_WIDTH}" height="{height}" role="img" '
@@ -170,17 +214,22 @@ def _svg(parts: Sequence[str], height: int) -> str:
 
 
 def _axes(
-    frame: _Frame, across: Sequence[float], up: Sequence[float], labels: tuple[str, str]
+    frame: _Frame,
+    across: Sequence[float],
+    up: Sequence[float],
+    labels: tuple[str, str],
+    words: Callable[[float], str] | None = None,
 ) -> str:
+    words = _number if words is None else words
     parts = []
     for tick in up:
         x, y = frame.at(frame.x[0], tick)
         parts.append(_line((x, y), (_WIDTH - _RIGHT, y), "grid"))
-        parts.append(_text((x - 6, y + 4), _number(tick), "end"))
+        parts.append(_text((x - 6, y + 4), words(tick), "end"))
     for tick in across:
         x, y = frame.at(tick, frame.y[0])
         parts.append(_line((x, y), (x, y + 4), "axis"))
-        parts.append(_text((x, y + 17), _number(tick), "middle"))
+        parts.append(_text((x, y + 17), words(tick), "middle"))
     x, y = frame.at(frame.x[0], frame.y[0])
     parts.append(_line((x, y), (_WIDTH - _RIGHT, y), "axis"))
     parts.append(_text(((_LEFT + _WIDTH - _RIGHT) / 2, frame.height - 6), labels[0], "middle"))

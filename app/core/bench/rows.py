@@ -1,0 +1,308 @@
+"""How a hot path is timed: beside plain code, a limit and peers, in turn and several times.
+
+Everything that is compared is timed within one run and in turn, the best of several: what else a
+machine does can make a measurement slower, never faster. A call took as long as the clock says, or
+as the processor says where that is less, so that waiting for a core hardly counts. Work that is
+divided among threads is timed by the clock alone; only peers get the better of both.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.core.progress import Report, Token
+
+__all__ = [
+    "MEMORY",
+    "Case",
+    "Doer",
+    "Peer",
+    "PeerCase",
+    "Row",
+    "Work",
+    "bandwidth",
+    "clock",
+    "time_all",
+]
+
+Doer: TypeAlias = Literal["thread", "threads", "process"]
+Work: TypeAlias = Callable[[], Any]
+
+MEMORY: Final = "memory traffic"
+"""The usual limit: bytes touched at least, over the bandwidth measured in the same run."""
+
+_BUFFER: Final = 1 << 26  # bytes; far beyond any cache
+
+
+@dataclass(frozen=True, slots=True)
+class Peer:
+    """Another program that does the same job.
+
+    Attributes
+    ----------
+    name : str
+        Of the program.
+    seconds : float
+        Best time.
+    note : str
+        What it does otherwise, or how its results compare.
+    """
+
+    name: str
+    seconds: float
+    note: str
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One hot path.
+
+    Attributes
+    ----------
+    name : str
+        Stable name.
+    seconds : float
+        Best time of repeated calls.
+    median_seconds : float
+        Median of the same calls.
+    baseline_seconds : float
+        Best time of the plain implementation.
+    limit_seconds : float
+        What the machine needs at least, measured in the same run. What fits a cache can be faster
+        than a limit that counts memory traffic.
+    baseline : str
+        What the plain implementation is.
+    limit : str
+        What the limit is.
+    peers : tuple of Peer
+        Other programs that do the same.
+    """
+
+    name: str
+    seconds: float
+    median_seconds: float
+    baseline_seconds: float
+    limit_seconds: float
+    baseline: str
+    limit: str = MEMORY
+    peers: tuple[Peer, ...] = ()
+
+    @property
+    def ratio(self) -> float:
+        """How many times faster than the plain implementation."""
+        return self.baseline_seconds / self.seconds
+
+    @property
+    def limits(self) -> float:
+        """How many times the machine's limit."""
+        return self.seconds / self.limit_seconds
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PeerCase:
+    """A peer to be timed.
+
+    Attributes
+    ----------
+    name : str
+        Of the program.
+    work : callable
+        The same job, once.
+    judge : callable
+        Takes what `work` returned and says how it compares, in a few words.
+    share : float
+        Of the job that `work` does; the time stated is for the whole.
+    rounds : int
+        How often it is timed.
+    """
+
+    name: str
+    work: Work
+    judge: Callable[[object], str]
+    share: float = 1.0
+    rounds: int = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Case:
+    """A hot path to be timed.
+
+    Attributes
+    ----------
+    name : str
+        Stable name.
+    fast, plain : callable
+        The program's own way, and the plain one.
+    baseline : str
+        What the plain one is.
+    limit : float or callable
+        Bytes touched at least, or the work that nobody can do without.
+    limit_is : str
+        What the limit is.
+    share : float
+        Of the work that `plain` does; the time stated is for the whole.
+    rounds : int
+        How often all of them have their turn, so that a moment in which the machine was busy
+        spoils neither side of a ratio.
+    budget_s : float
+        After so many seconds of a round no further call of the same is begun.
+    least, most : int
+        Calls in a round: of any of them, and of the program's own way.
+    by : str
+        What the work is done by: a ``thread``, several ``threads``, or another ``process``.
+    peers : tuple of PeerCase
+        Other programs.
+    """
+
+    name: str
+    fast: Work
+    plain: Work
+    baseline: str
+    limit: float | Work
+    limit_is: str = MEMORY
+    share: float = 1.0
+    rounds: int = 2
+    budget_s: float = 0.3
+    least: int = 3
+    most: int = 2000
+    by: Doer = "thread"
+    peers: tuple[PeerCase, ...] = field(default=())
+
+
+def bandwidth() -> float:
+    """Measure memory bandwidth, bytes per second read and written by a large copy."""
+    source = np.ones(_BUFFER // 8)
+    target = np.empty_like(source)
+    return 2 * source.nbytes / min(clock(lambda: np.copyto(target, source), 0.3))
+
+
+def clock(
+    work: Work,
+    budget_s: float,
+    least: int = 3,
+    most: int = 20,
+    *,
+    warm: bool = True,
+    by: Doer = "thread",
+    token: Token | None = None,
+) -> list[float]:
+    """Time repeated calls.
+
+    Parameters
+    ----------
+    work : callable
+        What is timed.
+    budget_s : float
+        After so long no further call is begun.
+    least, most : int, optional
+        Calls, whatever the budget.
+    warm : bool, optional
+        Whether a call before them, which is not timed, wakes what sleeps.
+    by : str, optional
+        As for `Case`.
+    token : Token, optional
+        Checked between calls.
+
+    Returns
+    -------
+    list of float
+        Seconds of each call.
+    """
+    if warm:
+        work()
+    times: list[float] = []
+    stop = time.perf_counter() + budget_s
+    while len(times) < least or (time.perf_counter() < stop and len(times) < most):
+        if token is not None:
+            token.check()
+        times.append(_once(work, by)[0])
+    return times
+
+
+def _once(work: Work, by: Doer) -> tuple[float, object]:
+    """Seconds of a call, and what it returned."""
+    wall, processor = time.perf_counter(), _processor(by)
+    result = work()
+    processor, wall = _processor(by) - processor, time.perf_counter() - wall
+    # Not every system tells what other processes used.
+    told = by != "threads" and processor > 0
+    return (min(wall, processor) if told else wall), result
+
+
+def _processor(by: Doer) -> float:
+    if by == "process":
+        spent = os.times()
+        return spent.children_user + spent.children_system
+    return time.process_time()
+
+
+def time_all(cases: Sequence[Case], speed: float, report: Report, token: Token) -> tuple[Row, ...]:
+    """Time hot paths, each beside its plain implementation, its limit and its peers.
+
+    Parameters
+    ----------
+    cases : sequence of Case
+        What to time.
+    speed : float
+        Memory bandwidth, bytes per second.
+    report : Report
+        Told which row is being timed.
+    token : Token
+        Checked between calls.
+
+    Returns
+    -------
+    tuple of Row
+        In the same order.
+    """
+    rows = []
+    for done, case in enumerate(cases):
+        token.check()
+        report(done / len(cases), case.name)
+        rows.append(_row(case, speed, token))
+    report(1.0, "done")
+    return tuple(rows)
+
+
+def _row(case: Case, speed: float, token: Token) -> Row:
+    fast: list[float] = []
+    plain: list[float] = []
+    limit = [] if callable(case.limit) else [case.limit / speed]
+    for number in range(case.rounds):
+        timed = partial(clock, budget_s=case.budget_s, least=case.least, token=token)
+        timed = partial(timed, warm=number == 0, by=case.by)
+        plain += timed(case.plain)
+        fast += timed(case.fast, most=case.most)
+        if callable(case.limit):
+            limit += timed(case.limit)
+    return Row(
+        name=case.name,
+        seconds=min(fast),
+        median_seconds=float(np.median(fast)),
+        baseline_seconds=min(plain) / case.share,
+        limit_seconds=min(limit),
+        baseline=case.baseline,
+        limit=case.limit_is,
+        peers=tuple(_peer(peer, token) for peer in case.peers),
+    )
+
+
+def _peer(peer: PeerCase, token: Token) -> Peer:
+    """Time another program. Some take many seconds, so no call only wakes what sleeps."""
+    result: object = None
+    times = []
+    for _ in range(peer.rounds):
+        token.check()
+        seconds, result = _once(peer.work, "thread")
+        times.append(seconds)
+    return Peer(peer.name, min(times) / peer.share, peer.judge(result))

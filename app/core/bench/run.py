@@ -1,0 +1,187 @@
+"""All hot paths in one run."""
+
+from __future__ import annotations
+
+import importlib
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from app.core.bench.bars import BARS, missed
+from app.core.bench.environments import environment_cases
+from app.core.bench.headings import heading_cases
+from app.core.bench.light import light_cases
+from app.core.bench.machine import describe_machine, load_average
+from app.core.bench.merge import make_bracket, merge_case
+from app.core.bench.painting import paint_case
+from app.core.bench.pictures import gallery_case, picture_cases
+from app.core.bench.rows import bandwidth, time_all
+from app.core.bench.search import search_cases
+from app.core.progress import span
+from app.core.simulation.cameras import THETA_V
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+    from types import ModuleType
+
+    from app.core.bench.rows import Case, PeerCase, Row
+    from app.core.pack import StylePack
+    from app.core.progress import Report, Token
+    from app.core.transport import Transport
+
+__all__ = ["PEERS", "Bench", "as_json", "find_peers", "run_all"]
+
+PEERS: Final = {"colour-hdri": "colour_hdri", "skylibs": "envmap"}
+"""Programs that are timed where they are installed, and their modules."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bench:
+    """What one run found.
+
+    Attributes
+    ----------
+    rows : tuple of Row
+        One per hot path.
+    bandwidth : float
+        Of the memory, bytes per second.
+    without : tuple of str
+        Peers that were not there.
+    machine : dict
+        See `app.core.bench.machine.describe_machine`; ``load_before`` and ``load_after`` beside.
+    """
+
+    rows: tuple[Row, ...]
+    bandwidth: float
+    without: tuple[str, ...]
+    machine: dict[str, Any]
+
+    @property
+    def missed(self) -> dict[str, tuple[str, ...]]:
+        """Bars that were not reached, by row."""
+        return missed(self.rows)
+
+
+def find_peers() -> dict[str, ModuleType]:
+    """Import the peers that are installed.
+
+    Returns
+    -------
+    dict
+        Modules by name of the program.
+    """
+    found = {}
+    for name, module in PEERS.items():
+        try:
+            found[name] = importlib.import_module(module)
+        except ImportError:
+            continue
+    return found
+
+
+def run_all(
+    transport: Transport,
+    pack: StylePack,
+    report: Report,
+    token: Token,
+    *,
+    peers: bool = True,
+    more: Callable[[], Iterable[Case]] = tuple,
+    shape: tuple[int, int] = THETA_V.shape,
+) -> Bench:
+    """Time every hot path.
+
+    Parameters
+    ----------
+    transport : Transport
+        Of the head.
+    pack : StylePack
+        Made from it.
+    report : Report
+        Told which row is being timed.
+    token : Token
+        Checked between calls.
+    peers : bool, optional
+        Whether to time other programs, too.
+    more : callable, optional
+        Makes cases that this package cannot know of.
+    shape : tuple of int, optional
+        Rows and columns of the bracket's frames.
+
+    Returns
+    -------
+    Bench
+    """
+    before = load_average()
+    speed = bandwidth()
+    modules = find_peers() if peers else {}
+    absent = [name for name in PEERS if name not in modules] if peers else [*PEERS]
+    rows: list[Row] = []
+
+    def timed(cases: Sequence[Case], start: float, stop: float) -> None:
+        rows.extend(time_all(cases, speed, span(report, start, stop), token))
+
+    timed([*search_cases(transport, pack)], 0.0, 0.15)
+    stock = _stock(transport) if peers else ()
+    if not stock:
+        absent.append("Mitsuba")
+    timed([*picture_cases(transport, stock), gallery_case(transport, pack)], 0.15, 0.3)
+    timed([paint_case(transport)], 0.3, 0.35)
+    timed([*light_cases(transport, pack, token)], 0.35, 0.45)
+    timed([*environment_cases(modules.get("skylibs"))], 0.45, 0.55)
+    timed([*heading_cases(token)], 0.55, 0.65)
+    timed([*more()], 0.65, 0.75)
+    report(0.75, "making a bracket")
+    with tempfile.TemporaryDirectory() as folder:
+        bracket = make_bracket(Path(folder), None, shape)
+        timed([merge_case(bracket, pack, token, modules.get("colour-hdri"))], 0.75, 1.0)
+    machine = describe_machine() | {"load_before": before, "load_after": load_average()}
+    return Bench(tuple(rows), speed, tuple(absent), machine)
+
+
+def as_json(found: Bench, head: str) -> dict[str, Any]:
+    """Put a run into plain values, as kept and printed.
+
+    Parameters
+    ----------
+    found : Bench
+        Of `run_all`.
+    head : str
+        Which head it was.
+    """
+    return {
+        "head": head,
+        "machine": found.machine,
+        "processors": found.machine["cores"],
+        "bandwidth_bytes_per_s": round(found.bandwidth),
+        "peers_not_there": list(found.without),
+        "rows": [_row_json(row) for row in found.rows],
+        "missed": {name: list(words) for name, words in found.missed.items()},
+    }
+
+
+def _row_json(row: Row) -> dict[str, Any]:
+    bar = BARS.get(row.name)
+    return {
+        "name": row.name,
+        "seconds": row.seconds,
+        "median_seconds": row.median_seconds,
+        "baseline_seconds": row.baseline_seconds,
+        "ratio": row.ratio,
+        "limit_seconds": row.limit_seconds,
+        "baseline": row.baseline,
+        "limit": row.limit,
+        "bar": bar.words if bar is not None else None,
+        "peers": [
+            {"name": peer.name, "seconds": peer.seconds, "note": peer.note} for peer in row.peers
+        ],
+    }
+
+
+def _stock(transport: Transport) -> tuple[PeerCase, ...]:
+    # Mitsuba is slow to import, and what makes its scenes belongs to baking.
+    from app.core.bench.stock import mitsuba_case
+
+    case = mitsuba_case(transport)
+    return () if case is None else (case,)
