@@ -274,6 +274,7 @@ def _rows() -> dict[str, dict[str, float]]:
     return {row["name"]: row for row in json.loads(done.stdout)["rows"]}
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("name", SECONDS)
 def test_speed(name: str) -> None:
     row = _rows()[name]

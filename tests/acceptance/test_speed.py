@@ -42,7 +42,7 @@ SECONDS = {
 }
 
 # Three runs of the bench on a busy machine.
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(1000)]
+pytestmark = [pytest.mark.slow, pytest.mark.alone, pytest.mark.timeout(1000)]
 
 
 def _turnlight(*words: str) -> subprocess.CompletedProcess[str]:
