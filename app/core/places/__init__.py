@@ -23,7 +23,6 @@ from app.core.places.place import (
 from app.core.places.results import results_from_json, results_to_json
 from app.core.places.store import (
     create_place,
-    free_place_folder,
     read_place,
     rename_place,
     write_place,
@@ -48,7 +47,6 @@ __all__ = [
     "create_place",
     "delete_place",
     "fingerprint_of",
-    "free_place_folder",
     "list_places",
     "list_trash",
     "new_capture_folder",
