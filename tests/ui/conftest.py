@@ -11,11 +11,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QPoint
+from PySide6.QtCore import QCoreApplication, QEvent, QPoint
 from PySide6.QtGui import QImage
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 
-from app.ui.theme import apply, set_theme
+from app.ui.theme import apply, set_theme, theme
+from app.ui.theme.style import style_sheet
 
 HERE = Path(__file__).parent
 
@@ -34,9 +35,14 @@ def plain_theme(request: pytest.FixtureRequest) -> Iterator[None]:
     """Set the dark theme at scale 1 before every test, and again after it."""
     set_theme("dark")
     if "qtbot" in request.fixturenames or "qapp" in request.fixturenames:
-        apply(request.getfixturevalue("qapp"))
+        application: QApplication = request.getfixturevalue("qapp")
+        # Setting the sheet that is set already polishes every widget anew, half a second at times.
+        if application.styleSheet() != style_sheet(theme()):
+            apply(application)
     yield
     set_theme("dark")
+    # Widgets that were closed go only now: no event loop runs here that would let them.
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
 
 
 @pytest.fixture
