@@ -12,6 +12,7 @@ from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QApplication
 
 from app.core.paths import resources, user_data
+from app.core.places import purge_trash
 from app.core.settings import FILE, read_settings
 from app.ui.commands import Commands
 from app.ui.hooks import caught_errors, log_to
@@ -172,6 +173,8 @@ class App:
     def _begin(self) -> None:
         self.desk.begin()
         self.commands.begin()
+        folder = self.services.folders.places
+        self.desk.file_work.submit(lambda token, report: purge_trash(folder))
 
     def _wanted(self, settings: Settings) -> tuple[ThemeName, float]:
         name = self.wishes.theme or settings.theme

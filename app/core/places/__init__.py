@@ -27,9 +27,17 @@ from app.core.places.store import (
     rename_place,
     write_place,
 )
-from app.core.places.trash import delete_place, list_trash, purge_trash, restore_place
+from app.core.places.trash import (
+    KEPT,
+    TrashedPlace,
+    delete_place,
+    list_trash,
+    purge_trash,
+    restore_place,
+)
 
 __all__ = [
+    "KEPT",
     "ORIGINALS",
     "PLACE",
     "THUMBNAIL",
@@ -41,6 +49,7 @@ __all__ = [
     "PlaceError",
     "PlaceSummary",
     "StoredLight",
+    "TrashedPlace",
     "adopt_files",
     "capture_folders",
     "clean_name",
