@@ -36,6 +36,11 @@ SCENE = ROOT / "resources" / "demo" / "scenes" / "courtyard.exr"
 SHEET = "turnlight-sheet.png"
 UNUSABLE, OFFLINE, INTERRUPTED = 2, 3, 130
 
+# Each process that runs tests holds up to a gigabyte.
+MOST_WORKERS = 8
+# What pytest ends with when it ran to its end: all passed, or some failed.
+RAN = (0, 1)
+
 # What pip says when it cannot reach the index, on the three systems.
 NO_NETWORK = (
     "ConnectTimeoutError",
@@ -280,12 +285,23 @@ def first_look(python: Path) -> int:
     return code
 
 
+def workers() -> list[str]:
+    """Return what has pytest share the tests out over the processors; nothing where there is one.
+
+    Only for all of them: each worker first reads every test file, which takes longer than most
+    single files of tests.
+    """
+    # Fewer than the machine has where this process may not use them all.
+    allowed = getattr(os, "sched_getaffinity", None)
+    count = min(len(allowed(0)) if allowed else os.cpu_count() or 1, MOST_WORKERS)
+    return ["-n", str(count), "--dist", "worksteal"] if count > 1 else []
+
+
 def test(python: Path, arguments: list[str]) -> int:
     """Run the checks and tests; pytest comes last, so its closing line is the last line."""
-    run = [str(python), "-m"]
     if "--slow" in arguments:
-        rest = [word for word in arguments if word != "--slow"]
-        return call([*run, "pytest", "-m", "slow", *rest], ROOT)
+        return slow_tests(python, [word for word in arguments if word != "--slow"])
+    run = [str(python), "-m"]
     checks = {
         "lint": ["ruff", "check", "."],
         "format": ["ruff", "format", "--check", "."],
@@ -298,9 +314,20 @@ def test(python: Path, arguments: list[str]) -> int:
         if codes[-1]:
             print(f"{name}: FAILED", flush=True)
     # Some of the tests alone say nothing about coverage.
-    coverage = [] if arguments else ["--cov", "--cov-report=term"]
-    codes.append(call([*run, "pytest", "-m", "not slow", *coverage, *arguments], ROOT))
+    rest = arguments or ["--cov", "--cov-report=term", *workers()]
+    codes.append(call([*run, "pytest", "-m", "not slow", *rest], ROOT))
     return next((code for code in codes if code), 0)
+
+
+def slow_tests(python: Path, arguments: list[str]) -> int:
+    """Run the long tests; those that measure time come last, with nothing beside them."""
+    run = [str(python), "-m", "pytest", "-m"]
+    if arguments:
+        return call([*run, "slow", *arguments], ROOT)
+    code = call([*run, "slow and not alone", *workers()], ROOT)
+    if code not in RAN:
+        return code
+    return call([*run, "slow and alone"], ROOT) or code
 
 
 def main(arguments: list[str]) -> int:

@@ -2,9 +2,22 @@
 
 from __future__ import annotations
 
+import os
+
+# As the app itself does it (`app.cli`), before anything imports numpy: where the tests run in
+# several processes, threads that wait for each other only take the processors from the others.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from collections.abc import Iterator
 
 import pytest
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Refuse a quick test that wants to be alone: only the long ones are run that way."""
+    for item in items:
+        if item.get_closest_marker("alone") and not item.get_closest_marker("slow"):
+            raise pytest.UsageError(f"{item.nodeid} is marked 'alone' and not 'slow'.")
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import sys
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from app.commands.asking import add_questions, finite
 from app.core.environment import read_environment, reduce
 from app.core.errors import CoreError
 from app.core.head_shape import HeadShape, load_shape_of
@@ -29,10 +29,10 @@ from app.core.second_light.reach import above_floor, within_arm
 from app.core.second_light.scale import ASSUMED_LUX, check_lux, illuminance, stated_white
 from app.core.second_light.search import place_all
 from app.core.second_light.words import metres, placement_words
-from app.core.solve import OBJECTIVES
 from app.core.styles import select
 
 if TYPE_CHECKING:
+    import argparse
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
@@ -64,28 +64,13 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "style. Azimuth counts from the front of the face, positive toward the sitter's left; "
         "altitude is positive upward; distances are from the middle of the head.",
     )
-    parser.add_argument("environment", metavar="ENV", help="panorama, OpenEXR or Radiance .hdr")
+    add_questions(parser)
     parser.add_argument(
         "--lamp",
         metavar="LAMP",
         required=True,
         help=f"KIND or KIND@METRES ({', '.join(KINDS)}), a panorama of a lamp in a dark room, "
         "or a lamp of your library",
-    )
-    parser.add_argument(
-        "--style", metavar="NAME", nargs="+", action="extend", help="styles wanted (default: all)"
-    )
-    parser.add_argument(
-        "--head",
-        metavar="NAME",
-        default="generic",
-        help="head to light: a name, or a transport file (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--objective",
-        choices=OBJECTIVES,
-        default=OBJECTIVES[0],
-        help="the best matching picture, or the paper's quality C (default: %(default)s)",
     )
     parser.add_argument(
         "--greedy",
@@ -100,23 +85,16 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "objective always takes (default: %(default)s)",
     )
     parser.add_argument(
-        "--front",
-        metavar="DEG",
-        type=_finite,
-        default=0.0,
-        help="azimuth in the panorama at which the photographer stands (default: 0)",
-    )
-    parser.add_argument(
         "--lux",
         metavar="E",
-        type=_finite,
+        type=finite,
         help="vertical illuminance at the face while it looks at the photographer, for a "
         "panorama that does not state its brightness",
     )
     parser.add_argument(
         "--lamp-lux",
         metavar="E",
-        type=_finite,
+        type=finite,
         help="what a light meter reads where the camera stood, facing the lamp, for a captured "
         "lamp that does not state its brightness",
     )
@@ -127,15 +105,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help="where the lamp can be held: anywhere, not through the floor, or within the "
         "sitter's own arm's length (default: %(default)s)",
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=run)
-
-
-def _finite(text: str) -> float:
-    value = float(text)
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text} is not a finite number")
-    return value
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import sys
@@ -10,16 +9,18 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.commands.asking import add_questions, finite
 from app.core.environment import Environment, read_environment, reduce, reduce_radiance
 from app.core.evaluation.certainty import caution
 from app.core.files import atomic_write, check_target
 from app.core.images import write_png
 from app.core.pack import load_named_pack, load_transport_of
-from app.core.solve import OBJECTIVES, StyleResult, solve_all
+from app.core.solve import StyleResult, solve_all
 from app.core.styles import select
 from app.core.transport import render, to_image
 
 if TYPE_CHECKING:
+    import argparse
     from collections.abc import Sequence
 
     from app.core.colour import FloatImage
@@ -44,47 +45,15 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "whether the place can give the style at all. Turns are degrees, positive clockwise "
         "seen from above; at turn 0 the sitter faces the panorama's centre column.",
     )
-    parser.add_argument("environment", metavar="ENV", help="panorama, OpenEXR or Radiance .hdr")
-    parser.add_argument(
-        "--style", metavar="NAME", nargs="+", action="extend", help="styles wanted (default: all)"
-    )
-    parser.add_argument(
-        "--head",
-        metavar="NAME",
-        default="generic",
-        help="head to light: a name, or a transport file from 'turnlight bake' "
-        "(default: %(default)s)",
-    )
-    parser.add_argument(
-        "--objective",
-        choices=OBJECTIVES,
-        default=OBJECTIVES[0],
-        help="what chooses the turn: the best matching picture, or the paper's quality C "
-        "(default: %(default)s)",
-    )
-    parser.add_argument(
-        "--front",
-        metavar="DEG",
-        type=_finite,
-        default=0.0,
-        help="azimuth in the panorama at which the photographer stands (default: 0)",
-    )
+    add_questions(parser)
     parser.add_argument("--sheet", metavar="PNG", help="also write a sheet with pictures")
     parser.add_argument(
         "--epsilon-c",
         metavar="E",
-        type=_finite,
+        type=finite,
         help="also report the paper's own rule: unattainable when the largest quality is below E",
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=run)
-
-
-def _finite(text: str) -> float:
-    value = float(text)
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"{text} is not a finite number")
-    return value
 
 
 def run(args: argparse.Namespace) -> int:

@@ -11,10 +11,8 @@ from typing import Final
 
 __all__ = [
     "TURNS",
-    "circular_mean",
     "difference",
     "direction",
-    "index_of_turn",
     "lies_on_arc",
     "turn_of_index",
     "wrap",
@@ -89,29 +87,6 @@ def turn_of_index(index: float, count: int = TURNS) -> float:
     return wrap(index * (360.0 / count))
 
 
-def index_of_turn(turn_deg: float, count: int = TURNS) -> int:
-    """Return the index of the grid turn nearest to a turn.
-
-    Parameters
-    ----------
-    turn_deg : float
-        Any turn, deg.
-    count : int, optional
-        Turns on the grid.
-
-    Returns
-    -------
-    int
-        In [0, count).
-
-    Examples
-    --------
-    >>> index_of_turn(-5.0)
-    63
-    """
-    return round(wrap(turn_deg) * count / 360.0) % count
-
-
 def direction(turn_deg: float) -> str:
     """Name the direction of a turn, seen from above.
 
@@ -155,21 +130,3 @@ def lies_on_arc(angle_deg: float, arc_deg: tuple[float, float]) -> bool:
     if stop - start >= 360.0:
         return True
     return (angle_deg - start) % 360.0 <= (stop - start) % 360.0
-
-
-def circular_mean(angles_deg: list[float]) -> float:
-    """Return the direction of the mean of unit vectors at some angles, in (-180, 180] deg.
-
-    Parameters
-    ----------
-    angles_deg : list of float
-        At least one angle, deg.
-
-    Examples
-    --------
-    >>> circular_mean([170.0, -170.0])
-    180.0
-    """
-    east = math.fsum(math.sin(math.radians(a)) for a in angles_deg)
-    north = math.fsum(math.cos(math.radians(a)) for a in angles_deg)
-    return wrap(round(math.degrees(math.atan2(east, north)), 12))

@@ -1,23 +1,28 @@
-"""Reading ``.npz`` files that may be anything: bounded, without pickles, errors in sentences."""
+"""Reading ``.npz`` files that may be anything: bounded, without pickles, errors in sentences.
+
+A *sealed* file has a header in JSON beside its arrays, with its version and their checksum in it.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import io
+import json
 import zipfile
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from app.core.errors import TransportError
+from app.core.files import atomic_write
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
     from pathlib import Path
 
     from numpy.typing import NDArray
 
-__all__ = ["digest", "read_arrays"]
+__all__ = ["digest", "read_arrays", "read_sealed", "write_sealed"]
 
 MAX_BYTES: Final = 1 << 28
 
@@ -62,6 +67,88 @@ def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict
     except Exception as error:
         raise TransportError(f"{path.name} is damaged or not a {noun}.", hint) from error
     raise TransportError(f"{path.name} is too large to be a {noun}.", hint)
+
+
+def write_sealed(
+    path: Path,
+    arrays: Mapping[str, NDArray[Any]],
+    header: Mapping[str, Any],
+    *,
+    packed: bool = True,
+) -> str:
+    """Write arrays with a header and their checksum in it, atomically; return the checksum.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    arrays : dict of str to array
+        None of them called "header".
+    header : dict
+        With "format_version"; anything that JSON can hold.
+    packed : bool, optional
+        Whether to compress them.
+    """
+    checksum = digest(arrays)
+    words = json.dumps({**header, "sha256": checksum}).encode()
+    stored = {**arrays, "header": np.frombuffer(words, np.uint8)}
+    save = np.savez_compressed if packed else np.savez
+
+    def write(target: Path) -> None:
+        with target.open("wb") as stream:
+            save(stream, allow_pickle=False, **stored)
+
+    atomic_write(path, write)
+    return checksum
+
+
+def read_sealed(
+    path: Path,
+    noun: str,
+    hint: str,
+    version: int,
+    *,
+    names: Collection[str] | None = None,
+    most: int = MAX_BYTES,
+) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """Read what `write_sealed` wrote.
+
+    Parameters
+    ----------
+    path, noun, hint, most
+        As for `read_arrays`.
+    version : int
+        Newest version that is understood.
+    names : collection of str, optional
+        Arrays that must be there, and under the checksum; others are passed over. All by default.
+
+    Returns
+    -------
+    header : dict
+        Its values are not checked, but for the version and the checksum.
+    arrays : dict
+        By name; their types and shapes are not checked.
+
+    Raises
+    ------
+    TransportError
+        If the file is missing, too large, damaged, made by a newer version, or something else.
+    """
+    arrays = read_arrays(path, noun, hint, most)
+    try:
+        header = json.loads(arrays.pop("header").tobytes().decode())
+        made = int(header["format_version"])
+        if made > version:
+            raise TransportError(
+                f"{path.name} was made by a newer Turnlight (format {made}).", "Update Turnlight."
+            )
+        known = arrays if names is None else {name: arrays[name] for name in names}
+        whole = digest(known) == header["sha256"]
+    except (KeyError, ValueError, TypeError, AttributeError, OverflowError) as error:
+        raise TransportError(f"{path.name} is not a {noun}.", hint) from error
+    if not whole:
+        raise TransportError(f"{path.name} is damaged: its checksum does not fit.", hint)
+    return header, known
 
 
 def digest(arrays: Mapping[str, NDArray[Any]]) -> str:

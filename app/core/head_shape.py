@@ -7,7 +7,6 @@ metres from the middle of the head, which is midway between the ears and where t
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
@@ -15,9 +14,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.archive import digest, read_arrays
+from app.core.archive import read_sealed, write_sealed
 from app.core.errors import TransportError
-from app.core.files import atomic_write
 from app.core.paths import resources
 
 if TYPE_CHECKING:
@@ -107,19 +105,8 @@ def save_shape(path: Path, shape: HeadShape) -> str:
     arrays: dict[str, NDArray[Any]] = {
         name: np.ascontiguousarray(getattr(shape, name), kind) for name, kind in _KINDS
     }
-    checksum = digest(arrays)
-    header = {"format_version": SHAPE_VERSION, "head": shape.head, "sha256": checksum}
-    stored: dict[str, NDArray[Any]] = {
-        **arrays,
-        "header": np.frombuffer(json.dumps(header).encode(), np.uint8),
-    }
-
-    def write(target: Path) -> None:
-        with target.open("wb") as stream:
-            np.savez(stream, allow_pickle=False, **stored)
-
-    atomic_write(path, write)
-    return checksum
+    header = {"format_version": SHAPE_VERSION, "head": shape.head}
+    return write_sealed(path, arrays, header, packed=False)
 
 
 def load_shape(path: Path) -> HeadShape:
@@ -130,24 +117,15 @@ def load_shape(path: Path) -> HeadShape:
     TransportError
         If the file is missing, damaged, made by a newer version, or not a head's shape.
     """
-    arrays = read_arrays(path, "head's shape", _AGAIN, most=_MOST_BYTES)
-    try:
-        header = json.loads(arrays.pop("header").tobytes().decode())
-        version, head, checksum = (header[key] for key in ("format_version", "head", "sha256"))
-        if int(version) > SHAPE_VERSION:
-            raise TransportError(
-                f"{path.name} was made by a newer Turnlight (format {version}).",
-                "Update Turnlight.",
-            )
-        known = {name: arrays[name] for name, _ in _KINDS}
-        if digest(known) != checksum:
-            raise TransportError(f"{path.name} is damaged: its checksum does not fit.", _AGAIN)
-        fits = _fits(known)
-    except (KeyError, ValueError, TypeError, AttributeError) as error:
-        raise TransportError(f"{path.name} is not a head's shape.", _AGAIN) from error
-    if not fits:
+    names = [name for name, _ in _KINDS]
+    header, known = read_sealed(
+        path, "head's shape", _AGAIN, SHAPE_VERSION, names=names, most=_MOST_BYTES
+    )
+    if "head" not in header:
+        raise TransportError(f"{path.name} is not a head's shape.", _AGAIN)
+    if not _fits(known):
         raise TransportError(f"{path.name} contradicts itself.", _AGAIN)
-    return HeadShape(head=str(head), **known)
+    return HeadShape(head=str(header["head"]), **known)
 
 
 def load_shape_of(transport: Transport, name: str) -> HeadShape:

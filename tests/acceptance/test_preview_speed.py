@@ -18,6 +18,7 @@ ROUNDS = 4
 
 
 @pytest.mark.slow
+@pytest.mark.alone
 def test_preview_in_another_process() -> None:
     done = subprocess.run(
         [sys.executable, "benchmarks/preview.py", "--json", "--rounds", str(ROUNDS)],

@@ -26,7 +26,7 @@ SLACK = 4.0
 _RUNS = 3
 
 # Three runs of the bench on a busy machine.
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(2400)]
+pytestmark = [pytest.mark.slow, pytest.mark.alone, pytest.mark.timeout(2400)]
 
 
 def _turnlight(*words: str) -> subprocess.CompletedProcess[str]:

@@ -29,6 +29,7 @@ _PATIENCE_S: Final = 280
 
 pytestmark = [
     pytest.mark.slow,
+    pytest.mark.alone,
     pytest.mark.timeout(_WALKS * (_PATIENCE_S + 20)),
     pytest.mark.skipif(sys.platform != "linux", reason="measures memory as Linux tells it"),
 ]

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QPoint
+from PySide6.QtCore import QCoreApplication, QEvent, QPoint
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QWidget
 
@@ -37,6 +37,8 @@ def plain_theme(request: pytest.FixtureRequest) -> Iterator[None]:
         apply(request.getfixturevalue("qapp"))
     yield
     set_theme("dark")
+    # Widgets that were closed go only now: no event loop runs here that would let them.
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
 
 
 @pytest.fixture

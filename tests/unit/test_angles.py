@@ -9,11 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.core.angles import (
-    TURNS,
-    circular_mean,
     difference,
     direction,
-    index_of_turn,
     lies_on_arc,
     turn_of_index,
     wrap,
@@ -42,16 +39,10 @@ def test_wrap_at_the_ends(angle: float, inside: float) -> None:
     assert math.copysign(1.0, wrap(-0.0)) == 1.0
 
 
-@given(st.integers(0, TURNS - 1))
-def test_grid_turns_and_indices_are_inverse(index: int) -> None:
-    assert index_of_turn(turn_of_index(index)) == index
-
-
 def test_turns_of_the_grid() -> None:
     assert turn_of_index(16) == 90.0
     assert turn_of_index(48) == -90.0
     assert turn_of_index(32) == 180.0
-    assert index_of_turn(-179.0) == 32
 
 
 def test_difference_is_positive_clockwise() -> None:
@@ -79,7 +70,3 @@ def test_arcs_run_clockwise_and_may_wrap() -> None:
     assert not lies_on_arc(180.0, (-10.0, 10.0))
     assert lies_on_arc(180.0, (10.0, -10.0))
     assert lies_on_arc(123.0, (-180.0, 180.0))
-
-
-def test_circular_mean_crosses_the_back() -> None:
-    assert circular_mean([179.0, -177.0]) == pytest.approx(-179.0)

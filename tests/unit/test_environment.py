@@ -187,7 +187,7 @@ def test_a_1k_panorama_is_reduced_in_time() -> None:
     radiance = some_radiance((512, 1024))
     seconds = []
     for _ in range(5):
-        start = time.perf_counter()
+        start = time.process_time()
         env.reduce_radiance(radiance, turn_deg=10.0)
-        seconds.append(time.perf_counter() - start)
+        seconds.append(time.process_time() - start)
     assert min(seconds) < 0.06

@@ -24,7 +24,6 @@ from app.core.painting import (
     rename,
     restore,
     save_user_style,
-    styles_folder,
     update_user_style,
 )
 from app.core.painting.user_style import read_user_style, style_text, text_path
@@ -277,7 +276,6 @@ def test_hand_written_styles_and_painted_ones_share_the_folder(tmp_path: Path) -
 
 def test_no_folder_is_no_styles(tmp_path: Path) -> None:
     assert list_user_styles(tmp_path / "nowhere") == ((), ())
-    assert styles_folder().name == "styles"
 
 
 def test_more_styles_than_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

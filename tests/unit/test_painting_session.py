@@ -219,7 +219,7 @@ def test_a_segment_is_many_times_faster_than_starting_over() -> None:
 def _best(call: Callable[[], None], count: int) -> float:
     times = []
     for _ in range(count):
-        begun = time.perf_counter()
+        begun = time.process_time()
         call()
-        times.append(time.perf_counter() - begun)
+        times.append(time.process_time() - begun)
     return min(times)

@@ -197,9 +197,10 @@ def test_cut_off_while_moved(tmp_path: Path, template: Path, act: str) -> None:
     count = 0
     for root in run_moves(tmp_path, act):
         count += 1
-        found = [*list_places(root), *list_trash(root)]
-        assert [each.name for each in found] == ["Court"]
-        assert read_place(found[0].folder).remarks == ()
+        found = [(each.name, each.folder) for each in list_places(root)]
+        found += [(each.name, each.folder) for each in list_trash(root)]
+        assert [name for name, _ in found] == ["Court"]
+        assert read_place(found[0][1]).remarks == ()
     assert count >= 2
 
 

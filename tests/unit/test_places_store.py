@@ -27,7 +27,6 @@ from app.core.places import (
     PlaceError,
     capture_folders,
     create_place,
-    free_place_folder,
     list_places,
     new_capture_folder,
     read_place,
@@ -389,7 +388,7 @@ def test_root_that_is_a_file_is_told_and_not_raised(root: Path) -> None:
 
 @pytest.mark.parametrize("inside", ["capture", "capture-3", "."])
 def test_capture_that_was_broken_off_is_offered(root: Path, inside: str) -> None:
-    folder = free_place_folder(root, "Old court", NOON)
+    folder = root / "2026-06-21-1205-old-court"
     (folder / inside).mkdir(parents=True)
     (folder / inside / "session.json").write_text("{}", "utf-8")
     (listed,) = list_places(root)

@@ -14,7 +14,6 @@ from app.core.places import (
     delete_place,
     list_places,
     list_trash,
-    purge_trash,
     read_place,
     restore_place,
 )
@@ -99,31 +98,6 @@ def test_only_what_is_in_the_trash_is_restored(root: Path, folder: Path) -> None
     restore_place(trashed)
     with pytest.raises(PlaceError, match="not in the trash"):
         restore_place(trashed)
-
-
-def test_purging_takes_the_old_ones_only(root: Path) -> None:
-    old = delete_place(create_place(root, "old", NOW), NOW)
-    new = delete_place(create_place(root, "new", NOW), NOW + timedelta(days=20))
-    stranger = root / ".trash" / "not ours"
-    stranger.mkdir()
-    kept = create_place(root, "kept", NOW)
-    later = NOW + timedelta(days=31)
-    assert purge_trash(root, timedelta(days=30), later) == 1
-    assert not old.exists()
-    assert new.exists()
-    assert stranger.exists()
-    assert kept.exists()
-    assert purge_trash(root, timedelta(0), later) == 1
-    assert stranger.exists()
-    assert purge_trash(root / "missing", timedelta(0)) == 0
-
-
-@POSIX
-def test_purging_does_not_follow_links(root: Path, folder: Path) -> None:
-    (root / ".trash").mkdir()
-    (root / ".trash" / "20200101T000000Z--x").symlink_to(folder)
-    assert purge_trash(root, timedelta(0)) == 0
-    assert contents(folder)["originals/R1.JPG"] == b"picture"
 
 
 def test_last_deleted_is_listed_first(root: Path) -> None:

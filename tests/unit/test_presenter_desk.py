@@ -112,7 +112,7 @@ def test_the_list_shows_the_new_name_before_the_disk_has_it(table: Table, tmp_pa
     shelf.attach(view)
     other = create_place(tmp_path / "places", "Other", table.services.today())
     assert table.model.place is not None
-    shelf._read(((PlaceSummary(folder, "old", table.model.place.made_at),), {}))
+    shelf._read(((PlaceSummary(folder, "old", table.model.place.made_at),), {}, ()))
     table.desk.rename("New")
     shelf._read(
         (
@@ -121,6 +121,7 @@ def test_the_list_shows_the_new_name_before_the_disk_has_it(table: Table, tmp_pa
                 PlaceSummary(other, "Other", table.model.place.made_at),
             ),
             {},
+            (),
         )
     )
     state: ShelfState = view.show_state.call_args[0][0]

@@ -288,6 +288,10 @@ def test_a_lamp_of_unknown_exposure_cannot_be_compared(rig: LightRig, tmp_path: 
     assert len(rig.hands) == count
     rig.presenter.keeping.answer("lux", "a lot")
     assert rig.state.meter_error.startswith("This is no number of lux.")
+    rig.presenter.take_pictures([own_lamp(tmp_path / "other.exr", known=False)])
+    assert rig.state.meter.startswith("The brightness of “other” is not known")
+    assert not rig.state.meter_error, "that was said of another lamp"
+    rig.presenter.take_lamp("own:mine")
     rig.presenter.keeping.answer("lux", "640")
     assert not rig.state.meter
     assert rig.presenter.shelf.own is not None

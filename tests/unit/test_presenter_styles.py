@@ -484,7 +484,7 @@ def test_a_turn_of_the_needle_costs_about_three_bare_pictures(table: Table) -> N
 
 
 def _seconds(work: object) -> float:
-    start = time.perf_counter()
+    start = time.thread_time()
     assert callable(work)
     work()
-    return time.perf_counter() - start
+    return time.thread_time() - start

@@ -118,10 +118,10 @@ def test_showing_is_several_times_faster_than_the_plain_way() -> None:
     def best(work: object, times: int) -> float:
         spans = []
         for _ in range(times):
-            start = time.perf_counter()
+            start = time.process_time()
             assert callable(work)
             work()
-            spans.append(time.perf_counter() - start)
+            spans.append(time.process_time() - start)
         return min(spans)
 
     fast = best(lambda: display_panorama(light), 5)

@@ -14,7 +14,6 @@ from app.core.probe.response import (
     ResponseChoice,
     check_steps,
     choose_response,
-    linear_response,
     srgb_response,
 )
 from app.core.simulation.curves import CURVES, FILMIC, GAMMA_18, GAMMA_22, GAMMA_26, SRGB, Curve
@@ -69,11 +68,6 @@ class TestResponse:
         assert response.table[0, 128] < found[1, 0] < response.table[0, 129]
         with pytest.raises(ValueError, match="three channels"):
             response.at(np.zeros((4, 2)))
-
-    def test_linear_files_stay_linear(self) -> None:
-        response = linear_response()
-        np.testing.assert_allclose(response.at([[0.1, 0.5, 0.9]]), [[0.1, 0.5, 0.9]])
-        np.testing.assert_allclose(response.slope(), 1.0 / 255.0)
 
     def test_slope_is_that_of_the_curve(self) -> None:
         # d/dv ((v + 0.055) / 1.055) ** 2.4 at v = 0.5, for one code.

@@ -17,7 +17,7 @@ from app.core.pack import StylePack, load_named_pack
 from app.core.probe.frame import Merged
 from app.core.probe.lights import find_lights
 from app.core.probe.sky import SKY_WORDS, direct_normal_lux
-from app.core.probe.sun import restore, set_illuminance, turn_range
+from app.core.probe.sun import restore, set_illuminance
 from app.core.probe.sun_finder import find_sun, is_sun, sun_core
 from app.core.probe.whatif import choose, given_up
 from tests.helpers.probes import away_deg, clip, place, sunny_place
@@ -153,31 +153,6 @@ def test_sunrise_answers_come_back(pack: StylePack, floor: float, factor: float)
     answers = choose(pack, luminance(reduce_radiance(result.merged.radiance))).turns
     lost = given_up(choose(pack, light), answers)
     assert np.count_nonzero(lost <= 0.02) >= 17  # of 18 styles
-
-
-def test_turns_over_the_range(pack: StylePack) -> None:
-    truth = sunny_place(25.0, 60.0)
-    merged = seen(truth, FLOORS[2])
-    result = restore(merged, find_lights(merged), "clear")
-    turns = turn_range(result, pack)
-    assert [each.style for each in turns] == [style.name for style in pack.styles]
-    now = choose(pack, luminance(reduce_radiance(result.merged.radiance))).turns
-    assert [round(each.turn_deg / 5.625) % 64 for each in turns] == now.tolist()
-    for end in range(2):
-        lux = result.range_lux[end]
-        by_hand = set_illuminance_of_sun(merged, lux)
-        wanted = choose(pack, luminance(reduce_radiance(by_hand))).turns
-        got = [(each.low_deg, each.high_deg)[end] for each in turns]
-        assert [round(each / 5.625) % 64 for each in got] == wanted.tolist()
-
-
-def set_illuminance_of_sun(merged: Merged, lux: float) -> NDArray[np.float32]:
-    """Scale what restoring adds, so that the sun has another illuminance."""
-    result = restore(merged, find_lights(merged), "clear")
-    share = (lux - result.held_lux) / (result.illuminance_lux - result.held_lux)
-    added = result.merged.radiance - merged.radiance
-    scaled: NDArray[np.float32] = merged.radiance + np.float32(share) * added
-    return scaled
 
 
 def test_a_metered_lamp_has_its_illuminance() -> None:

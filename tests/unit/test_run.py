@@ -270,6 +270,47 @@ def test_test_runs_all_checks_and_pytest_last(
     assert calls.commands[-1][2:4] == ["-m", "not slow"]
 
 
+def test_all_tests_share_the_processors_and_some_of_them_do_not(
+    ready: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls = Calls()
+    monkeypatch.setattr(ready, "call", calls)
+    monkeypatch.setattr(ready.os, "sched_getaffinity", lambda _: {0, 3, 5}, raising=False)
+    shared = ["-n", "3", "--dist", "worksteal"]
+    ready.main(["test"])
+    assert calls.commands[-1][-4:] == shared
+    ready.main(["test", "tests/unit/test_run.py"])
+    assert "-n" not in calls.commands[-1]
+    calls.commands.clear()
+    ready.main(["test", "--slow"])
+    assert calls.commands[0] == ["-m", "pytest", "-m", "slow and not alone", *shared]
+    monkeypatch.setattr(ready.os, "sched_getaffinity", lambda _: set(range(64)))
+    ready.main(["test"])
+    assert calls.commands[-1][-4:-2] == ["-n", "8"]
+    monkeypatch.setattr(ready.os, "sched_getaffinity", lambda _: {1})
+    ready.main(["test"])
+    assert "-n" not in calls.commands[-1]
+
+
+@pytest.mark.parametrize(
+    ("codes", "runs", "code"),
+    [([0, 0], 2, 0), ([1, 0], 2, 1), ([0, 1], 2, 1), ([2], 1, 2), ([143], 1, 143)],
+)
+def test_those_that_measure_time_run_last_and_alone(
+    ready: ModuleType,
+    monkeypatch: pytest.MonkeyPatch,
+    codes: list[int],
+    runs: int,
+    code: int,
+) -> None:
+    calls = Calls(codes)
+    monkeypatch.setattr(ready, "call", calls)
+    assert ready.main(["test", "--slow"]) == code
+    assert len(calls.commands) == runs
+    if runs == 2:
+        assert calls.commands[-1] == ["-m", "pytest", "-m", "slow and alone"]
+
+
 def test_slow_tests_alone_and_arguments_for_pytest(
     ready: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:

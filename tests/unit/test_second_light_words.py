@@ -205,8 +205,6 @@ def test_the_report_of_greedy() -> None:
         )
         report = compare(full, quick, objective)
         assert len(report.pairs) == 18
-        assert report.agreement == np.mean([pair.same for pair in report.pairs])
-        assert report.worst_lost >= report.mean_lost
         for pair, one, other in zip(report.pairs, full, quick, strict=True):
             if pair.same:
                 assert pair.lost == 0.0

@@ -248,10 +248,10 @@ def test_a_full_frame_takes_about_a_second() -> None:
     environment = read_environment(resources() / "demo" / "scenes" / "forest.exr").radiance
     ratios = []
     for seed in range(3):
-        start = time.perf_counter()
+        start = time.process_time()
         data = shoot(environment, THETA_S, EXPOSURE, shape=THETA_S.shape, scale=300.0, seed=seed)
-        middle = time.perf_counter()
+        middle = time.process_time()
         _decoded(data)
-        ratios.append((middle - start) / (time.perf_counter() - middle))
+        ratios.append((middle - start) / (time.process_time() - middle))
     # 0.1 s or so to decode.
     assert min(ratios) < 20.0

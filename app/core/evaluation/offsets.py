@@ -7,16 +7,14 @@ and 1 and 2 feet away from them in four directions. Values come from
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.archive import digest, read_arrays
+from app.core.archive import read_sealed, write_sealed
 from app.core.errors import TransportError
-from app.core.evaluation.tables import store
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -58,7 +56,7 @@ class Offsets:
 def save_offsets(path: Path, offsets: Offsets) -> str:
     """Store environments, atomically, and return their SHA-256."""
     arrays = {name: np.ascontiguousarray(getattr(offsets, name), kind) for name, kind in _KINDS}
-    return store(path, arrays, {"format_version": OFFSETS_VERSION, "spots": offsets.spots})
+    return write_sealed(path, arrays, {"format_version": OFFSETS_VERSION, "spots": offsets.spots})
 
 
 def load_offsets(path: Path) -> Offsets:
@@ -69,14 +67,11 @@ def load_offsets(path: Path) -> Offsets:
     TransportError
         If the file is missing, damaged, made by a newer version, or something else.
     """
-    arrays = read_arrays(path, "table of places", _AGAIN, most=_MOST_BYTES)
+    names = [name for name, _ in _KINDS]
+    header, known = read_sealed(
+        path, "table of places", _AGAIN, OFFSETS_VERSION, names=names, most=_MOST_BYTES
+    )
     try:
-        header = json.loads(arrays.pop("header").tobytes().decode())
-        if int(header["format_version"]) > OFFSETS_VERSION:
-            raise TransportError(f"{path.name} was made by a newer Turnlight.", "Update Turnlight.")
-        known = {name: arrays[name] for name, _ in _KINDS}
-        if digest(known) != header["sha256"]:
-            raise TransportError(f"{path.name} is damaged: its checksum does not fit.", _AGAIN)
         offsets = Offsets(spots=tuple(str(name) for name in header["spots"]), **known)
         fits = _fits(offsets)
     except (KeyError, ValueError, TypeError, AttributeError) as error:

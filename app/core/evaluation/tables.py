@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.archive import digest, read_arrays
+from app.core.archive import read_sealed, write_sealed
 from app.core.errors import TransportError
-from app.core.files import atomic_write
 from app.core.paths import resources
 
 if TYPE_CHECKING:
@@ -31,7 +30,6 @@ __all__ = [
     "Tables",
     "load_tables",
     "save_tables",
-    "store",
     "styles_digest",
     "tables_path",
 ]
@@ -129,21 +127,7 @@ def save_tables(path: Path, tables: Tables) -> str:
         "sizes_note": _plain(tables.sizes_note),
         "head_notes": {name: _plain(note) for name, note in tables.head_notes.items()},
     }
-    return store(path, arrays, header)
-
-
-def store(path: Path, arrays: dict[str, NDArray[Any]], header: dict[str, Any]) -> str:
-    """Write arrays with a header and their checksum in it, atomically; return the checksum."""
-    checksum = digest(arrays)
-    words = json.dumps({**header, "sha256": checksum}).encode()
-    stored = {**arrays, "header": np.frombuffer(words, np.uint8)}
-
-    def write(target: Path) -> None:
-        with target.open("wb") as stream:
-            np.savez_compressed(stream, allow_pickle=False, **stored)
-
-    atomic_write(path, write)
-    return checksum
+    return write_sealed(path, arrays, header)
 
 
 def load_tables(path: Path) -> Tables:
@@ -154,16 +138,10 @@ def load_tables(path: Path) -> Tables:
     TransportError
         If the file is missing, damaged, made by a newer version, or something else.
     """
-    arrays = read_arrays(path, "table of evaluation", _AGAIN, most=_MOST_BYTES)
+    header, arrays = read_sealed(
+        path, "table of evaluation", _AGAIN, TABLES_VERSION, most=_MOST_BYTES
+    )
     try:
-        header = json.loads(arrays.pop("header").tobytes().decode())
-        if int(header["format_version"]) > TABLES_VERSION:
-            raise TransportError(
-                f"{path.name} was made by a newer Turnlight (format {header['format_version']}).",
-                "Update Turnlight.",
-            )
-        if digest(arrays) != header["sha256"]:
-            raise TransportError(f"{path.name} is damaged: its checksum does not fit.", _AGAIN)
         tables = _parsed(header, arrays)
         fits = _fits(tables)
     except (KeyError, ValueError, TypeError, AttributeError, OverflowError) as error:

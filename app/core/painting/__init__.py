@@ -31,7 +31,6 @@ from app.core.painting.library import (
     rename,
     restore,
     save_user_style,
-    styles_folder,
     update_user_style,
 )
 from app.core.painting.session import Answer, PaintSession
@@ -82,7 +81,6 @@ __all__ = [
     "save_draft",
     "save_user_style",
     "solve_user_styles",
-    "styles_folder",
     "suggested_side",
     "target_picture",
     "update_user_style",

@@ -25,7 +25,6 @@ from app.core.painting.user_style import (
     text_path,
     write_user_style,
 )
-from app.core.paths import user_data
 from app.core.style_file import is_painted, read_painted, read_toml
 from app.core.styles import NAMES
 
@@ -47,7 +46,6 @@ __all__ = [
     "rename",
     "restore",
     "save_user_style",
-    "styles_folder",
     "update_user_style",
 ]
 
@@ -93,11 +91,6 @@ class Trashed:
     folder: Path
     name: str
     title: str
-
-
-def styles_folder() -> Path:
-    """Return the folder of the user's styles; it need not exist."""
-    return user_data() / "styles"
 
 
 def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[DamagedStyle, ...]]:

@@ -23,12 +23,16 @@ from app.core.places.place import (
 from app.core.places.results import results_from_json, results_to_json
 from app.core.places.store import (
     create_place,
-    free_place_folder,
     read_place,
     rename_place,
     write_place,
 )
-from app.core.places.trash import delete_place, list_trash, purge_trash, restore_place
+from app.core.places.trash import (
+    TrashedPlace,
+    delete_place,
+    list_trash,
+    restore_place,
+)
 
 __all__ = [
     "ORIGINALS",
@@ -42,17 +46,16 @@ __all__ = [
     "PlaceError",
     "PlaceSummary",
     "StoredLight",
+    "TrashedPlace",
     "adopt_files",
     "capture_folders",
     "clean_name",
     "create_place",
     "delete_place",
     "fingerprint_of",
-    "free_place_folder",
     "list_places",
     "list_trash",
     "new_capture_folder",
-    "purge_trash",
     "read_light",
     "read_place",
     "rename_place",

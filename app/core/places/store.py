@@ -26,14 +26,14 @@ from app.core.errors import CoreError
 from app.core.places.encoding import VERSION, place_of, to_json, unreadable, version_of
 from app.core.places.listing import MOST_BYTES, PLACE, newest_light, summarise
 from app.core.places.names import STAGED, folder_stem, free_names, sweep, umask, words_of
-from app.core.places.place import Place, PlaceError, clean_name
+from app.core.places.place import Place, PlaceError
 from app.core.settings.json_file import JsonFile, keep_bad, read_json, write_json
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from datetime import datetime
 
-__all__ = ["create_place", "free_place_folder", "read_place", "rename_place", "write_place"]
+__all__ = ["create_place", "read_place", "rename_place", "write_place"]
 
 
 def create_place(root: Path, name: str, made_at: datetime, *, spot: str = "") -> Path:
@@ -81,24 +81,6 @@ def create_place(root: Path, name: str, made_at: datetime, *, spot: str = "") ->
     finally:
         _drop(staged)
     raise AssertionError("free_names never ends")  # pragma: no cover
-
-
-def free_place_folder(root: Path, name: str, made_at: datetime) -> Path:
-    """Name a folder for a place that a capture is to be made in; it is not made.
-
-    `write_place` makes it a place afterwards; until then lists offer it as unfinished.
-
-    Parameters
-    ----------
-    root : Path
-        Folder of the places; it need not exist.
-    name : str
-        Any text.
-    made_at : datetime
-        With its offset from UTC.
-    """
-    stem = folder_stem(clean_name(name), made_at)
-    return next(root / each for each in free_names(stem) if not os.path.lexists(root / each))
 
 
 def _moved(staged: Path, target: Path) -> bool:

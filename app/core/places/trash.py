@@ -2,7 +2,7 @@
 
 A deleted place lies whole in ``ROOT/.trash``: in the same folder as the others, so that moving it
 is one act of the file system on whatever disk that is, and so that no folder of the user's own is
-ever taken for the trash.
+ever taken for the trash. The program never removes anything from it: originals are in there, too.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-import shutil
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final
 
@@ -19,18 +19,41 @@ from app.core.places.names import words_of
 from app.core.places.place import PlaceError
 
 if TYPE_CHECKING:
-    from datetime import timedelta
     from pathlib import Path
 
-    from app.core.places.listing import PlaceSummary
 
-__all__ = ["TRASH", "delete_place", "list_trash", "purge_trash", "restore_place"]
+__all__ = [
+    "TRASH",
+    "TrashedPlace",
+    "delete_place",
+    "list_trash",
+    "restore_place",
+]
 
 TRASH: Final = ".trash"
 """Name of the folder in the folder of places."""
 
 _ENTRY: Final = re.compile(r"(\d{8}T\d{6}Z)--(.+?)(?:~\d+)?")
 _WHEN: Final = "%Y%m%dT%H%M%SZ"
+
+
+@dataclass(frozen=True, slots=True)
+class TrashedPlace:
+    """A place that was deleted.
+
+    Attributes
+    ----------
+    folder : Path
+        Where it is now, for `restore_place`.
+    name : str
+        Of the place.
+    deleted_at : datetime
+        In UTC.
+    """
+
+    folder: Path
+    name: str
+    deleted_at: datetime
 
 
 def delete_place(folder: Path, now: datetime | None = None) -> Path:
@@ -105,7 +128,7 @@ def _move(folder: Path, target: Path, name: str, mark: str) -> Path:
     raise PlaceError(f"There are too many called {name} in {target}.")
 
 
-def list_trash(root: Path) -> tuple[PlaceSummary, ...]:
+def list_trash(root: Path) -> tuple[TrashedPlace, ...]:
     """List the deleted places that can be brought back, the last deleted first.
 
     Parameters
@@ -113,38 +136,8 @@ def list_trash(root: Path) -> tuple[PlaceSummary, ...]:
     root : Path
         Folder of the places.
     """
-    found = (summarise(path) for _, path in sorted(_entries(root), reverse=True))
-    return tuple(summary for summary in found if summary is not None)
-
-
-def purge_trash(root: Path, older_than: timedelta, now: datetime | None = None) -> int:
-    """Remove places for good that were deleted a while ago, with the originals in them.
-
-    Nothing else in the app removes an original, so this is to be called only when the user asks
-    to empty the trash.
-
-    Parameters
-    ----------
-    root : Path
-        Folder of the places.
-    older_than : timedelta
-        Age since they were deleted.
-    now : datetime, optional
-        With its offset from UTC; the present by default.
-
-    Returns
-    -------
-    int
-        How many were removed. One that cannot be removed stays.
-    """
-    limit = (now or datetime.now(UTC)) - older_than
-    removed = 0
-    for when, path in _entries(root):
-        if when < limit:
-            with contextlib.suppress(OSError):
-                shutil.rmtree(path)
-                removed += 1
-    return removed
+    found = ((summarise(path), when) for when, path in sorted(_entries(root), reverse=True))
+    return tuple(TrashedPlace(one.folder, one.name, when) for one, when in found if one is not None)
 
 
 def _entries(root: Path) -> list[tuple[datetime, Path]]:

@@ -39,7 +39,6 @@ __all__ = [
     "TagError",
     "check_steps",
     "choose_response",
-    "linear_response",
     "srgb_response",
 ]
 
@@ -174,17 +173,6 @@ def srgb_response() -> Response:
         The same curve for all channels.
     """
     return Response("sRGB", np.tile(srgb_table(), (3, 1)))
-
-
-def linear_response() -> Response:
-    """Return the response of files that hold linear light, such as OpenEXR.
-
-    Returns
-    -------
-    Response
-        A straight line.
-    """
-    return Response("linear", np.tile(np.arange(256) / 255.0, (3, 1)))
 
 
 def choose_response(

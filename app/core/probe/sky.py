@@ -24,7 +24,6 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias, get_args
 import numpy as np
 
 from app.core.colour import LUMINANCE_WEIGHTS
-from app.core.errors import ProbeError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -37,7 +36,6 @@ __all__ = [
     "SkyWord",
     "air_mass",
     "direct_normal_lux",
-    "parse_sky",
     "sun_colour",
 ]
 
@@ -62,33 +60,6 @@ _EXTINCTION: Final[dict[SkyWord, float]] = {"clear": 0.21, "hazy": 0.50, "thin c
 _WAVELENGTHS: Final = (0.611, 0.549, 0.464)
 _WHITE_AIR_MASS: Final = 1.5  # sunlight that a daylight white balance shows as white
 _REDDEST_AIR_MASS: Final = 8.0  # beyond, three wavelengths say nothing about a colour
-
-
-def parse_sky(word: str) -> SkyWord:
-    """Read the user's word for the sky.
-
-    Parameters
-    ----------
-    word : str
-        ``clear``, ``hazy`` or ``thin cloud``; case and hyphens do not matter.
-
-    Raises
-    ------
-    ProbeError
-        If it is none of them.
-
-    Examples
-    --------
-    >>> parse_sky("Thin-cloud")
-    'thin cloud'
-    """
-    plain = " ".join(word.lower().replace("-", " ").split())
-    for known in SKY_WORDS:
-        if plain == known:
-            return known
-    raise ProbeError(
-        f"There is no sky called {word!r}.", f"Say {', '.join(SKY_WORDS[:-1])} or {SKY_WORDS[-1]}."
-    )
 
 
 def air_mass(elevation_deg: float) -> float:

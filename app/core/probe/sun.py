@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.angles import turn_of_index
 from app.core.colour import luminance
 from app.core.environment import reduce_radiance, solid_angles
 from app.core.errors import ProbeError
@@ -29,28 +28,23 @@ from app.core.probe.sky import (
     sun_colour,
 )
 from app.core.probe.sun_finder import Core, find_sun, is_sun, sun_core
-from app.core.probe.whatif import choose
 from app.core.sphere import direction, directions_at
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.pack import StylePack
     from app.core.probe.frame import Merged
     from app.core.probe.lights import Light, LightGrid
-    from app.core.solve import Objective
 
 __all__ = [
     "Core",
     "Restoration",
-    "TurnRange",
     "added_light",
     "find_sun",
     "is_sun",
     "restore",
     "set_illuminance",
     "sun_core",
-    "turn_range",
 ]
 
 Float64: TypeAlias = NDArray[np.float64]
@@ -87,23 +81,6 @@ class Restoration:
     sentence: str
     disc: Float64 = field(repr=False)
     held_lux: float
-
-
-@dataclass(frozen=True, slots=True)
-class TurnRange:
-    """The turns of a style over the likely range of a restored light.
-
-    Attributes
-    ----------
-    style : str
-    low_deg, turn_deg, high_deg : float
-        Grid turns at the low end of the range, as restored, and at the high end, deg.
-    """
-
-    style: str
-    low_deg: float
-    turn_deg: float
-    high_deg: float
 
 
 def restore(
@@ -221,39 +198,6 @@ def added_light(restoration: Restoration, shape: tuple[int, int]) -> Float64:
     lone = np.zeros((size[0], size[1], 1), np.float32)
     lone.reshape(-1)[restoration.disc[:, 0].astype(np.int64)] = restoration.disc[:, 1]
     return reduce_radiance(lone, shape)[..., 0].astype(np.float64)
-
-
-def turn_range(
-    restoration: Restoration, pack: StylePack, objective: Objective = "picture"
-) -> tuple[TurnRange, ...]:
-    """Find the turns of every style over the range of a restored light's illuminance.
-
-    Parameters
-    ----------
-    restoration : Restoration
-        Of `restore` or `set_illuminance`.
-    pack : StylePack
-        Head and styles.
-    objective : {"picture", "paper"}
-        What chooses the turn.
-
-    Returns
-    -------
-    tuple of TurnRange
-        In the pack's order.
-    """
-    shape = pack.header.environment
-    whole = luminance(reduce_radiance(restoration.merged.radiance, shape)).astype(np.float64)
-    disc = added_light(restoration, shape)
-    added = restoration.illuminance_lux - restoration.held_lux
-    turns = []
-    for lux in (restoration.range_lux[0], restoration.illuminance_lux, restoration.range_lux[1]):
-        more = (lux - restoration.illuminance_lux) / added if added else 0.0
-        turns.append(choose(pack, np.maximum(whole + more * disc, 0.0), objective).turns)
-    return tuple(
-        TurnRange(style.name, *(turn_of_index(int(turn[row])) for turn in turns))
-        for row, style in enumerate(pack.styles)
-    )
 
 
 def _nothing(merged: Merged, sentence: str) -> Restoration:

@@ -9,8 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from app.core.angles import difference
 
 if TYPE_CHECKING:
@@ -60,21 +58,6 @@ class GreedyReport:
     """
 
     pairs: tuple[GreedyPair, ...]
-
-    @property
-    def agreement(self) -> float:
-        """Share of the styles for which both chose the same."""
-        return float(np.mean([pair.same for pair in self.pairs]))
-
-    @property
-    def mean_lost(self) -> float:
-        """Mean of what greedy gives up."""
-        return float(np.mean([pair.lost for pair in self.pairs]))
-
-    @property
-    def worst_lost(self) -> float:
-        """The most that greedy gives up for a style."""
-        return max(pair.lost for pair in self.pairs)
 
 
 def compare(

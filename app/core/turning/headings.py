@@ -16,7 +16,7 @@ import math
 from enum import StrEnum
 from typing import Final
 
-from app.core.angles import difference, wrap
+from app.core.angles import wrap
 from app.core.turning.words import Mode
 
 __all__ = [
@@ -27,7 +27,6 @@ __all__ = [
     "heading_of_turn",
     "offset_angle",
     "sees_sitter",
-    "turn_of_background",
     "turn_of_heading",
     "widened_fov",
 ]
@@ -142,19 +141,6 @@ def background_azimuth(turn_deg: float, front_deg: float = 0.0) -> float:
         Panorama azimuth at which the photographer stands at turn 0, deg.
     """
     return wrap(turn_deg + 180.0 + front_deg)
-
-
-def turn_of_background(azimuth_deg: float, front_deg: float = 0.0) -> float:
-    """Return the turn that has a panorama azimuth behind the sitter, in (-180, 180] deg.
-
-    Parameters
-    ----------
-    azimuth_deg : float
-        Deg, in the panorama's frame.
-    front_deg : float, optional
-        Panorama azimuth at which the photographer stands at turn 0, deg.
-    """
-    return difference(azimuth_deg, 180.0 + front_deg)
 
 
 def offset_angle(column: float, width: int, fov_deg: float) -> float:

@@ -22,15 +22,6 @@ _PREVIEW_S: Final = 0.5
 _IDLE_S: Final = 15.0
 _MOST_SHOTS: Final = {"paper": 3, "full": 10}
 
-_HARMLESS: Final = frozenset(
-    {
-        "NO_DATE_SETTING",
-        "ELECTRONIC_COMPASS_CALIBRATION",
-        "COMPASS_CALIBRATION",
-        "HIGH_TEMPERATURE_WARNING",
-        "PLUGIN_BOOT_ERROR",
-    }
-)
 _HEAT: Final = (
     "The camera is too hot to shoot.",
     "Switch it off, let it cool down in the shade for some minutes, then try again.",

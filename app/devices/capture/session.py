@@ -37,13 +37,10 @@ if TYPE_CHECKING:
 
     from app.devices.osc.messages import FileEntry
 
-__all__ = ["JOURNAL", "PART", "Session", "SessionFrame", "SessionJournal"]
+__all__ = ["JOURNAL", "Session", "SessionFrame", "SessionJournal"]
 
 JOURNAL: Final = "session.json"
 """Name of the journal in the session's folder."""
-
-PART: Final = ".part"
-"""What the name of a file that is not whole yet ends with."""
 
 _MAX_BYTES: Final = 4 << 20
 _MAX_WARNINGS: Final = 100

@@ -22,7 +22,6 @@ SETTINGS: Final = "settings"
 
 _WIDTH: Final = 88
 _COMPACT_WIDTH: Final = 72
-_STEP_WIDTH: Final = 72
 _STEP_HEIGHT: Final = 64
 _BAR: Final = 4
 _TITLES: Final = {

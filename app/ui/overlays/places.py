@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.ui.commands import Commands
-    from app.ui.presenters.shelf import ShelfRow, ShelfState
+    from app.ui.presenters.shelf import DeletedRow, ShelfRow, ShelfState
 
 __all__ = ["PlacesBody"]
 
@@ -75,6 +75,10 @@ class PlacesBody(QWidget):
         self._stops = []
         for row in state.rows:
             self._column.addWidget(self._line(row))
+        if state.deleted:
+            self._column.addWidget(Text("Deleted", 12, 600, role="dim"))
+        for gone in state.deleted:
+            self._column.addWidget(self._deleted_line(gone))
         self._column.addStretch(1)
         self._order_stops()
 
@@ -122,6 +126,17 @@ class PlacesBody(QWidget):
         more.clicked.connect(lambda: self._more(row, more))
         line.addWidget(more)
         self._stops += [opener, more]
+        return frame
+
+    def _deleted_line(self, row: DeletedRow) -> QWidget:
+        frame = PictureLine(row.name, None, _PICTURE)
+        frame.words.addWidget(Text(row.name, 14, role="dim", elide=True))
+        frame.words.addWidget(Text(row.detail, 12, role="dim", elide=True))
+        back = Button("Bring back", "undo", size="small")
+        back.setAccessibleName(f"Bring back {row.name}")
+        back.clicked.connect(lambda: self._presenter.restore(row.folder))
+        frame.row.addWidget(back)
+        self._stops.append(back)
         return frame
 
     def _more(self, row: ShelfRow, under: QWidget) -> None:

@@ -66,7 +66,14 @@ class LampKeeping:
         self._desk = desk
         self._shelf = shelf
         self._view: LightView | None = None
-        self.trouble = ""
+        self._trouble = ("", "")
+
+    @property
+    def trouble(self) -> str:
+        """What was wrong with the last answer that was given for the lamp in hand."""
+        about, sentence = self._trouble
+        own = self._shelf.own
+        return sentence if own is not None and own.name == about else ""
 
     def attach(self, view: LightView | None) -> None:
         """Ask `view` from now on."""
@@ -119,10 +126,6 @@ class LampKeeping:
         except CoreError as error:
             self._say(str(error))
 
-    def forget_trouble(self) -> None:
-        """Another lamp is in hand."""
-        self.trouble = ""
-
     def _change(self, lamp: CapturedLamp, work: Callable[[], CapturedLamp]) -> None:
         def done(_: CapturedLamp) -> None:
             self._say("")
@@ -137,7 +140,8 @@ class LampKeeping:
         self._desk.file_work.submit(lambda token, report: work(), done=done, failed=failed)
 
     def _say(self, sentence: str) -> None:
-        self.trouble = sentence
+        own = self._shelf.own
+        self._trouble = ("" if own is None else own.name, sentence)
         if self._view is not None:
             self._view.say_words(sentence)
         self._shelf.tell()

@@ -10,19 +10,29 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.places import PlaceSummary, delete_place, list_places, rename_place, restore_place
+from app.core.places import (
+    PlaceSummary,
+    TrashedPlace,
+    delete_place,
+    list_places,
+    list_trash,
+    rename_place,
+    restore_place,
+)
 from app.ui.presenters.frame import time_words
 
 if TYPE_CHECKING:
     from app.ui.presenters.desk import Desk
     from app.ui.presenters.services import Services
 
-__all__ = ["ShelfPresenter", "ShelfRow", "ShelfState", "ShelfView"]
+__all__ = ["DeletedRow", "ShelfPresenter", "ShelfRow", "ShelfState", "ShelfView"]
 
 _MOST_BYTES: Final = 4 << 20
 _MOST_PICTURES: Final = 500
 
-_Looked: TypeAlias = tuple[tuple[PlaceSummary, ...], dict[Path, NDArray[np.uint8]]]
+_Looked: TypeAlias = tuple[
+    tuple[PlaceSummary, ...], dict[Path, NDArray[np.uint8]], tuple[TrashedPlace, ...]
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +65,25 @@ class ShelfRow:
 
 
 @dataclass(frozen=True, slots=True)
+class DeletedRow:
+    """A deleted place that can be brought back.
+
+    Attributes
+    ----------
+    folder : Path
+        In the trash.
+    name : str
+        As it is shown.
+    detail : str
+        Until when it is kept.
+    """
+
+    folder: Path
+    name: str
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
 class ShelfState:
     """What the list shows.
 
@@ -62,11 +91,14 @@ class ShelfState:
     ----------
     rows : tuple of ShelfRow
         The newest first.
+    deleted : tuple of DeletedRow
+        The last deleted first.
     busy : bool
         Whether the folder is still being read.
     """
 
     rows: tuple[ShelfRow, ...] = field(default=())
+    deleted: tuple[DeletedRow, ...] = field(default=())
     busy: bool = False
 
 
@@ -94,6 +126,7 @@ class ShelfPresenter:
         self._view: ShelfView | None = None
         self._found: tuple[PlaceSummary, ...] | None = None
         self._pictures: dict[Path, NDArray[np.uint8]] = {}
+        self._trash: tuple[TrashedPlace, ...] = ()
 
     def attach(self, view: ShelfView) -> None:
         """Show the list in `view` from now on, and read the folder anew."""
@@ -128,7 +161,11 @@ class ShelfPresenter:
                     current=one.folder == current,
                 )
                 for one in self._found
-            )
+            ),
+            tuple(
+                DeletedRow(one.folder, one.name, f"Deleted {time_words(one.deleted_at, today)}")
+                for one in self._trash
+            ),
         )
 
     def open(self, folder: Path) -> None:
@@ -154,13 +191,14 @@ class ShelfPresenter:
 
         def deleted(trashed: Path) -> None:
             self._services.notify.tell(
-                f"{name} deleted", kind="done", actions=[("Undo", lambda: self._restore(trashed))]
+                f"{name} deleted", kind="done", actions=[("Undo", lambda: self.restore(trashed))]
             )
             self.refresh()
 
         self._desk.file_work.submit(lambda token, report: delete_place(folder), done=deleted)
 
-    def _restore(self, trashed: Path) -> None:
+    def restore(self, trashed: Path) -> None:
+        """Bring a place back from the trash."""
         self._desk.file_work.submit(
             lambda token, report: restore_place(trashed),
             done=lambda _: self.refresh(),
@@ -173,7 +211,7 @@ class ShelfPresenter:
         return model.place.name if here and model.place is not None else one.name
 
     def _read(self, looked: _Looked) -> None:
-        self._found, self._pictures = looked
+        self._found, self._pictures, self._trash = looked
         self._show()
 
     def _show(self) -> None:
@@ -182,14 +220,14 @@ class ShelfPresenter:
 
 
 def _look(folder: Path) -> _Looked:
-    """List the places of a folder and read their small pictures."""
+    """List the places of a folder, read their small pictures, and list what was deleted."""
     found = list_places(folder)
     pictures = {}
     for one in found[:_MOST_PICTURES]:
         picture = _thumbnail(one.thumbnail)
         if picture is not None:
             pictures[one.folder] = picture
-    return found, pictures
+    return found, pictures, list_trash(folder)
 
 
 def _thumbnail(path: Path | None) -> NDArray[np.uint8] | None:

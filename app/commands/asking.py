@@ -1,0 +1,63 @@
+"""What commands that look for the best turn are asked with, in the same words."""
+
+from __future__ import annotations
+
+import argparse
+import math
+
+from app.core.solve import OBJECTIVES
+
+__all__ = ["add_questions", "finite"]
+
+
+def add_questions(parser: argparse.ArgumentParser) -> None:
+    """Add the panorama and what is asked of it: styles, head, objective, front, form of the answer.
+
+    Parameters
+    ----------
+    parser : argparse.ArgumentParser
+        Of the command.
+    """
+    parser.add_argument("environment", metavar="ENV", help="panorama, OpenEXR or Radiance .hdr")
+    parser.add_argument(
+        "--style", metavar="NAME", nargs="+", action="extend", help="styles wanted (default: all)"
+    )
+    parser.add_argument(
+        "--head",
+        metavar="NAME",
+        default="generic",
+        help="head to light: a name, or a transport file from 'turnlight bake' "
+        "(default: %(default)s)",
+    )
+    parser.add_argument(
+        "--objective",
+        choices=OBJECTIVES,
+        default=OBJECTIVES[0],
+        help="what chooses the turn: the best matching picture, or the paper's quality C "
+        "(default: %(default)s)",
+    )
+    parser.add_argument(
+        "--front",
+        metavar="DEG",
+        type=finite,
+        default=0.0,
+        help="azimuth in the panorama at which the photographer stands (default: 0)",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def finite(text: str) -> float:
+    """Read a number that is one, as argparse calls it.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        If it is none, or not finite.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text} is not a finite number")
+    return value
