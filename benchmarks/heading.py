@@ -222,7 +222,8 @@ def measure(folder: Path | None, count: int, wrong: int) -> dict[str, Any]:
     for case in _hard_cases(views, tested, chance, count // 2):
         hard_questions(hard, case, see(case.picture), maps[case.place], chance)
     assert timed is not None
-    turn = turn_rows(views, maps[LOCATION], np.random.default_rng(TEST + 1), count)
+    # By cell there are but a sixth of them.
+    turn = turn_rows(views, maps[LOCATION], np.random.default_rng(TEST + 1), 3 * count)
     return _table(rows, hard, len(lights)) | {"turn": turn} | speed(timed, maps[LOCATION])
 
 

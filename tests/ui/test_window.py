@@ -13,7 +13,7 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit
 
 from app.core.paths import resources
-from app.core.places import create_place, delete_place
+from app.core.places import create_place, delete_place, list_trash
 from app.devices.clock import SystemClock
 from app.devices.discovery import Discovery
 from app.ui.frame.drop import DropVeil
@@ -232,7 +232,7 @@ def test_a_place_deleted_by_mistake_comes_back(app: App, robot: Robot) -> None:
     robot.wait(lambda: folder.exists(), "the place again")
     # And without the message, from the list.
     shelf.delete(folder)
-    robot.wait(lambda: not folder.exists(), "deleting")
+    robot.wait(lambda: bool(list_trash(folder.parent)), "deleting")
     app.commands.ask("places")
     robot.wait(lambda: robot_sees(robot, "Bring back studio"), "the end of the list")
     robot.click("Bring back studio")
@@ -243,14 +243,15 @@ def test_a_place_deleted_by_mistake_comes_back(app: App, robot: Robot) -> None:
 
 def test_what_was_deleted_long_ago_can_still_be_brought_back(qtbot: QtBot, tmp_path: Path) -> None:
     now, places = datetime.now(UTC), tmp_path / "places"
-    old = delete_place(create_place(places, "old", now), now - timedelta(days=4000))
+    folder = create_place(places, "old", now)
+    old = delete_place(folder, now - timedelta(days=4000))
     running = opened(tmp_path)
     app = next(running)
     robot = Robot(app.window)
     app.commands.ask("places")
     robot.wait(lambda: robot_sees(robot, "Bring back old"), "the end of the list")
     robot.click("Bring back old")
-    robot.wait(lambda: not old.exists() and (places / "old").exists(), "the place again")
+    robot.wait(lambda: folder.exists() and not old.exists(), "the place again")
     next(running, None)
 
 
