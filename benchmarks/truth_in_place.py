@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from brute_force import curves  # isort: skip
+from brute_force import band_limited, curves  # isort: skip
 from stock import ROOT  # isort: skip
 
 from app.core.baking.backend import select_variant
@@ -157,28 +157,38 @@ def weights_of(pack: StylePack, transport: Transport) -> Float64:
     return np.stack([target_weights(t[transport.pixels], transport.face) for t in targets])
 
 
-def judge(name: str, pictures: Float32, transport: Transport, pack: StylePack) -> dict[str, Any]:
-    """Compare the turns that are offered at a spot with the best of its true pictures."""
+def judge(
+    name: str, rounds: int, pictures: Float32, transport: Transport, pack: StylePack
+) -> dict[str, Any]:
+    """Compare the turns that are offered at a spot with the best of its true pictures.
+
+    The true curves are freed of what changes faster from turn to turn than light on a face does,
+    as in `brute_force.py`: outdoors, where there is next to no noise, they hold none of it.
+    """
     weights, face = weights_of(pack, transport), transport.face
     grey = grey_of(pictures).reshape(TURNS, SEEDS, -1).swapaxes(0, 1)
-    quality, match = curves(grey, weights, face)
+    quality, match = (band_limited(found) for found in curves(grey, weights, face))
     light = light_at(name)
     far = np.stack([grey_of(render(transport, rotate(light, t))) for t in range(TURNS)])
     alike = [
         float(np.corrcoef(grey[:, t].mean(axis=0)[face], far[t][face])[0, 1]) for t in range(TURNS)
     ]
-    alone = [curves(np.stack([one, one]), weights, face)[1] for one in grey]
+    alone = [band_limited(curves(np.stack([one, one]), weights, face)[1]) for one in grey]
+    rows = [
+        row
+        for objective, truth in zip(OBJECTIVES, (match, quality), strict=True)
+        for row in offered(pack, light, objective, truth)
+    ]
+    noise = float(np.std(alone[0] - alone[1]) / 2)  # of the mean of both pictures
+    values = [r["truth"] for r in rows if r["attainable"] and r["objective"] == OBJECTIVES[0]]
     return {
         "spot": name,
         "correlation_of_pictures": {"median": float(np.median(alike)), "least": min(alike)},
         "brightness_near_to_distant": float(grey[:, :, face].mean() / far[:, face].mean()),
-        # Of the mean of both pictures: half the difference of the two.
-        "match_noise": float(np.std(alone[0] - alone[1]) / 2),
-        "rows": [
-            row
-            for objective, truth in zip(OBJECTIVES, (match, quality), strict=True)
-            for row in offered(pack, light, objective, truth)
-        ],
+        "rounds": rounds,
+        "match_noise": noise,
+        "match_noise_share": noise / float(np.mean(values)),
+        "rows": rows,
     }
 
 
@@ -240,7 +250,8 @@ def main() -> None:
         for name, number in zip(names, args.spots, strict=True)
     ]
     spots = [
-        judge(name, np.load(file), transport, pack) for name, file in zip(names, files, strict=True)
+        judge(name, args.rounds[number], np.load(file), transport, pack)
+        for name, number, file in zip(names, args.spots, files, strict=True)
     ]
     found = {"transport_sha256": transport.digest, "summary": summary(spots), "spots": spots}
     atomic_write_text(args.o, json.dumps(found, indent=1) + "\n")

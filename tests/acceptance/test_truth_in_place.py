@@ -78,9 +78,22 @@ def test_the_light_at_the_skin_is_stock_mitsubas() -> None:
         assert row["rmse"] <= 0.03, row["spot"]
 
 
-@pytest.mark.parametrize("group", ["in the place", "scenes"])
 @pytest.mark.parametrize("measure", ["ssim", "gradients", "seen_as_itself"])
-def test_the_default_objective_is_the_better_one(group: str, measure: str) -> None:
-    """By measures that neither optimises, over the styles that are in reach."""
-    found = _read("objectives.json")["summary"][group]["attainable"]
-    assert found[DEFAULT][measure] > found[OTHER][measure]
+def test_the_default_objective_is_the_better_one(measure: str) -> None:
+    """By measures that neither optimises, over the styles in reach; in the place no worse."""
+    found = _read("objectives.json")["summary"]
+    scenes, there = found["scenes"]["attainable"], found["in the place"]["attainable"]
+    assert scenes[DEFAULT][measure] > scenes[OTHER][measure]
+    assert there[DEFAULT][measure] >= there[OTHER][measure]
+
+
+def test_the_page_says_what_was_found() -> None:
+    page = (DOCS / "truth-in-place.md").read_text(encoding="utf-8")
+    found = _read("truth-in-place.json")
+    summary = found["summary"][DEFAULT]
+    assert f"{100 * summary['within_3_percent']:.0f} % are within 3 % of the best" in page
+    assert summary["within_10_percent"] == 1.0
+    assert "all within 10 %" in page
+    for spot in found["spots"]:
+        assert f"{spot['correlation_of_pictures']['median']:.3f}" in page
+        assert f"| {100 * spot['match_noise_share']:.1f} % |" in page
