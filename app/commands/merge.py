@@ -54,6 +54,21 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "-o", "--output", metavar="ENV", type=Path, required=True, help=".exr or .hdr to write"
     )
+    _add_camera(parser)
+    _add_corrections(parser)
+    parser.add_argument("--preview", metavar="PNG", type=Path, help="also write a picture of it")
+    parser.add_argument(
+        "--exposure", metavar="STOPS", type=_number, default=0.0, help="exposure of the preview"
+    )
+    parser.add_argument(
+        "--full", action="store_true", help="keep the frames' own size instead of 2048 x 1024"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=run)
+
+
+def _add_camera(parser: argparse.ArgumentParser) -> None:
+    """Add what is known of the exposures, and how they are weighed."""
     parser.add_argument(
         "--times", metavar="T,...", help="exposure times in seconds, in the order of the files"
     )
@@ -70,6 +85,10 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         default="noise",
         help="how frames are weighed: by their noise, or as in the paper (default: noise)",
     )
+
+
+def _add_corrections(parser: argparse.ArgumentParser) -> None:
+    """Add what the user knows better than the picture: lamps, the sun, what should not be there."""
     parser.add_argument(
         "--lamp-gain",
         metavar="ID=STOPS",
@@ -98,15 +117,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help="fill what should not be there from around it: nadir:-65, box:-20,20,-90,-40, "
         '"az,el;az,el;az,el", a PNG (white = fill), or suggested; may be repeated',
     )
-    parser.add_argument("--preview", metavar="PNG", type=Path, help="also write a picture of it")
-    parser.add_argument(
-        "--exposure", metavar="STOPS", type=_number, default=0.0, help="exposure of the preview"
-    )
-    parser.add_argument(
-        "--full", action="store_true", help="keep the frames' own size instead of 2048 x 1024"
-    )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

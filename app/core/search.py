@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from app.core.angles import TURNS
 
-__all__ = ["Curves", "SearchTables", "build_tables", "curves", "quality_curves"]
+__all__ = ["Curves", "SearchTables", "build_tables", "curves", "curves_of", "quality_curves"]
 
 Float64: TypeAlias = NDArray[np.float64]
 Floats: TypeAlias = NDArray[np.floating[Any]]
@@ -168,7 +168,8 @@ def quality_curves(tables: SearchTables, light: Floats) -> Float64:
     (S, 64) float64
         In the unit of the environment.
     """
-    return _quality(tables, _spectrum(tables, light))
+    found: Float64 = _quality(tables, _spectra(tables, light[None]))[0]
+    return found
 
 
 def curves(tables: SearchTables, light: Floats) -> Curves:
@@ -185,58 +186,87 @@ def curves(tables: SearchTables, light: Floats) -> Curves:
     -------
     Curves
     """
-    spectrum = _spectrum(tables, light)
-    product = spectrum @ tables.basis
-    first, second = product[:, 0], product[:, 1]
+    return curves_of(tables, light[None])[0]
+
+
+def curves_of(tables: SearchTables, lights: Floats) -> list[Curves]:
+    """Find the curves of several lights at once, in less time than one after another.
+
+    Parameters
+    ----------
+    tables : SearchTables
+        Targets and basis.
+    lights : (N, H, W) float
+        As `curves` takes them.
+
+    Returns
+    -------
+    list of Curves
+        One for each light.
+    """
+    spectra = _spectra(tables, lights)
+    first, second = _products_of(spectra, tables.basis)
     cosine, sine = tables.back_cosine, tables.back_sine
     extra = 1 + tables.lamps
     sums = _unfold(
-        cosine @ (first[:, :extra] + second[:, extra : 2 * extra]),
-        sine @ (second[:, :extra] - first[:, extra : 2 * extra]),
+        _back(cosine, first[..., :extra] + second[..., extra : 2 * extra]),
+        _back(sine, second[..., :extra] - first[..., extra : 2 * extra]),
     )
     start, stop = 2 * extra, 2 * extra + tables.even
-    even_p, even_q = cosine @ first[:, start:stop], sine @ second[:, start:stop]
-    odd_p, odd_q = cosine @ second[:, stop:], -(sine @ first[:, stop:])
+    even_p, even_q = _back(cosine, first[..., start:stop]), _back(sine, second[..., start:stop])
+    odd_p, odd_q = _back(cosine, second[..., stop:]), -_back(sine, first[..., stop:])
     same = _squares(even_p) + _squares(even_q) + _squares(odd_p) + _squares(odd_q)
     cross = 2 * (_products(even_p, even_q) + _products(odd_p, odd_q))
     if tables.paired:
         same += 2 * (_products(even_p, odd_p) + _products(even_q, odd_q))
         cross += 2 * (_products(even_p, odd_q) + _products(even_q, odd_p))
-    squared = _unfold(same[:, None], cross[:, None])[0]
-    return Curves(
-        quality=_quality(tables, spectrum),
-        mean=sums[0],
-        contrast=np.sqrt(np.maximum(squared, 0.0)),
-        lamps=sums[1:],
+    squared = _unfold(same[..., None], cross[..., None])[:, 0]
+    contrast = np.sqrt(np.maximum(squared, 0.0))
+    found = zip(_quality(tables, spectra), sums, contrast, strict=True)
+    return [Curves(quality, own[0], spread, own[1:]) for quality, own, spread in found]
+
+
+def _spectra(tables: SearchTables, lights: Floats) -> Float64:
+    """(M, 2, N, H) cosine and sine coefficients of the lights' rows."""
+    if lights.shape[1:] != tables.shape:
+        raise ValueError(f"light {lights.shape[1:]} does not fit {tables.shape}")
+    height, width = tables.shape
+    left, right = lights[..., : width // 2], lights[..., : width // 2 - 1 : -1]
+    spectra = np.empty((width // 2 + 1, 2, len(lights) * height))
+    spectra[:, 0] = tables.cosine.T @ (left + right).reshape(-1, width // 2).T
+    spectra[:, 1] = tables.sine.T @ (left - right).reshape(-1, width // 2).T
+    result: Float64 = spectra.reshape(*spectra.shape[:2], len(lights), height)
+    return result
+
+
+def _products_of(spectra: Float64, table: Float64) -> tuple[Float64, Float64]:
+    """(M, N, n) each: cosine and sine coefficients of the lights times a table's columns."""
+    order, _, lights, height = spectra.shape
+    product = spectra.reshape(order, 2 * lights, height) @ table
+    return product[:, :lights], product[:, lights:]
+
+
+def _back(waves: Float64, coefficients: Float64) -> Float64:
+    """(33, N, n) values at turns 0 to 180 deg of (M, N, n) coefficients."""
+    order, lights, count = coefficients.shape
+    return (waves @ coefficients.reshape(order, -1)).reshape(-1, lights, count)
+
+
+def _quality(tables: SearchTables, spectra: Float64) -> Float64:
+    first, second = _products_of(spectra, tables.targets)
+    count = tables.count
+    return _unfold(
+        _back(tables.back_cosine, first[..., :count] + second[..., count:]),
+        _back(tables.back_sine, second[..., :count] - first[..., count:]),
     )
 
 
-def _spectrum(tables: SearchTables, light: Floats) -> Float64:
-    """(M, 2, H) cosine and sine coefficients of the environment's rows."""
-    if light.shape != tables.shape:
-        raise ValueError(f"light {light.shape} does not fit {tables.shape}")
-    height, width = tables.shape
-    left, right = light[:, : width // 2], light[:, : width // 2 - 1 : -1]
-    spectrum = np.empty((width // 2 + 1, 2, height))
-    spectrum[:, 0] = tables.cosine.T @ (left + right).T
-    spectrum[:, 1] = tables.sine.T @ (left - right).T
-    return spectrum
-
-
-def _quality(tables: SearchTables, spectrum: Float64) -> Float64:
-    product = spectrum @ tables.targets
-    count = tables.count
-    even = product[:, 0, :count] + product[:, 1, count:]
-    odd = product[:, 1, :count] - product[:, 0, count:]
-    return _unfold(tables.back_cosine @ even, tables.back_sine @ odd)
-
-
 def _unfold(even: Float64, odd: Float64) -> Float64:
-    """(33, n) even and odd parts at turns 0 to 180 deg -> (n, 64) at all turns."""
-    full = np.empty((TURNS, even.shape[1]))
+    """(33, N, n) even and odd parts at turns 0 to 180 deg -> (N, n, 64) at all turns."""
+    full = np.empty((TURNS, *even.shape[1:]))
     np.add(even, odd, out=full[:_HALF])
     np.subtract(even[TURNS // 2 - 1 : 0 : -1], odd[TURNS // 2 - 1 : 0 : -1], out=full[_HALF:])
-    return full.T
+    return np.moveaxis(full, 0, -1)
 
 
 def _even(rows: Float64) -> Float64:
@@ -261,10 +291,10 @@ def _join(*parts: Float64) -> Float64:
 
 
 def _squares(values: Float64) -> Float64:
-    result: Float64 = np.einsum("kr,kr->k", values, values)
+    result: Float64 = np.einsum("kir,kir->ki", values, values)
     return result
 
 
 def _products(a: Float64, b: Float64) -> Float64:
-    result: Float64 = np.einsum("kr,kr->k", a, b)
+    result: Float64 = np.einsum("kir,kir->ki", a, b)
     return result

@@ -24,7 +24,7 @@ from app.core.probe.lights import Light, LightGrid, light_grid
 from app.core.probe.sky import SPREAD, direct_normal_lux
 from app.core.probe.sun import added_light
 from app.core.probe.sun_finder import find_sun, sun_core
-from app.core.probe.whatif import Choice, choose, given_up
+from app.core.probe.whatif import Choice, choices, choose, given_up
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -268,8 +268,8 @@ def _changes(
     ]
     if restoration is not None:
         trials += _restored(restoration, pack.header.environment)
-    for name, stops, extra in trials:
-        then = choose(pack, np.maximum(base + extra, 0.0), objective)
+    brighter = [np.maximum(base + extra, 0.0) for _, _, extra in trials]
+    for (name, stops, _), then in zip(trials, choices(pack, brighter, objective), strict=True):
         lost = given_up(then, turns)
         np.maximum(worst, lost, out=worst)
         np.minimum(least, np.where(lost > DOUBT, abs(stops), np.inf), out=least)

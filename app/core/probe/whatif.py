@@ -6,7 +6,7 @@ The choice is that of `app.core.solve`, for many lights at once and without refi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,18 +14,23 @@ from numpy.typing import NDArray
 from app.core.errors import EnvironmentFileError
 from app.core.peaks import best_index
 from app.core.reasons import EPSILON, MIN_STRENGTH
-from app.core.search import curves
+from app.core.search import curves_of
 from app.core.solve import match_and_strength
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     from app.core.pack import StylePack
+    from app.core.search import Curves
     from app.core.solve import Objective
 
-__all__ = ["Choice", "choose", "given_up"]
+__all__ = ["Choice", "choices", "choose", "given_up"]
 
 Bool: TypeAlias = NDArray[np.bool_]
 Float64: TypeAlias = NDArray[np.float64]
 Int64: TypeAlias = NDArray[np.int64]
+
+_AT_ONCE: Final = 16  # lights: few enough that their waves stay near the processor
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,10 +80,46 @@ def choose(
     EnvironmentFileError
         If the environment is black or not finite.
     """
+    return next(choices(pack, [light], objective))
+
+
+def choices(
+    pack: StylePack, lights: Sequence[NDArray[np.floating[Any]]], objective: Objective = "picture"
+) -> Iterator[Choice]:
+    """Find what decides the turns under each of several lights.
+
+    Parameters
+    ----------
+    pack : StylePack
+        Head and styles.
+    lights : sequence of (H, W, 3) or (H, W) float
+    objective : {"picture", "paper"}
+        As `choose` takes them.
+
+    Yields
+    ------
+    Choice
+        In the lights' order.
+
+    Raises
+    ------
+    EnvironmentFileError
+        As `choose`.
+    """
+    for start in range(0, len(lights), _AT_ONCE):
+        seen = [pack.seen(_of_mean_one(light)) for light in lights[start : start + _AT_ONCE]]
+        for found in curves_of(pack.tables, np.stack(seen)):
+            yield _choice(pack, found, objective)
+
+
+def _of_mean_one(light: NDArray[np.floating[Any]]) -> Float64:
     mean = float(np.mean(light, dtype=np.float64))
     if not np.isfinite(mean) or mean <= 0:
         raise EnvironmentFileError("The environment is black: there is no light to turn toward.")
-    found = curves(pack.tables, pack.seen(np.asarray(light, np.float64) / mean))
+    return np.asarray(light, np.float64) / mean
+
+
+def _choice(pack: StylePack, found: Curves, objective: Objective) -> Choice:
     if objective == "paper":
         return Choice(found.quality, np.ones(found.quality.shape, bool))
     match, whole, strength = match_and_strength(pack, found)

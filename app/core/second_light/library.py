@@ -13,8 +13,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import re
-import unicodedata
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
@@ -23,8 +21,14 @@ from app.core.paths import user_data
 from app.core.places.names import words_of
 from app.core.second_light.comparable import with_lux
 from app.core.second_light.lamp_file import read_lamp_file
+from app.core.second_light.lamp_names import (
+    clean_title,
+    free_name,
+    free_title,
+    title_key,
+    titles_of,
+)
 from app.core.second_light.lamp_store import (
-    MAX_TITLE,
     capture_named,
     capture_path,
     captures,
@@ -34,10 +38,8 @@ from app.core.second_light.lamp_store import (
     write_lamp,
     write_text,
 )
-from app.core.second_light.numbers import KINDS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
     from pathlib import Path
 
     from app.core.second_light.captured import CapturedLamp
@@ -64,9 +66,7 @@ CANNOT_READ: Final = "This lamp cannot be read. Its files are untouched."
 
 _MOST_LAMPS: Final = 500
 _TRASH: Final = "trash"
-_LONGEST: Final = 28
 _HELD_M: Final = (0.05, 20.0)
-_RESERVED: Final = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(-.*)?")  # on Windows
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,7 +165,7 @@ def list_lamps(folder: Path) -> tuple[tuple[LampEntry, ...], tuple[DamagedLamp, 
             entries.append(_entry(folder, name, *facts_of(folder, name)))
         except CoreError as error:
             damaged.append(DamagedLamp(folder / f"{name}.json", str(error)))
-    return tuple(sorted(entries, key=lambda each: _key(each.title))), tuple(damaged)
+    return tuple(sorted(entries, key=lambda each: title_key(each.title))), tuple(damaged)
 
 
 def read_lamp(folder: Path, name: str) -> CapturedLamp:
@@ -230,8 +230,8 @@ def add_lamp(folder: Path, lamp: CapturedLamp, title: str = "") -> CapturedLamp:
     CoreError
         If it cannot be written, or the title is empty or too long. Nothing counts then.
     """
-    wanted = _free_title(folder, _clean(title or lamp.title))
-    named = replace(lamp, name=_free_name(folder, wanted), title=wanted)
+    wanted = free_title(folder, clean_title(title or lamp.title))
+    named = replace(lamp, name=free_name(folder, wanted), title=wanted)
     write_lamp(folder, named)
     return named
 
@@ -254,7 +254,7 @@ def update_lamp(folder: Path, lamp: CapturedLamp) -> None:
     name = _find(folder, lamp.name)
     old = read_lamp(folder, name)
     write_lamp(_trash_folder(folder, name), old)
-    write_lamp(folder, replace(lamp, title=_clean(lamp.title)))
+    write_lamp(folder, replace(lamp, title=clean_title(lamp.title)))
     if checksum(old) != checksum(lamp):
         with contextlib.suppress(OSError):
             capture_named(folder, name, checksum(old)).unlink()
@@ -269,8 +269,8 @@ def rename_lamp(folder: Path, name: str, title: str) -> CapturedLamp:
         If another lamp is called so, or it cannot be read or written.
     """
     lamp = read_lamp(folder, name)
-    wanted = _clean(title)
-    if _key(wanted) in _titles(folder, without=lamp.name):
+    wanted = clean_title(title)
+    if title_key(wanted) in titles_of(folder, without=lamp.name):
         raise CoreError(f"There is already a lamp called “{wanted}”.", "Choose another name.")
     renamed = replace(lamp, title=wanted)
     write_text(folder, renamed)
@@ -376,9 +376,9 @@ def restore_lamp(folder: Path, trashed: TrashedLamp) -> CapturedLamp:
         If it is no longer in the trash, damaged, or cannot be written.
     """
     lamp = read_lamp(trashed.folder, trashed.name)
-    title = _free_title(folder, lamp.title)
+    title = free_title(folder, lamp.title)
     taken = lamp.name in names(folder)
-    back = replace(lamp, name=_free_name(folder, title) if taken else lamp.name, title=title)
+    back = replace(lamp, name=free_name(folder, title) if taken else lamp.name, title=title)
     write_lamp(folder, back)
     return back
 
@@ -401,66 +401,11 @@ def _find(folder: Path, wanted: str) -> str:
     there = names(folder)
     if wanted in there:
         return wanted
-    titles = _titles(folder)
-    if _key(wanted) in titles:
-        return titles[_key(wanted)]
+    titles = titles_of(folder)
+    if title_key(wanted) in titles:
+        return titles[title_key(wanted)]
     known = ", ".join(there) or "none yet"
     raise CoreError(f"There is no lamp {wanted!r} in the library.", f"There are: {known}.")
-
-
-def _titles(folder: Path, without: str = "") -> dict[str, str]:
-    """Names by title, as it is compared."""
-    titles = {}
-    for name in names(folder):
-        # A title that cannot be read cannot be met again either.
-        with contextlib.suppress(CoreError):
-            if name != without:
-                titles[_key(facts_of(folder, name)[0]["title"])] = name
-    return titles
-
-
-def _clean(title: str) -> str:
-    visible = "".join(letter if letter.isprintable() else " " for letter in title)
-    value = " ".join(visible.split())
-    if not value:
-        raise CoreError("The lamp needs a name.", "Type one.")
-    if len(value) > MAX_TITLE:
-        raise CoreError(f"This name is longer than {MAX_TITLE} characters.", "Shorten it.")
-    return value
-
-
-def _key(title: str) -> str:
-    return unicodedata.normalize("NFKC", title).casefold()
-
-
-def _free_title(folder: Path, title: str) -> str:
-    taken = _titles(folder)
-    if _key(title) not in taken:
-        return title
-    base = re.sub(r" \d{1,4}$", "", title)
-    return _first(
-        (f"{base[: MAX_TITLE - 5]} {count}" for count in range(2, 10_000)),
-        lambda candidate: _key(candidate) not in taken,
-    )
-
-
-def _free_name(folder: Path, title: str) -> str:
-    plain = unicodedata.normalize("NFKD", title).encode("ascii", "ignore").decode().lower()
-    base = re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:_LONGEST].strip("-") or "lamp"
-    if _RESERVED.fullmatch(base) or base in KINDS:
-        base = f"my-{base}"
-    taken = set(names(folder))
-    return _first(
-        (base if count == 1 else f"{base}-{count}" for count in range(1, 10_000)),
-        lambda candidate: candidate not in taken,
-    )
-
-
-def _first(candidates: Iterable[str], free: Callable[[str], bool]) -> str:
-    found = next((candidate for candidate in candidates if free(candidate)), None)
-    if found is None:
-        raise CoreError("There are too many lamps of this name.", "Choose another name.")
-    return found
 
 
 def _trash_folder(folder: Path, name: str) -> Path:

@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from app.core import sphere
 from app.core.angles import difference, wrap
 from app.core.colour import srgb_encode
-from app.core.simulation.scene_files import EYE_M, SKY_M, SceneFiles, Shot, level_pose, shown
+from app.core.simulation.scene_camera import PinholeCamera
+from app.core.simulation.scene_files import EYE_M, SceneFiles, Shot, level_pose, shown
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -103,41 +104,6 @@ class SceneView:
     from_panorama: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Camera:
-    """A pinhole camera in the world; see `level_pose` for its rotation."""
-
-    position: Float64
-    rotation: Float64
-    focal_px: float
-    size: tuple[int, int]
-
-    def smaller(self, by: float) -> _Camera:
-        """Return the same with fewer pixels; the edges stay within half of one."""
-        columns, rows = (max(round(n / by), 8) for n in self.size)
-        return _Camera(
-            self.position, self.rotation, self.focal_px * columns / self.size[0], (columns, rows)
-        )
-
-    def rays(self) -> Float32:
-        """(3, H W) float32: through the pixels' middles, in the camera's axes, of depth 1."""
-        columns, rows = self.size
-        x = (np.arange(columns) + 0.5 - columns / 2.0) / self.focal_px
-        y = (np.arange(rows) + 0.5 - rows / 2.0)[:, None] / self.focal_px
-        grid = [np.asarray(g, np.float32).ravel() for g in np.broadcast_arrays(x, y)]
-        return np.stack([*grid, np.ones(columns * rows, np.float32)])
-
-    def seen(self, points: Float32) -> tuple[Float32, Float32, Float32]:
-        """Put points of the world, (3, N), into the picture: column, row, inverse depth."""
-        turned = self.rotation.astype(np.float32)
-        shift = (self.rotation @ self.position).astype(np.float32)[:, None]
-        x, y, z = turned @ points - shift
-        inverse = np.where(z > 0.05, 1.0 / np.maximum(z, np.float32(0.05)), np.float32(0.0))
-        scale = inverse * np.float32(self.focal_px)
-        half = (np.float32(self.size[0] / 2.0), np.float32(self.size[1] / 2.0))
-        return x * scale + half[0], y * scale + half[1], inverse
-
-
 class SceneViews:
     """The demo location as any camera near the sitter sees it; for one thread.
 
@@ -204,12 +170,12 @@ class SceneViews:
         across = stand if not stand.away else replace(stand, turn_deg=stand.turn_deg + 180.0)
         heading = across.turn_deg + 180.0 + stand.aim_deg
         turned = sphere.rotation(heading, stand.pitch_deg, stand.roll_deg) @ _AXES
-        camera = _Camera(position, turned.T, lens.focal_px, lens.size)
+        camera = PinholeCamera(position, turned.T, lens.focal_px, lens.size)
         around = self._around(across, without)
         shots = [self._files.shot(*key) for key in self._chosen(across, lens, around, without)]
         light, missing = self._background(camera, shots, _BEYOND if stand.away else 1.0)
         if self._sitter:
-            facing = camera if not stand.away else _turned_round(camera)
+            facing = camera if not stand.away else camera.turned_round()
             self._add_sitter(light, facing, stand, self._around(stand, without))
         light *= np.float32(self._exposure(around))
         return SceneView(
@@ -263,13 +229,13 @@ class SceneViews:
     # -- the background ------------------------------------------------------------------------
 
     def _background(
-        self, camera: _Camera, shots: list[Shot], nearer: float
+        self, camera: PinholeCamera, shots: list[Shot], nearer: float
     ) -> tuple[Float32, float]:
         """Radiance, (H, W, 3), and the share that is from the panorama."""
         half = camera.smaller(2.0)
         near, far = self._depth(camera, half, shots, nearer)
         rays = half.rays()
-        places = [_world(half, rays, inverse) for inverse in (near, far)]
+        places = [half.world(rays, inverse) for inverse in (near, far)]
         left = np.ones(near.size, bool)
         used: list[tuple[Shot, Float32, Mask]] = []
         for shot in shots:
@@ -285,7 +251,7 @@ class SceneViews:
         return light, float(left.mean())
 
     def _depth(
-        self, camera: _Camera, half: _Camera, shots: list[Shot], nearer: float
+        self, camera: PinholeCamera, half: PinholeCamera, shots: list[Shot], nearer: float
     ) -> tuple[Float32, Float32]:
         """Inverse depth of each pixel of half the size; and with edges moved to what is behind."""
         coarse = camera.smaller(nearer * camera.focal_px / (_COARSE * self._files.focal_px / 2.0))
@@ -307,7 +273,7 @@ class SceneViews:
         """Find places in a view: columns and rows, and where it sees them."""
         position, rotation = level_pose(shot.turn_deg, shot.distance_m)
         rows, columns = shot.inverse.shape
-        camera = _Camera(position, rotation, self._files.focal_px / 2.0, (columns, rows))
+        camera = PinholeCamera(position, rotation, self._files.focal_px / 2.0, (columns, rows))
         maps = np.full((2, left.size), -9.0, np.float32)
         found = np.zeros(left.size, bool)
         for points in places:
@@ -325,7 +291,9 @@ class SceneViews:
             maps[0, at], maps[1, at], found[at] = x[good], y[good], True
         return maps * np.float32(2.0) + np.float32(0.5), found
 
-    def _from_panorama(self, light: Float32, points: Float32, left: Mask, half: _Camera) -> None:
+    def _from_panorama(
+        self, light: Float32, points: Float32, left: Mask, half: PinholeCamera
+    ) -> None:
         if not left.any():
             return
         shape = (half.size[1], half.size[0])
@@ -345,7 +313,7 @@ class SceneViews:
     def _add_sitter(
         self,
         light: Float32,
-        camera: _Camera,
+        camera: PinholeCamera,
         stand: Stand,
         around: list[tuple[float, float, float]],
     ) -> None:
@@ -355,7 +323,7 @@ class SceneViews:
             # As if the view had been taken at this turn: the sitter turns with the camera.
             position, rotation = level_pose(stand.turn_deg, ring)
             rows, columns = shot.inverse.shape
-            source = _Camera(position, rotation, self._files.focal_px / 2.0, (columns, rows))
+            source = PinholeCamera(position, rotation, self._files.focal_px / 2.0, (columns, rows))
             maps = _sitter_maps(camera.smaller(4.0), source, shot)
             size = (light.shape[1], light.shape[0])
             x, y = (cv2.resize(m, size, interpolation=cv2.INTER_LINEAR) * 2.0 + 0.5 for m in maps)
@@ -368,12 +336,9 @@ class SceneViews:
         light += total[..., :3]
 
 
-def _turned_round(camera: _Camera) -> _Camera:
-    """Return a camera of the same place and tilt that looks the other way."""
-    return replace(camera, rotation=camera.rotation @ np.diag([-1.0, 1.0, -1.0]))
-
-
-def _sitter_maps(camera: _Camera, source: _Camera, shot: Shot) -> tuple[Float32, Float32]:
+def _sitter_maps(
+    camera: PinholeCamera, source: PinholeCamera, shot: Shot
+) -> tuple[Float32, Float32]:
     """Where in a view's depth map the sitter's pixels are, for each pixel of a camera."""
     depth = _continued(np.where(shot.sitter, shot.inverse, np.float32(0.0)))
     rays = camera.rays()
@@ -381,7 +346,7 @@ def _sitter_maps(camera: _Camera, source: _Camera, shot: Shot) -> tuple[Float32,
     shift = float(np.linalg.norm(camera.position - source.position))
     sign = 1.0 if np.linalg.norm(camera.position[[0, 2]]) > shot.distance_m else -1.0
     for step in range(_STEPS):
-        x, y, _ = source.seen(_world(camera, rays, inverse))
+        x, y, _ = source.seen(camera.world(rays, inverse))
         x, y = x - np.float32(0.5), y - np.float32(0.5)
         if step + 1 < _STEPS:
             there = _sampled(depth, x, y, cv2.INTER_LINEAR)
@@ -399,14 +364,7 @@ def _sampled(image: NDArray[Any], x: Float32, y: Float32, how: int) -> NDArray[A
     return np.asarray(looked).ravel()[: x.size]
 
 
-def _world(camera: _Camera, rays: Float32, inverse: Float32) -> Float32:
-    """Places in the world, (3, N), of pixels whose inverse depth is known."""
-    back = camera.rotation.T.astype(np.float32)
-    points = back @ (rays / np.maximum(inverse, np.float32(1.0 / SKY_M)))
-    return np.asarray(points + camera.position.astype(np.float32)[:, None], np.float32)
-
-
-def _completed(inverse: Float32, camera: _Camera) -> Float32:
+def _completed(inverse: Float32, camera: PinholeCamera) -> Float32:
     """Fill what no point fell on: small gaps from beside, the floor, and the rest continued."""
     gaps = inverse <= 0.0
     if not gaps.any():
