@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 needs_llvm = pytest.mark.skipif(find_llvm() is None, reason="needs LLVM 16 or newer")
 
 
+@pytest.mark.slow
 @needs_llvm
 def test_a_small_head_is_baked_exported_and_solved_with(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]

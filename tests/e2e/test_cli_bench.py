@@ -73,6 +73,7 @@ def _nothing() -> Case:
     return Case("start.solve", lambda: None, lambda: None, "nothing", lambda: None, "nothing")
 
 
+@pytest.mark.slow
 def test_json(capsys: pytest.CaptureFixture[str], head: str, tmp_path: Path) -> None:
     kept = tmp_path / "new" / "kept"
     assert main(["bench", "--head", head, "--no-peers", "--json", "-o", str(kept)]) == 0
@@ -117,6 +118,7 @@ def test_table(
     ]
 
 
+@pytest.mark.slow
 def test_growth(
     capsys: pytest.CaptureFixture[str], head: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

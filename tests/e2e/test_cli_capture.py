@@ -128,6 +128,7 @@ def test_an_interrupted_capture_is_gone_on_with_to_its_end(scene: Path, tmp_path
     assert "finished already" in err
 
 
+@pytest.mark.slow
 def test_the_table_names_frames_times_and_file(scene: Path, tmp_path: Path) -> None:
     with camera(scene, "--model", "Z1", "--user", "THETAYN1", "--password", "12345678") as url:
         secret = tmp_path / "secret"
@@ -146,6 +147,7 @@ def test_the_table_names_frames_times_and_file(scene: Path, tmp_path: Path) -> N
     assert "12345678" not in (tmp_path / "a" / "session.json").read_text()
 
 
+@pytest.mark.slow
 def test_a_watched_folder_gives_the_bracket_that_comes(tmp_path: Path) -> None:
     light = read_environment(resources() / "demo" / "scenes" / "studio.exr").radiance
     metered = meter(light, THETA_V)

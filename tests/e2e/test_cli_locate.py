@@ -47,6 +47,7 @@ def panorama(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_jpeg(tmp_path_factory.mktemp("place") / "r0010.jpg", demo_panorama())
 
 
+@pytest.mark.slow
 def test_a_view_with_the_sitter(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     picture = cv2.imread(str(VIEWS / "view-080-180.webp"))
     assert picture is not None

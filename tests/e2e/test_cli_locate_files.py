@@ -18,6 +18,7 @@ from app.core.turning.heading import HeadingIndex
 from app.core.turning.views import Lens, look
 from tests.helpers.demo_place import demo_panorama
 from tests.helpers.photos import demo_index, photo_bytes
+from tests.helpers.quick import quick_first
 
 Bytes = NDArray[np.uint8]
 AT_DEG = 95.0
@@ -62,7 +63,7 @@ def check(found: dict[str, Any], within_deg: float = 0.3) -> None:
     assert found["roll_deg"] == pytest.approx(0.0, abs=2.0 * within_deg)
 
 
-@pytest.mark.parametrize("orientation", range(1, 9))
+@pytest.mark.parametrize("orientation", quick_first([6, 3, 1, 2, 4, 5, 7, 8]))
 def test_whichever_way_it_is_stored(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], orientation: int
 ) -> None:

@@ -17,6 +17,8 @@ from app import __version__
 
 ROOT = Path(__file__).resolve().parents[2]
 
+pytestmark = pytest.mark.slow
+
 
 def call(*command: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
     # Nothing of this run's own paths may help the installed program.

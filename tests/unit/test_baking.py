@@ -196,6 +196,7 @@ class TestWithMitsuba:
         hit = two[8:20, 8:16]
         assert hit.mean() < 0.9
 
+    @pytest.mark.slow
     def test_a_stopped_bake_goes_on_and_ends_the_same(self, tmp_path: Path) -> None:
         from app.core.baking.bake import Quality, bake
         from app.core.baking.scene import load_head

@@ -51,6 +51,7 @@ def run(file: Path, token: Token) -> Preintegrated:
     )
 
 
+@pytest.mark.slow
 def test_agrees_with_a_transport(ball: Path, tmp_path: Path) -> None:
     found = run(ball, Token())
     assert found.rows.shape == (2, 3, *SHAPE)

@@ -115,6 +115,7 @@ def test_lanes_have_the_same_random_numbers_in_all_variants(tmp_path: Path) -> N
     np.testing.assert_allclose(np.array(one)[2], np.array(two)[2], atol=1e-7)
 
 
+@pytest.mark.slow
 @needs_llvm
 def test_scalar_bakes_what_llvm_bakes(tmp_path: Path) -> None:
     write_obj(tmp_path / "sphere.obj", *sphere(2))
@@ -175,6 +176,7 @@ def test_scalar_follows_the_same_paths_on_a_head_with_eyes(tmp_path: Path) -> No
         np.testing.assert_allclose(scalar[name], llvm[name], rtol=0.02, atol=2e-3)
 
 
+@pytest.mark.slow
 def test_a_scalar_bake_reports_often_stops_at_once_and_goes_on(tmp_path: Path) -> None:
     write_obj(tmp_path / "sphere.obj", *sphere(1))
     stop = """

@@ -266,8 +266,11 @@ def test_test_runs_all_checks_and_pytest_last(
     assert ready.main(["test"]) == 1
     assert [command[1] for command in calls.commands] == ["ruff", "ruff", "mypy", "pytest"]
     assert "--check" in calls.commands[1]
-    assert "--cov" in calls.commands[-1]
+    assert "--cov" not in calls.commands[-1]
     assert calls.commands[-1][2:4] == ["-m", "not slow"]
+    ready.main(["test", "--coverage"])
+    assert "--cov" in calls.commands[-1]
+    assert "--coverage" not in calls.commands[-1]
 
 
 def test_all_tests_share_the_processors_and_some_of_them_do_not(

@@ -155,6 +155,7 @@ def test_the_room_outside_the_mask_gives_nothing() -> None:
     np.testing.assert_array_equal(lamp.light[truth], light[truth])
 
 
+@pytest.mark.slow
 def test_fine_captures_are_reduced_with_their_light() -> None:
     lamp = Lamp("disc", (0.02, 0.02), 30.0, 10.0)
     fine, truth = room(lamp, 0.01, shape=(1024, 2048))

@@ -19,6 +19,7 @@ from app.core.second_light.mask import edit_mask, find_mask
 from app.core.simulation.cameras import camera_named
 from app.core.sphere import directions
 from tests.helpers.dark_room import Lamp, bracket, coverage, overlap, phone, room
+from tests.helpers.quick import quick_first
 
 LAMPS = {
     "phone at 30 cm": phone(0.3),
@@ -36,7 +37,7 @@ LAMPS = {
 
 
 @pytest.mark.parametrize("share", [0.02, 0.1])
-@pytest.mark.parametrize("name", LAMPS)
+@pytest.mark.parametrize("name", quick_first(LAMPS))
 def test_lamps_among_walls_mirrors_and_highlights(name: str, share: float) -> None:
     light, truth = room(LAMPS[name], share, seed=len(name))
     random = np.random.default_rng(1)
@@ -87,7 +88,7 @@ CAPTURES = {
 
 
 @pytest.mark.parametrize("share", [0.02, 0.1])
-@pytest.mark.parametrize("name", CAPTURES)
+@pytest.mark.parametrize("name", quick_first(CAPTURES, 1))
 def test_whole_captures_with_noise_glow_and_jpeg(name: str, share: float, tmp_path: Path) -> None:
     lamp, camera, iso, stops = CAPTURES[name]
     light, truth = room(lamp, share, seed=5)

@@ -142,7 +142,7 @@ def test_one_texel_keeps_its_energy_anywhere(
     assert turned.min() >= 0.2499
 
 
-@pytest.mark.parametrize("shape", [(512, 1024), (1024, 2048)])
+@pytest.mark.parametrize("shape", [(512, 1024), pytest.param((1024, 2048), marks=pytest.mark.slow)])
 @pytest.mark.parametrize("turn", TURNS)
 def test_lamps_of_all_sizes_keep_their_energy(
     shape: tuple[int, int], turn: tuple[float, float, float]
