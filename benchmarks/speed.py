@@ -1,17 +1,14 @@
 """The tables of docs/speed.md, from what was kept in benchmarks/results.
 
-    turnlight bench -o benchmarks/results
-    turnlight bench --growth -o benchmarks/results
-    python benchmarks/speed.py
-
-Also copies the plots of growth to docs/images.
+turnlight bench -o benchmarks/results
+turnlight bench --growth -o benchmarks/results
+python benchmarks/speed.py
 """
 
 from __future__ import annotations
 
 import json
 import re
-import shutil
 from pathlib import Path
 from typing import Any
 
@@ -130,8 +127,6 @@ def filled(text: str) -> str:
 
 def main() -> None:
     PAGE.write_text(filled(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
-    for name in GROWN:
-        shutil.copy(RESULTS / f"growth-{name}.svg", ROOT / "docs" / "images")
 
 
 if __name__ == "__main__":

@@ -33,13 +33,12 @@ def test_the_page_has_the_kept_numbers(script: ModuleType) -> None:
     assert script.filled(text) == text
 
 
-def test_plots_are_those_kept(script: ModuleType) -> None:
+def test_plots_that_are_kept_are_shown(script: ModuleType) -> None:
     for name in script.GROWN:
         file = f"growth-{name}.svg"
-        shown = (ROOT / "docs" / "images" / file).read_text(encoding="utf-8")
-        assert shown == (RESULTS / file).read_text(encoding="utf-8")
+        shown = (RESULTS / file).read_text(encoding="utf-8")
         assert ElementTree.fromstring(shown).tag.endswith("svg")
-        assert f"images/{file}" in script.PAGE.read_text(encoding="utf-8")
+        assert f"../benchmarks/results/{file}" in script.PAGE.read_text(encoding="utf-8")
 
 
 def test_results_have_every_row_with_a_bar() -> None:
