@@ -167,7 +167,7 @@ def _files_of(file: Path, unit: float) -> HeadFiles:
     from app.core.baking.evaluation_tables import HeadFiles
 
     if not file.is_file():
-        raise HeadError(f"There is no head file {file}.")
+        raise HeadError(f"There is no head file {file}.", "Check the name and the folder.")
     eyes = file.with_name(f"{file.stem}-eyes.ply")
     return HeadFiles(file.stem, file, eyes if eyes.is_file() else None, unit)
 

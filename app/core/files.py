@@ -49,13 +49,17 @@ def check_target(path: Path | str) -> Path:
     if stat.S_ISDIR(mode):
         raise CoreError(f"Cannot write {target}: that is a folder.", "Give a file name.")
     if not stat.S_ISREG(mode):
-        raise CoreError(f"Cannot write {target}: that is not an ordinary file.")
+        raise CoreError(
+            f"Cannot write {target}: that is not an ordinary file.", "Give another file name."
+        )
     if not folder.is_dir():
         raise CoreError(
             f"Cannot write {target}: there is no folder {folder}.", "Make the folder first."
         )
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise CoreError(f"Cannot write {target}: the folder {folder} is not writable.")
+        raise CoreError(
+            f"Cannot write {target}: the folder {folder} is not writable.", "Choose another folder."
+        )
     return target
 
 

@@ -135,7 +135,10 @@ def normalised(light: Floats, shape: tuple[int, int]) -> tuple[Float64, float]:
     # The largest value first: sums of very large or small values may leave the number range.
     peak = float(values.max())
     if not np.isfinite(values).all() or peak <= 0:
-        raise EnvironmentFileError("The environment is black: there is no light to turn toward.")
+        raise EnvironmentFileError(
+            "The environment is black: there is no light to turn toward.",
+            "Expose longer, and measure the place again.",
+        )
     values = values / peak
     mean = float(luminance_of(values).mean())
     return values / mean, mean * peak

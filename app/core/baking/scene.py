@@ -28,6 +28,7 @@ _CROWN_MARGIN = 0.03
 _CUT_MARGIN = 0.03
 _EYES_BELOW_CROWN = 1.05
 _SYMMETRY = 1e-4
+_EXPORT = "Export the head again as .ply or .obj, with normals."
 _MAX_VERTICES = 2_000_000
 # Mitsuba takes RGB spectra up to 1 only; the medium's scale carries the rest (per millimetre).
 _DENSEST = 4.0
@@ -193,24 +194,26 @@ def _load_mesh(path: Path, unit_mm: float) -> Mesh:
     import mitsuba as mi
 
     if not path.is_file():
-        raise HeadError(f"There is no head file {path}.")
+        raise HeadError(f"There is no head file {path}.", "Check the name and the folder.")
     kind = path.suffix.lower().lstrip(".")
     if kind not in ("ply", "obj"):
-        raise HeadError(f"{path.name} is not a PLY or OBJ mesh.")
+        raise HeadError(f"{path.name} is not a PLY or OBJ mesh.", _EXPORT)
     try:
         loaded = mi.traverse(mi.load_dict({"type": kind, "filename": str(path)}))
     except (RuntimeError, ValueError) as error:
-        raise HeadError(f"{path.name} is damaged or not a mesh that can be read.") from error
+        raise HeadError(
+            f"{path.name} is damaged or not a mesh that can be read.", _EXPORT
+        ) from error
     vertices = np.array(loaded["vertex_positions"], np.float32).reshape(-1, 3)
     faces = np.array(loaded["faces"], np.uint32).reshape(-1, 3)
     if not 0 < len(vertices) <= _MAX_VERTICES or len(faces) == 0:
-        raise HeadError(f"{path.name} holds no usable mesh.")
+        raise HeadError(f"{path.name} holds no usable mesh.", _EXPORT)
     if not np.isfinite(vertices).all():
-        raise HeadError(f"{path.name} holds coordinates that are not numbers.")
+        raise HeadError(f"{path.name} holds coordinates that are not numbers.", _EXPORT)
     vertices = vertices * np.float32(unit_mm / MILLIMETRES_PER_UNIT)
     normals = np.array(loaded["vertex_normals"], np.float32).reshape(-1, 3)
     if normals.shape != vertices.shape or not np.isfinite(normals).all():
-        raise HeadError(f"{path.name} has no usable normals.")
+        raise HeadError(f"{path.name} has no usable normals.", _EXPORT)
     colours = None
     if "vertex_color" in loaded:
         colours = np.array(loaded["vertex_color"], np.float32).reshape(-1, 3)

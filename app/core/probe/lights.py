@@ -172,7 +172,10 @@ def find_lights(merged: Merged, grid: LightGrid | None = None) -> tuple[Light, .
     grid = light_grid(merged) if grid is None else grid
     total = grid.total
     if not total > 0:
-        raise ProbeError("The panorama is black: there is no light in it.")
+        raise ProbeError(
+            "The panorama is black: there is no light in it.",
+            "Take off what covers the lens, or expose longer.",
+        )
     labels, count = _regions(grid, total)
     if count == 0:
         return ()

@@ -254,7 +254,10 @@ def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
     source = oiio.ImageInput.open(str(path))
     if source is None:
         oiio.geterror()
-        raise ProbeError(f"The mask {path.name} is not a picture that can be read.")
+        raise ProbeError(
+            f"The mask {path.name} is not a picture that can be read.",
+            "Save it as a PNG, white where something is to be filled.",
+        )
     try:
         spec = source.spec()
         if spec.width != 2 * spec.height or not 2 <= spec.width <= _WIDEST:

@@ -115,7 +115,10 @@ def choices(
 def _of_mean_one(light: NDArray[np.floating[Any]]) -> Float64:
     mean = float(np.mean(light, dtype=np.float64))
     if not np.isfinite(mean) or mean <= 0:
-        raise EnvironmentFileError("The environment is black: there is no light to turn toward.")
+        raise EnvironmentFileError(
+            "The environment is black: there is no light to turn toward.",
+            "Expose longer, and measure the place again.",
+        )
     return np.asarray(light, np.float64) / mean
 
 

@@ -155,7 +155,10 @@ def at_distance(lamp: CapturedLamp, distance_m: float) -> CapturedLamp:
         brighter, and how large cannot be told from one capture.
     """
     if not (math.isfinite(distance_m) and distance_m > 0.0):
-        raise CoreError(f"{distance_m:g} m is no distance of a lamp.")
+        raise CoreError(
+            f"{distance_m:g} m is no distance of a lamp.",
+            "Measure from the camera to the lamp, in metres.",
+        )
     if lamp.distance_m is None:
         return replace(lamp, distance_m=distance_m)
     if abs(distance_m - lamp.distance_m) > _SAME_DISTANCE * lamp.distance_m:
