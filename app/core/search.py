@@ -215,7 +215,8 @@ def curves_of(tables: SearchTables, lights: Floats) -> list[Curves]:
     start, stop = 2 * extra, 2 * extra + tables.even
     even_p, even_q = _back(cosine, first[..., start:stop]), _back(sine, second[..., start:stop])
     odd_p, odd_q = _back(cosine, second[..., stop:]), -_back(sine, first[..., stop:])
-    same = _squares(even_p) + _squares(even_q) + _squares(odd_p) + _squares(odd_q)
+    same = _products(even_p, even_p) + _products(even_q, even_q)
+    same += _products(odd_p, odd_p) + _products(odd_q, odd_q)
     cross = 2 * (_products(even_p, even_q) + _products(odd_p, odd_q))
     if tables.paired:
         same += 2 * (_products(even_p, odd_p) + _products(even_q, odd_q))
@@ -227,7 +228,7 @@ def curves_of(tables: SearchTables, lights: Floats) -> list[Curves]:
 
 
 def _spectra(tables: SearchTables, lights: Floats) -> Float64:
-    """(M, 2, N, H) cosine and sine coefficients of the lights' rows."""
+    """(M, 2 N, H) cosine coefficients of the lights' rows, then their sine coefficients."""
     if lights.shape[1:] != tables.shape:
         raise ValueError(f"light {lights.shape[1:]} does not fit {tables.shape}")
     height, width = tables.shape
@@ -235,14 +236,14 @@ def _spectra(tables: SearchTables, lights: Floats) -> Float64:
     spectra = np.empty((width // 2 + 1, 2, len(lights) * height))
     spectra[:, 0] = tables.cosine.T @ (left + right).reshape(-1, width // 2).T
     spectra[:, 1] = tables.sine.T @ (left - right).reshape(-1, width // 2).T
-    result: Float64 = spectra.reshape(*spectra.shape[:2], len(lights), height)
+    result: Float64 = spectra.reshape(-1, 2 * len(lights), height)
     return result
 
 
 def _products_of(spectra: Float64, table: Float64) -> tuple[Float64, Float64]:
     """(M, N, n) each: cosine and sine coefficients of the lights times a table's columns."""
-    order, _, lights, height = spectra.shape
-    product = spectra.reshape(order, 2 * lights, height) @ table
+    product = spectra @ table
+    lights = spectra.shape[1] // 2
     return product[:, :lights], product[:, lights:]
 
 
@@ -266,7 +267,7 @@ def _unfold(even: Float64, odd: Float64) -> Float64:
     full = np.empty((TURNS, *even.shape[1:]))
     np.add(even, odd, out=full[:_HALF])
     np.subtract(even[TURNS // 2 - 1 : 0 : -1], odd[TURNS // 2 - 1 : 0 : -1], out=full[_HALF:])
-    return np.moveaxis(full, 0, -1)
+    return full.transpose(1, 2, 0)
 
 
 def _even(rows: Float64) -> Float64:
@@ -290,11 +291,8 @@ def _join(*parts: Float64) -> Float64:
     return np.ascontiguousarray(np.concatenate(parts, axis=2))
 
 
-def _squares(values: Float64) -> Float64:
-    result: Float64 = np.einsum("kir,kir->ki", values, values)
-    return result
-
-
 def _products(a: Float64, b: Float64) -> Float64:
-    result: Float64 = np.einsum("kir,kir->ki", a, b)
-    return result
+    """(33, N): sums of products of two (33, N, n) along their last axis."""
+    size = a.shape[-1]
+    result: Float64 = np.einsum("kr,kr->k", a.reshape(-1, size), b.reshape(-1, size))
+    return result.reshape(a.shape[:-1])
