@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import re
-import unicodedata
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
@@ -27,9 +25,10 @@ from app.core.painting.user_style import (
 )
 from app.core.style_file import is_painted, read_painted, read_toml
 from app.core.styles import NAMES
+from app.core.titles import names_like, title_key, titles_like
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Iterator
     from pathlib import Path
 
     from app.core.painting.canvas import Canvas
@@ -53,8 +52,6 @@ CANNOT_READ: Final = "This style cannot be read. Its file is untouched."
 
 _MAX_STYLES: Final = 100  # their weights are held in memory, 1.3 MB each
 _TRASH: Final = "trash"
-_LONGEST: Final = 28
-_RESERVED: Final = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(-.*)?")  # on Windows
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,7 +257,7 @@ def rename(folder: Path, style: UserStyle, title: str) -> UserStyle:
         If another style is called so, or it cannot be written.
     """
     wanted = clean_text(title, "title")
-    if _key(wanted) in _titles(folder, without=style.name):
+    if title_key(wanted) in _titles(folder, without=style.name):
         raise StyleError(f"There is already a style called “{wanted}”.", "Choose another name.")
     renamed = replace(style, title=wanted)
     write_user_style(folder, renamed)
@@ -349,39 +346,22 @@ def _titles(folder: Path, without: str = "") -> set[str]:
         # A title that cannot be read cannot be met again either.
         with contextlib.suppress(StyleError):
             if file.stem != without:
-                titles.add(_key(read_painted(file).title))
+                titles.add(title_key(read_painted(file).title))
     return titles
-
-
-def _key(title: str) -> str:
-    return unicodedata.normalize("NFKC", title).casefold()
 
 
 def _free_title(folder: Path, title: str) -> str:
     taken = _titles(folder)
-    if _key(title) not in taken:
-        return title
-    # "My Rembrandt 2" is followed by "My Rembrandt 3".
-    base = re.sub(r" \d{1,4}$", "", title)
-    return _first(
-        (f"{base[: MAX_TITLE - 5]} {number}" for number in range(2, 10_000)),
-        lambda candidate: _key(candidate) not in taken,
-    )
+    return _first(each for each in titles_like(title, MAX_TITLE) if title_key(each) not in taken)
 
 
 def _free_name(folder: Path, title: str) -> str:
-    plain = unicodedata.normalize("NFKD", title).encode("ascii", "ignore").decode().lower()
-    base = re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:_LONGEST].strip("-") or "style"
-    if _RESERVED.fullmatch(base) or base in NAMES:
-        base = f"my-{base}"
-    return _first(
-        (base if number == 1 else f"{base}-{number}" for number in range(1, 10_000)),
-        lambda candidate: not text_path(folder, candidate).exists(),
-    )
+    names = names_like(title, "style", NAMES)
+    return _first(each for each in names if not text_path(folder, each).exists())
 
 
-def _first(candidates: Iterable[str], free: Callable[[str], bool]) -> str:
-    found = next((candidate for candidate in candidates if free(candidate)), None)
+def _first(free: Iterator[str]) -> str:
+    found = next(free, None)
     if found is None:
         raise StyleError("There are too many styles of this name.", "Choose another name.")
     return found

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import contextlib
-import re
-import unicodedata
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from app.core.errors import CoreError
 from app.core.second_light.lamp_store import MAX_TITLE, facts_of, names
 from app.core.second_light.numbers import KINDS
+from app.core.titles import names_like, title_key, titles_like
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Iterator
     from pathlib import Path
 
-__all__ = ["clean_title", "free_name", "free_title", "title_key", "titles_of"]
-
-_LONGEST: Final = 28
-_RESERVED: Final = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(-.*)?")  # on Windows
+__all__ = ["clean_title", "free_name", "free_title", "titles_of"]
 
 
 def clean_title(title: str) -> str:
@@ -36,11 +32,6 @@ def clean_title(title: str) -> str:
     if len(value) > MAX_TITLE:
         raise CoreError(f"This name is longer than {MAX_TITLE} characters.", "Shorten it.")
     return value
-
-
-def title_key(title: str) -> str:
-    """Return what of a title is compared: titles of one key look alike."""
-    return unicodedata.normalize("NFKC", title).casefold()
 
 
 def titles_of(folder: Path, without: str = "") -> dict[str, str]:
@@ -71,13 +62,7 @@ def free_title(folder: Path, title: str) -> str:
         If thousands bear it already.
     """
     taken = titles_of(folder)
-    if title_key(title) not in taken:
-        return title
-    base = re.sub(r" \d{1,4}$", "", title)
-    return _first(
-        (f"{base[: MAX_TITLE - 5]} {count}" for count in range(2, 10_000)),
-        lambda candidate: title_key(candidate) not in taken,
-    )
+    return _first(each for each in titles_like(title, MAX_TITLE) if title_key(each) not in taken)
 
 
 def free_name(folder: Path, title: str) -> str:
@@ -88,19 +73,12 @@ def free_name(folder: Path, title: str) -> str:
     CoreError
         If thousands bear it already.
     """
-    plain = unicodedata.normalize("NFKD", title).encode("ascii", "ignore").decode().lower()
-    base = re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:_LONGEST].strip("-") or "lamp"
-    if _RESERVED.fullmatch(base) or base in KINDS:
-        base = f"my-{base}"
     taken = set(names(folder))
-    return _first(
-        (base if count == 1 else f"{base}-{count}" for count in range(1, 10_000)),
-        lambda candidate: candidate not in taken,
-    )
+    return _first(each for each in names_like(title, "lamp", KINDS) if each not in taken)
 
 
-def _first(candidates: Iterable[str], free: Callable[[str], bool]) -> str:
-    found = next((candidate for candidate in candidates if free(candidate)), None)
+def _first(free: Iterator[str]) -> str:
+    found = next(free, None)
     if found is None:
         raise CoreError("There are too many lamps of this name.", "Choose another name.")
     return found

@@ -21,13 +21,7 @@ from app.core.paths import user_data
 from app.core.places.names import words_of
 from app.core.second_light.comparable import with_lux
 from app.core.second_light.lamp_file import read_lamp_file
-from app.core.second_light.lamp_names import (
-    clean_title,
-    free_name,
-    free_title,
-    title_key,
-    titles_of,
-)
+from app.core.second_light.lamp_names import clean_title, free_name, free_title, titles_of
 from app.core.second_light.lamp_store import (
     capture_named,
     capture_path,
@@ -38,6 +32,7 @@ from app.core.second_light.lamp_store import (
     write_lamp,
     write_text,
 )
+from app.core.titles import title_key
 
 if TYPE_CHECKING:
     from pathlib import Path
