@@ -46,6 +46,12 @@ def test_offered_turns_are_good_in_the_place_itself() -> None:
     assert np.mean(shares >= 0.90) >= 0.95
 
 
+def test_the_truth_has_next_to_no_noise() -> None:
+    """No more than 0.5 % of the match, by two pictures of every turn."""
+    for spot in _read("truth-in-place.json")["spots"]:
+        assert 0.0 < spot["match_noise_share"] <= 0.005, spot["spot"]
+
+
 def test_the_summary_is_of_the_rows() -> None:
     found = _read("truth-in-place.json")["summary"]
     for objective in (DEFAULT, OTHER):
