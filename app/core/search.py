@@ -234,8 +234,8 @@ def _spectra(tables: SearchTables, lights: Floats) -> Float64:
     height, width = tables.shape
     left, right = lights[..., : width // 2], lights[..., : width // 2 - 1 : -1]
     spectra = np.empty((width // 2 + 1, 2, len(lights) * height))
-    spectra[:, 0] = tables.cosine.T @ (left + right).reshape(-1, width // 2).T
-    spectra[:, 1] = tables.sine.T @ (left - right).reshape(-1, width // 2).T
+    np.matmul(tables.cosine.T, (left + right).reshape(-1, width // 2).T, out=spectra[:, 0])
+    np.matmul(tables.sine.T, (left - right).reshape(-1, width // 2).T, out=spectra[:, 1])
     result: Float64 = spectra.reshape(-1, 2 * len(lights), height)
     return result
 
