@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from app.core.angles import TURNS
-from app.core.search import build_tables, curves, quality_curves
+from app.core.search import build_tables, curves, curves_of, quality_curves
 from app.core.search_basis import build_basis
 from app.core.search_light import find_colours, seen_light
 from app.core.transport import Transport, render
@@ -55,6 +55,20 @@ def test_curves_are_the_plain_sums(seed: int, shape: tuple[int, int]) -> None:
         assert found.mean[turn] == pytest.approx((mean * turned).sum(), abs=1e-9)
         contrast = np.linalg.norm((basis * turned).sum(axis=(1, 2)))
         assert found.contrast[turn] == pytest.approx(contrast, rel=1e-9, abs=1e-6)
+
+
+@pytest.mark.parametrize("paired", [False, True])
+def test_many_lights_at_once_are_as_each_by_itself(paired: bool) -> None:
+    shape = (16, 32)
+    rows, lights = _rows(3, 4, shape), np.abs(_rows(4, 5, shape))
+    even, odd = _parts(rows)
+    tables = build_tables(rows, rows[0], even, odd, paired=paired, lamps=rows[2:])
+    for light, found in zip(lights, curves_of(tables, lights), strict=True):
+        alone = curves(tables, light)
+        for name in ("quality", "mean", "contrast", "lamps"):
+            one, other = getattr(found, name), getattr(alone, name)
+            assert one.shape == other.shape
+            np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9 * np.abs(other).max())
 
 
 def test_rows_of_pure_parity_need_no_partner() -> None:

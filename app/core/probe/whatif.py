@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.errors import EnvironmentFileError
+from app.core.light_table import normalised
 from app.core.peaks import best_index
 from app.core.reasons import EPSILON, MIN_STRENGTH
 from app.core.search import curves_of
@@ -107,19 +107,10 @@ def choices(
         As `choose`.
     """
     for start in range(0, len(lights), _AT_ONCE):
-        seen = [pack.seen(_of_mean_one(light)) for light in lights[start : start + _AT_ONCE]]
+        some = lights[start : start + _AT_ONCE]
+        seen = [pack.seen(normalised(light, pack.header.environment)[0]) for light in some]
         for found in curves_of(pack.tables, np.stack(seen)):
             yield _choice(pack, found, objective)
-
-
-def _of_mean_one(light: NDArray[np.floating[Any]]) -> Float64:
-    mean = float(np.mean(light, dtype=np.float64))
-    if not np.isfinite(mean) or mean <= 0:
-        raise EnvironmentFileError(
-            "The environment is black: there is no light to turn toward.",
-            "Expose longer, and measure the place again.",
-        )
-    return np.asarray(light, np.float64) / mean
 
 
 def _choice(pack: StylePack, found: Curves, objective: Objective) -> Choice:
