@@ -1,23 +1,25 @@
 """The command line: which commands there are, and what becomes of their errors.
 
-Exit codes: 0 done, 2 bad usage or input (one sentence on stderr), 3 a camera or the network
-fails, 130 interrupted. Answers go to stdout, everything else to stderr, so ``--json`` leaves
-exactly one JSON object on stdout.
+Exit codes: 0 done, 2 bad usage or input, or a full disk (one sentence on stderr), 3 a camera or
+the network fails, 130 interrupted. Answers go to stdout, everything else to stderr, so ``--json``
+leaves exactly one JSON object on stdout.
 """
 
 from __future__ import annotations
 
 import argparse
 import importlib
-import io
 import os
+import re
 import sys
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn
 
 from app import __version__
+from app.commands.streams import one_line, plain_streams
 from app.core.errors import Cancelled, CoreError
-from app.devices.errors import DeviceError
+from app.devices.errors import DISK, DeviceError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -52,7 +54,7 @@ class _Parser(argparse.ArgumentParser):
     """A parser whose errors are one sentence, without the usage in front."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(_BAD_INPUT, f"{self.prog}: {message} (see {self.prog} --help)\n")
+        self.exit(_BAD_INPUT, f"{self.prog}: {one_line(message)} (see {self.prog} --help)\n")
 
 
 def build_parser(command: str | None = None) -> argparse.ArgumentParser:
@@ -104,42 +106,76 @@ def main(argv: Sequence[str] | None = None) -> int:
         Exit code: 0 done, 2 bad usage or input, 3 device or network failure, 130
         interrupted.
     """
+    if argv is None and not sys.warnoptions:
+        # Libraries' remarks on odd numbers are for who writes programs.
+        warnings.simplefilter("ignore")
     arguments = list(sys.argv[1:] if argv is None else argv)
-    _prepare_streams()
+    with plain_streams(quiet=_command_in(arguments) is not None):
+        return _run(arguments)
+
+
+def _run(arguments: list[str]) -> int:
     try:
         code = _dispatch(arguments)
         # A reader that has gone away must show here, not while the interpreter ends.
         sys.stdout.flush()
-    except SystemExit as stop:
-        return stop.code if isinstance(stop.code, int) else _BAD_INPUT
     except KeyboardInterrupt:
-        print("Stopped.", file=sys.stderr)
-        return _INTERRUPTED
+        return _stopped()
     except Cancelled as error:
         print(f"Stopped. {error.hint}".rstrip(), file=sys.stderr)
         return _INTERRUPTED
     except CoreError as error:
-        print(f"turnlight: {error}", file=sys.stderr)
-        return _BAD_INPUT
+        return _told(str(error), _BAD_INPUT)
     except DeviceError as error:
-        print(f"turnlight: {error}", file=sys.stderr)
-        return _DEVICE
+        return _told(str(error), _BAD_INPUT if error.code in DISK else _DEVICE)
     except BrokenPipeError:
-        _discard_output()
         return _DONE
     except OSError as error:
-        print(f"turnlight: {_sentence(error)}", file=sys.stderr)
-        return _BAD_INPUT
+        return _told(_sentence(error), _BAD_INPUT)
+    except Exception as error:
+        # Ctrl-C in the import of a library in C ends as an error of that library's.
+        if not _was_interrupted(error):
+            raise
+        return _stopped()
+    return code
+
+
+def _was_interrupted(error: BaseException | None) -> bool:
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
+
+
+def _stopped() -> int:
+    print("Stopped.", file=sys.stderr)
+    return _INTERRUPTED
+
+
+def _told(sentence: str, code: int) -> int:
+    print(f"turnlight: {one_line(sentence)}", file=sys.stderr)
     return code
 
 
 def _dispatch(arguments: list[str]) -> int:
+    try:
+        return _obey(arguments)
+    except SystemExit as stop:
+        return stop.code if isinstance(stop.code, int) else _BAD_INPUT
+
+
+def _obey(arguments: list[str]) -> int:
     command = _command_in(arguments)
     if command != "bake":
         # The products here are small: waking a second BLAS thread costs more than it brings, and
         # on a busy machine very much more. It must be said before numpy is imported.
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # Its warnings about damaged files would stand before our sentence.
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
     parser = build_parser(command)
+    empty = next((word[:-3] for word in arguments if re.fullmatch(r"--[^=]+=--", word)), None)
+    if empty is not None:
+        # Python 3.11 makes an empty list of it.
+        parser.error(f"argument {empty}: expected a value")
     args = parser.parse_args(arguments)
     if args.command is None:
         return _open_window(parser, args)
@@ -178,25 +214,6 @@ def _open_window(parser: argparse.ArgumentParser, args: argparse.Namespace) -> i
     from app.desktop import Wishes, start
 
     return start(Wishes(args.demo, args.screenshots, args.theme, args.scale))
-
-
-def _prepare_streams() -> None:
-    """Write UTF-8 where the system's own encoding cannot carry degree signs and names."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            encoding = None if stream.isatty() else "utf-8"
-            stream.reconfigure(encoding=encoding, errors="replace")
-
-
-def _discard_output() -> None:
-    """Point stdout at nothing, so that the interpreter's last flush cannot fail again."""
-    try:
-        descriptor = sys.stdout.fileno()
-    except (OSError, ValueError):
-        return
-    nothing = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nothing, descriptor)
-    os.close(nothing)
 
 
 def _sentence(error: OSError) -> str:

@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from app.core.environment import Environment, read_environment, reduce  # noqa: E402
-from app.core.files import atomic_write, atomic_write_text  # noqa: E402
+from app.core.files import atomic_write_text  # noqa: E402
 from app.core.images import write_png  # noqa: E402
 from app.core.pack import load_named_pack  # noqa: E402
 from app.core.sheet.canvas import Canvas  # noqa: E402
@@ -115,7 +115,7 @@ def main() -> None:
     images = args.o.parent / "images"
     images.mkdir(exist_ok=True)
     sheet = contact_sheet(solved)
-    atomic_write(images / "calibration.png", lambda path: write_png(path, sheet))
+    write_png(images / "calibration.png", sheet)
     print(table(solved))
 
 

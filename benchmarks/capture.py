@@ -53,7 +53,7 @@ PARTS: tuple[tuple[str, Any, str], ...] = (
     ("aligning", measuring, "_align"),
     ("merging", measuring, "merge"),
     ("lamps, audit", measuring, "_finished"),
-    ("writing", machine, "atomic_write"),
+    ("writing", machine, "write_exr"),
 )
 
 

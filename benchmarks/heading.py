@@ -5,7 +5,6 @@ that do not belong together, all disturbed as by a phone; with the field of view
 
     python benchmarks/heading.py [--scenes FOLDER] [--count N] [--wrong N] [-o docs/heading.json]
         [--page docs/heading.md]
-    python benchmarks/heading.py --fit     (the numbers of app/core/turning/confidence.py)
 """
 
 from __future__ import annotations
@@ -15,7 +14,6 @@ import itertools
 import json
 import math
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,21 +22,13 @@ import numpy as np
 
 from heading_cases import (  # isort: skip
     LOCATION, SHARED, Case, crop_cases, cut_out, demo_spots, demo_views, learnt, location,
-    location_cases, nothing_cases, scenes, shipped_cases,
+    location_cases, nothing_cases, scenes,
 )  # fmt: skip
 from heading_turn import turn_rows, turn_table  # isort: skip
 
 from app.core.angles import difference
 from app.core.files import atomic_write_text
-from app.core.turning.confidence import (
-    LEAST_CONFIDENCE,
-    SET_WEIGHTS,
-    Evidence,
-    deviation_deg,
-    objections,
-    signs,
-    trust,
-)
+from app.core.turning.confidence import LEAST_CONFIDENCE, trust
 from app.core.turning.heading import Found, HeadingIndex, Sight, compare, find_heading, see
 from app.core.turning.headings import offset_angle
 
@@ -47,7 +37,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-TRAIN, TEST = 1, 2  # seeds
+TEST = 2  # seed
 HARDER = 2.5
 OTHERS = 3
 MARKS = ("<!-- table: benchmarks/heading.py -->", "<!-- end of table -->")
@@ -259,57 +249,6 @@ def _table(rows: Rows, hard: Rows, places: int) -> dict[str, Any]:
     }
 
 
-def fit(count: int) -> dict[str, Any]:
-    """Fit the numbers of the confidence: bundled scenes, pictures of the seed `TRAIN`."""
-    chance = np.random.default_rng(TRAIN)
-    lights, light = scenes(None), location()
-    maps = learnt({**lights, LOCATION: light})
-    views, rows = demo_views(light), Rows()
-    for case in _hard_cases(views, lights, chance, count):
-        sight = see(case.picture)
-        hard_questions(rows, case, sight, maps[case.place], chance)
-        ask_wrongly(rows, case, sight, maps, chance)
-    for case in shipped_cases():
-        found = compare(see(case.picture), maps[LOCATION], case.fov_deg)
-        for _ in range(2):  # they are few, and nothing about them should be in doubt
-            rows.add("shipped", case, found)
-    spots = demo_spots()
-    maps = learnt(spots)
-    for case in crop_cases(spots, chance, count):
-        ask_from_afar(rows, case, maps, chance)
-    posed = [(row["evidence"], row["off"] <= 3.0) for row in rows.rows if "evidence" in row]
-    return greatest_likelihood(posed)
-
-
-def greatest_likelihood(posed: list[tuple[Evidence, bool]]) -> dict[str, Any]:
-    """Weights that make what happened most likely; kept from extremes by a wide prior."""
-    from scipy.optimize import minimize
-    from scipy.special import erf, expit
-
-    posed = [(e, right) for e, right in posed if trust(replace(e, zoom=1.0)) > 0.0 and e.zoom > 0.8]
-    told = np.array([signs(e) for e, _ in posed])
-    fitted = told[:, [0, 3, 4, 5]]
-    scale = np.array([1.0, *fitted[:, 1:].std(axis=0)])
-    given = told[:, 1:3] @ np.array(SET_WEIGHTS) - [objections(e) for e, _ in posed]
-    error = np.array([deviation_deg(e) for e, _ in posed])
-    right = np.array([r for _, r in posed])
-
-    def loss(x: NDArray[np.float64]) -> float:
-        close = erf(3.0 / (math.sqrt(2.0) * np.exp(x[-1]) * error))
-        p = np.clip(close * expit(fitted / scale @ x[:-1] + given), 1e-4, 1 - 1e-4)
-        likely = np.where(right, np.log(p), np.log(1.0 - p)).sum()
-        return float(-likely + 0.1 * (x[1:-1] ** 2).sum() + 2.0 * x[-1] ** 2)
-
-    best = minimize(loss, np.zeros(5), method="BFGS").x
-    constant, *others = (round(float(w), 2) for w in best[:-1] / scale)
-    return {
-        "rows": len(posed),
-        "wrong": int((~right).sum()),
-        "weights": [constant, *SET_WEIGHTS, *others],
-        "error_factor": round(math.exp(float(best[-1])), 2),
-    }
-
-
 def markdown(values: dict[str, Any]) -> str:
     """The tables of docs/heading.md."""
     lines = [
@@ -369,12 +308,11 @@ def main() -> None:
     parser.add_argument("--scenes", type=Path, default=SHARED)
     parser.add_argument("--count", type=int, default=216, help="pictures of each kind")
     parser.add_argument("--wrong", type=int, default=2000, help="pairs that do not belong together")
-    parser.add_argument("--fit", action="store_true", help="fit the confidence instead")
     parser.add_argument("-o", "--output", type=Path)
     parser.add_argument("--page", type=Path, help="docs/heading.md, whose tables are replaced")
     args = parser.parse_args()
     cv2.setNumThreads(2)
-    result = fit(args.count) if args.fit else measure(args.scenes, args.count, args.wrong)
+    result = measure(args.scenes, args.count, args.wrong)
     text = json.dumps(result, indent=1)
     print(text)
     if args.output:

@@ -123,15 +123,6 @@ def location_cases(
         yield Case(picture, LOCATION, seen.heading_deg, fov, seen.sitter_deg)
 
 
-def shipped_cases() -> Iterator[Case]:
-    """Every fourth of the location's views as they are."""
-    for metres in (120, 180, 250):
-        for turn in range(0, 360, 20):
-            file = resources() / "demo" / "location" / "views" / f"view-{turn:03d}-{metres}.webp"
-            picture = cv2.imdecode(np.fromfile(file, np.uint8), cv2.IMREAD_COLOR_RGB)
-            yield Case(np.asarray(picture, np.uint8), LOCATION, turn + 180.0, 60.0)
-
-
 def crop_cases(
     places: dict[str, Float32], chance: np.random.Generator, count: int, harder: float = 1.0
 ) -> Iterator[Case]:

@@ -35,6 +35,7 @@ from app.core.colour import luminance, srgb_decode  # noqa: E402
 from app.core.environment import read_environment, reduce_radiance  # noqa: E402
 from app.core.paths import resources  # noqa: E402
 from app.core.probe.frame import Bracket, Exposure, Frame, Merged  # noqa: E402
+from app.core.probe.half_size import anchors  # noqa: E402
 from app.core.probe.merge import SIZE, merge  # noqa: E402
 from app.core.probe.pixels import open_frames  # noqa: E402
 from app.core.simulation.bracket_maker import make_bracket, meter  # noqa: E402
@@ -174,7 +175,9 @@ def usable(pictures: Sequence[Bytes]) -> NDArray[np.bool_]:
 
 def ours(bracket: Bracket, scheme: Scheme, size: tuple[int, int] | None) -> Merged:
     """Merge as the program does."""
-    with open_frames(bracket) as stack:
+    # As `app.core.probe.probe`: what is reduced anyway is decoded at half its size where it may be.
+    halves = [not whole for whole in anchors(bracket.stops)] if size else ()
+    with open_frames(bracket, halves=halves) as stack:
         return merge(stack, SrgbCurve(), stack.stops, scheme=scheme, size=size)
 
 
@@ -308,7 +311,10 @@ def memorial(folder: Path) -> dict[str, float]:
         for mode in ("auto", "srgb", "recover"):
             chosen = choose_response(stack.samples, stack.stops, mode)
             for scheme in SCHEMES:
-                merged = merge(stack, chosen.response, chosen.stops, scheme=scheme, size=None)
+                sure = chosen.response.name == "sRGB"
+                merged = merge(
+                    stack, chosen.response, chosen.stops, scheme=scheme, known=sure, size=None
+                )
                 name = f"{scheme}, {mode}"
                 rows[name] = log_error(merged.radiance.astype(np.float64), truth, inside)
     for name, peer in PEERS.items():

@@ -9,8 +9,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from app.commands.outputs import check_ending, check_outputs
 from app.core.errors import CoreError
-from app.core.files import atomic_write, check_target
 from app.core.images import write_png
 from app.core.turning.align import align, laid_over
 from app.core.turning.picture_file import read_picture
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 __all__ = ["add_parser", "run"]
 
+_LONGEST: Final = 4096  # pixels of the longer side; points are found in far smaller pictures
 _USUAL_FOV_DEG: Final = 60.0
 _FIELDS_DEG: Final = (5.0, 170.0)
 
@@ -51,7 +52,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--output",
         metavar="OVERLAY.png",
         type=Path,
-        help="write TARGET with VIEW laid over it",
+        help="write TARGET with VIEW laid over it, at most 4,096 pixels wide and high",
     )
     parser.add_argument(
         "--opacity",
@@ -96,7 +97,7 @@ def run(args: argparse.Namespace) -> int:
     """
     started = time.perf_counter()
     _check(args)
-    target, view = read_picture(args.target), read_picture(args.view)
+    target, view = (read_picture(path, _LONGEST) for path in (args.target, args.view))
     fov = args.fov or target.fov_deg or _USUAL_FOV_DEG
     view_fov = args.view_fov or view.fov_deg or fov
     sitter = _sitter_in(view, view_fov)
@@ -126,17 +127,8 @@ def _check(args: argparse.Namespace) -> None:
         raise CoreError(f"--opacity is a number from 0 to 100, not {args.opacity:g}.")
     if args.output is None:
         return
-    if args.output.suffix.lower() != ".png":
-        raise CoreError(
-            f"Cannot write {args.output.name}: overlays are .png.", "Change the ending."
-        )
-    check_target(args.output)
-    for path in (args.target, args.view):
-        if args.output.exists() and path.exists() and args.output.samefile(path):
-            raise CoreError(
-                f"Cannot write {args.output.name}: it is one of the two pictures.",
-                "Choose another name.",
-            )
+    check_ending(args.output, (".png",), "overlays")
+    check_outputs([args.output], [args.target, args.view])
 
 
 def _sitter_in(view: PictureFile, fov_deg: float) -> Sitter | None:
@@ -157,7 +149,7 @@ def _written(
         return False
     share = args.opacity / 100.0
     picture = laid_over(target.picture, view.picture, found.homography, share)
-    atomic_write(args.output, lambda path: write_png(path, picture))
+    write_png(args.output, picture)
     return True
 
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from app.commands.outputs import check_outputs
 from app.commands.telling import Teller
 from app.core.errors import BakeError
-from app.core.files import check_target
+from app.core.head_shape import save_shape, shape_path
+from app.core.pack import pack_path, save_pack
 from app.core.paths import resources
 from app.core.progress import Token
 
@@ -94,10 +97,7 @@ def run(args: argparse.Namespace) -> int:
         raise BakeError(f"--image must be 8 to {_LARGEST_PICTURE}, not {args.image}.")
     if not 0 <= args.seed < 2**31:
         raise BakeError("--seed must be a whole number from 0 to 2,147,483,647.")
-    if args.output is not None:
-        if args.output.suffix != ".npz":
-            raise BakeError(f"A transport is an .npz file, not {args.output.name}.")
-        check_target(args.output)
+    _check_targets(args)
 
     from app.core.baking.backend import select_variant
     from app.core.baking.bake import QUALITIES
@@ -120,11 +120,24 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
+def _check_targets(args: argparse.Namespace) -> None:
+    made: list[Path] = []
+    if args.output is not None:
+        if args.output.suffix != ".npz":
+            raise BakeError(f"A transport is an .npz file, not {args.output.name}.")
+        made = [args.output, pack_path(args.output), shape_path(args.output)]
+    if args.export_scene is not None:
+        from app.core.baking.scene import scene_files
+
+        made += scene_files(args.export_scene)
+    check_outputs(made, [args.head, args.eyes])
+
+
 def _environment(text: str) -> tuple[int, int]:
-    width, _, height = text.lower().partition("x")
-    if not (width.isdigit() and height.isdigit()):
+    match = re.fullmatch(r"([0-9]{1,4})[xX]([0-9]{1,4})", text)
+    if match is None:
         raise BakeError(f"--env must look like 64x32, not {text}.")
-    rows, columns = int(height), int(width)
+    columns, rows = (int(number) for number in match.groups())
     if columns != 2 * rows or not 8 <= columns <= _LARGEST_ENVIRONMENT or columns % 4:
         raise BakeError(
             f"--env must be twice as wide as high, 8x4 to {_LARGEST_ENVIRONMENT}x"
@@ -149,8 +162,6 @@ def _bake(
 ) -> dict[str, object]:
     from app.core.baking.bake import bake
     from app.core.baking.skin import find_skin
-    from app.core.head_shape import save_shape, shape_path
-    from app.core.pack import pack_path, save_pack
     from app.core.pack_build import build_pack
     from app.core.styles import load_styles
     from app.core.transport import load_transport, save_transport

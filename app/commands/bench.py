@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from app.commands.bench_start import start_case
+from app.commands.outputs import check_outputs, head_files
 from app.commands.stopping import stopping
 from app.commands.telling import Teller
 from app.core.bench.bars import BARS
@@ -94,6 +95,7 @@ def run(args: argparse.Namespace) -> int:
     folder: Path | None = args.output
     if folder is not None:
         _make(folder)
+        check_outputs([folder / _SPEED, folder / _GROWTH], head_files(args.head))
     pack = load_named_pack(args.head)
     transport = load_transport_of(pack, args.head)
     token = Token()
@@ -104,9 +106,10 @@ def run(args: argparse.Namespace) -> int:
 def _bench(args: argparse.Namespace, transport: Transport, pack: StylePack, token: Token) -> int:
     found = run_all(transport, pack, Teller(), token, peers=not args.no_peers, more=_more)
     values = as_json(found, args.head)
+    # Said first: minutes of measuring are not lost to a full disk.
+    print(json.dumps(values) if args.json else _table(found))
     if args.output is not None:
         atomic_write_text(args.output / _SPEED, json.dumps(values, indent=1) + "\n")
-    print(json.dumps(values) if args.json else _table(found))
     return 0
 
 
@@ -116,11 +119,11 @@ def _grow(args: argparse.Namespace, transport: Transport, pack: StylePack, token
 
     found = grow(transport, pack, Teller(), token)
     values = growth_json(found, args.head)
+    print(json.dumps(values) if args.json else "\n\n".join(_growth_table(one) for one in found))
     if args.output is not None:
         for growth in found:
             atomic_write_text(args.output / f"growth-{growth.name}.svg", growth_svg(growth) + "\n")
         atomic_write_text(args.output / _GROWTH, json.dumps(values, indent=1) + "\n")
-    print(json.dumps(values) if args.json else "\n\n".join(_growth_table(one) for one in found))
     return 0
 
 

@@ -57,7 +57,11 @@ def _run(words: Sequence[str]) -> None:
     places = [os.path.dirname(path) for path in app.__path__]
     environ["PYTHONPATH"] = os.pathsep.join([*places, environ.get("PYTHONPATH", "")])
     done = subprocess.run(  # noqa: S603 - our own program
-        [sys.executable, *words], env=environ, capture_output=True, timeout=_LIMIT_S, check=False
+        [sys.executable, "-P", *words],
+        env=environ,
+        capture_output=True,
+        timeout=_LIMIT_S,
+        check=False,
     )
     if done.returncode in _STOPPED:
         raise Cancelled  # Ctrl-C reaches both

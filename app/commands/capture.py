@@ -8,16 +8,20 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from app.commands.outputs import check_outputs
 from app.commands.probe_words import PARTS, frame_rows, lamp_rows, probe_facts
 from app.commands.reaching import find_camera, given_password, keep, kept_password
 from app.commands.stopping import stopping
 from app.core.environment import reduce
 from app.core.errors import CoreError
 from app.core.pack import load_named_pack
+from app.core.paths import user_data
 from app.core.progress import Token
 from app.core.solve import solve_all
-from app.devices.capture.machine import Capture, CaptureResult
-from app.devices.capture.session import Session
+from app.devices.capture.debts import FILE as OWED
+from app.devices.capture.debts import Debts
+from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
+from app.devices.capture.session import JOURNAL, Session
 from app.devices.clock import SystemClock
 from app.devices.errors import DeviceError
 from app.devices.osc.client import OscClient
@@ -134,6 +138,7 @@ def run(args: argparse.Namespace) -> int:
                 delay_s=args.delay,
                 on_status=StatusTeller(clock, pack),
                 token=token,
+                debts=Debts(user_data() / OWED),
             )
             if session.journal.finished:
                 _say_given_back(capture.give_back(), session, args.json)
@@ -177,8 +182,8 @@ class StatusTeller:
         if not status.message or (what == self._last and now - self._time < _SAY_AGAIN_S):
             return
         self._last, self._time = what, now
-        left = "" if status.seconds_left is None else f", {_seconds_left(status.seconds_left)}"
-        line = f"{100 * status.fraction:3.0f} %  {status.message}{left}"
+        words = ", ".join(part for part in (status.message, status.left_words) if part)
+        line = f"{100 * status.fraction:3.0f} %  {words}"
         print(line, file=sys.stderr, flush=True)
 
 
@@ -208,6 +213,8 @@ def _turn_words(result: StyleResult) -> str:
 def _check(args: argparse.Namespace) -> None:
     if args.output is None:
         raise CoreError("A capture needs a folder for its files.", "Name one with -o DIR.")
+    if args.output.is_dir():
+        check_outputs([args.output / JOURNAL, args.output / ENVIRONMENT], [args.password_file])
     if not 0 <= args.delay <= _MOST_DELAY_S:
         raise CoreError(f"--delay is 0 to {_MOST_DELAY_S} seconds, not {args.delay}.")
 
@@ -221,7 +228,7 @@ def _reach(
 ) -> tuple[FoundCamera | None, Credentials | None]:
     """Find the camera and its password, where a session still needs or owes it something."""
     merges_only = session.complete and not session.journal.finished
-    if merges_only and not session.journal.settings_to_restore:
+    if merges_only and not session.owes:
         return None, given
     try:
         found = find_camera(args.camera, clock, token)
@@ -260,7 +267,7 @@ def _session(folder: Path) -> Session:
     session = Session.open_or_create(folder)
     for notice in session.notices:
         print(notice, file=sys.stderr)
-    if session.journal.finished and session.journal.settings_to_restore:
+    if session.journal.finished and session.owes:
         print(
             f"The session in {folder} is finished, but its camera is still owed its own settings.",
             file=sys.stderr,
@@ -303,7 +310,3 @@ def _table(result: CaptureResult) -> str:
     lines = [*frame_rows(result.probe), *lamp_rows(result.probe), "", ", ".join(times) + "."]
     lines.append(f"Wrote {result.environment} ({columns} x {rows}).")
     return "\n".join(lines)
-
-
-def _seconds_left(seconds: float) -> str:
-    return f"{max(round(seconds), 1)} s left"

@@ -8,14 +8,16 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from app.commands.outputs import check_outputs
 from app.commands.probe_words import PARTS, frame_rows, lamp_rows, probe_facts
 from app.commands.stopping import stopping
 from app.commands.telling import Teller
 from app.core.errors import CoreError
-from app.core.files import atomic_write, check_target
+from app.core.files import check_target
 from app.core.images import write_exr
 from app.core.pack import load_named_pack
 from app.core.probe.arriving import ArrivingFrames
+from app.core.probe.metadata import ENDINGS
 from app.core.progress import Token
 from app.devices.clock import SystemClock
 from app.devices.watch import WatchedFolder
@@ -65,7 +67,7 @@ def watch_folder(args: argparse.Namespace) -> int:
                 frames.add(path)
             probe = frames.measure(bracket.paths, pack, token=token, report=Teller())
     radiance, white = probe.merged.radiance, probe.merged.cd_m2
-    atomic_write(target, lambda path: write_exr(path, radiance, white))
+    write_exr(target, radiance, white)
     seconds = time.perf_counter() - began
     for line in (*probe.warnings, *probe.notes):
         _say(line)
@@ -87,7 +89,7 @@ def _check(args: argparse.Namespace) -> None:
     if output is None:
         check_target(Path.cwd() / "environment.exr")
     elif _is_file(output):
-        check_target(output)
+        check_outputs([output], [args.watch], ENDINGS)
     else:
         output.mkdir(parents=True, exist_ok=True)
         check_target(output / _NAME)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from app.commands.outputs import check_ending, check_outputs
 from app.commands.telling import Teller
 from app.core.errors import CoreError, HeadError
 from app.core.evaluation.evaluate import GENERIC, evaluate
@@ -15,7 +17,7 @@ from app.core.evaluation.offsets import load_offsets
 from app.core.evaluation.report.numbers import as_json, bars_of, certainty_of, verdict
 from app.core.evaluation.scenes import default_scenes, find_scenes, read_scenes
 from app.core.evaluation.tables import load_tables, save_tables, tables_path
-from app.core.files import atomic_write_text, check_target
+from app.core.files import atomic_write_text
 from app.core.pack import load_named_pack, load_transport_of, pack_names
 from app.core.paths import resources
 from app.core.progress import Token, span
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
 __all__ = ["add_parser", "run"]
 
 _OFFSETS: Final = "offsets.npz"
+_CERTAINTY: Final = "certainty.json"
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -103,16 +106,16 @@ def run(args: argparse.Namespace) -> int:
         For anything the user can put right.
     """
     started = time.monotonic()
-    for target in (args.output, args.json):
-        if target is not None:
-            check_target(target)
     if args.head and not args.bake:
         raise HeadError("--head goes with --bake.")
     folder = default_scenes() if args.scenes is None else args.scenes
     files = find_scenes(folder)
+    _check_targets(args, files)
     teller, token = Teller(), Token()
     tables = _tables(args, teller, token)
-    scenes = read_scenes(files, span(teller, 0.0, 0.4), token)
+    scenes, said = read_scenes(files, span(teller, 0.0, 0.4), token)
+    for line in said:
+        print(line, file=sys.stderr)
     packs = {name: load_named_pack(name) for name in _heads()}
     offsets = args.tables / _OFFSETS if args.tables else resources() / "evaluation" / _OFFSETS
     found = evaluate(
@@ -135,6 +138,23 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
+def _check_targets(args: argparse.Namespace, scenes: tuple[Path, ...]) -> None:
+    tables = tables_path(args.tables)
+    offsets = tables.with_name(_OFFSETS)
+    eyes = [_eyes_of(file) for file in args.head]
+    made = []
+    if args.bake:
+        tables.parent.mkdir(parents=True, exist_ok=True)
+        made = [tables, tables.with_name(_CERTAINTY)]
+    # Tables that are made again are read first, to keep what they know of other heads.
+    kept = [offsets] if args.bake else [offsets, tables]
+    check_outputs([args.output, args.json, *made], [*scenes, *kept, *args.head, *eyes])
+    if args.output is not None:
+        check_ending(args.output, (".html", ".htm"), "reports")
+    if args.json is not None:
+        check_ending(args.json, (".json",), "numbers")
+
+
 def _heads() -> list[str]:
     """Heads and skins that ship, the generic one first."""
     names = pack_names()
@@ -151,8 +171,6 @@ def _tables(args: argparse.Namespace, report: Report, token: Token) -> Tables:
     from app.core.baking.evaluation_tables import HeadFiles, bake_tables
     from app.core.styles import load_styles
 
-    path.parent.mkdir(parents=True, exist_ok=True)
-    check_target(path)
     select_variant("llvm")
     heads = resources() / "heads"
     generic = HeadFiles(GENERIC, heads / f"{GENERIC}.ply", heads / f"{GENERIC}-eyes.ply")
@@ -168,8 +186,12 @@ def _files_of(file: Path, unit: float) -> HeadFiles:
 
     if not file.is_file():
         raise HeadError(f"There is no head file {file}.", "Check the name and the folder.")
-    eyes = file.with_name(f"{file.stem}-eyes.ply")
+    eyes = _eyes_of(file)
     return HeadFiles(file.stem, file, eyes if eyes.is_file() else None, unit)
+
+
+def _eyes_of(file: Path) -> Path:
+    return file.with_name(f"{file.stem}-eyes.ply")
 
 
 def _with_known(made: Tables, path: Path) -> Tables:
@@ -207,7 +229,7 @@ def _page(
 def _keep_certainty(args: argparse.Namespace, found: Evaluation) -> None:
     from app.core.evaluation.certainty import save_certainty
 
-    save_certainty(tables_path(args.tables).with_name("certainty.json"), certainty_of(found))
+    save_certainty(tables_path(args.tables).with_name(_CERTAINTY), certainty_of(found))
 
 
 def _words(found: Evaluation, seconds: float) -> str:

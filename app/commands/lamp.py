@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from app.commands.outputs import check_outputs, mask_files
 from app.commands.telling import Teller
 from app.core.errors import CoreError
 from app.core.pack import load_named_pack
@@ -214,6 +215,8 @@ def _change(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
 
 def _mask(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
     lamp = read_lamp(lamps_folder(), args.name)
+    masks = mask_files(parse_mask(text) for text in (*args.set, *args.clear))
+    check_outputs([lamps_folder() / f"{lamp.name}.png"], masks)
     edited = _edited(lamp, args)
     if edited is lamp:
         raise CoreError("Nothing was said about the mask.", "Use --set or --clear.")

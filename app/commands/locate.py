@@ -106,6 +106,7 @@ def _as_dict(sought: Sought, seconds: float) -> dict[str, Any]:
         "inliers": heading.inliers,
         "confidence": round(heading.confidence, 4),
         "mirrored": sought.mirrored,
+        "warnings": sought.warnings,
         "seconds": round(seconds, 3),
     }
 
@@ -125,6 +126,8 @@ def _print_table(sought: Sought) -> None:
     print(f"  confidence         {math.floor(100 * heading.confidence)} %")
     if sought.mirrored:
         print("The photograph is mirrored, as some phones save selfies.")
+    for warning in sought.warnings:
+        print(warning)
 
 
 def _degrees(value: float) -> str:

@@ -9,14 +9,15 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from app.commands.outputs import check_ending, check_outputs, mask_files
 from app.commands.probe_words import clutter_facts, frame_rows, lamp_rows, probe_facts
 from app.commands.telling import Teller
 from app.core.errors import ProbeError
-from app.core.files import atomic_write, check_target
 from app.core.images import write_exr, write_hdr, write_png
 from app.core.pack import load_named_pack
 from app.core.probe.clutter import Clutter, suggest
-from app.core.probe.masks import parse_mask
+from app.core.probe.masks import check_picture_mask, parse_mask
+from app.core.probe.metadata import ENDINGS
 from app.core.probe.preview import preview
 from app.core.probe.probe import Probe, Wishes, measure
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["add_parser", "run"]
 
 _WRITERS: Final = (".exr", ".hdr")
+_MOST_STOPS: Final = 30
 _SUN_WORDS: Final = {
     "clear": "clear",
     "hazy": "hazy",
@@ -138,21 +140,21 @@ def run(args: argparse.Namespace) -> int:
         When an argument or a file is of no use; nothing is written then.
     """
     started = time.perf_counter()
-    _check_targets(args)
     wishes = _wishes(args)
+    _check_targets(args, wishes)
     probe = measure(args.images, load_named_pack("generic"), wishes, report=Teller())
     for line in (*probe.warnings, *probe.notes):
         print(line, file=sys.stderr)
     suggested = _suggested(probe, args)
     radiance, white = probe.merged.radiance, probe.merged.cd_m2
     if args.output.suffix.lower() == ".exr":
-        atomic_write(args.output, lambda path: write_exr(path, radiance, white))
+        write_exr(args.output, radiance, white)
     else:
-        atomic_write(args.output, lambda path: write_hdr(path, radiance))
+        write_hdr(args.output, radiance)
     if args.preview is not None:
         marks = (*probe.finished.clutter, *suggested)
         picture = preview(probe.finished.measured, probe.finished.lights, marks, args.exposure)
-        atomic_write(args.preview, lambda path: write_png(path, picture))
+        write_png(args.preview, picture)
     seconds = time.perf_counter() - started
     if args.json:
         print(json.dumps(_facts(probe, args, suggested, seconds), ensure_ascii=False))
@@ -161,22 +163,17 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _check_targets(args: argparse.Namespace) -> None:
-    """Refuse what cannot be written before anything is read, and never write over an exposure."""
-    if args.output.suffix.lower() not in _WRITERS:
-        raise ProbeError(
-            f"Cannot write {args.output.name}: environments are .exr or .hdr.", "Change the ending."
-        )
-    targets = [args.output]
+def _check_targets(args: argparse.Namespace, wishes: Wishes) -> None:
+    """Refuse what cannot be written, and masks that cannot be read, before anything is merged."""
+    if abs(args.exposure) > _MOST_STOPS:
+        raise ProbeError(f"--exposure is from -{_MOST_STOPS} to {_MOST_STOPS} stops.")
+    check_ending(args.output, _WRITERS, "environments")
     if args.preview is not None:
-        if args.preview.suffix.lower() != ".png":
-            raise ProbeError(f"A preview is a .png file, not {args.preview.name}.")
-        targets.append(args.preview)
-    sources = {image.resolve() for image in args.images}
-    for target in targets:
-        check_target(target)
-        if target.resolve() in sources:
-            raise ProbeError(f"{target.name} is one of the exposures; it is not written over.")
+        check_ending(args.preview, (".png",), "previews")
+    masks = mask_files(wishes.masks)
+    check_outputs([args.output, args.preview], [*args.images, *masks], ENDINGS)
+    for mask in masks:
+        check_picture_mask(mask)
 
 
 def _wishes(args: argparse.Namespace) -> Wishes:

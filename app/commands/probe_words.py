@@ -67,6 +67,7 @@ def probe_facts(probe: Probe) -> dict[str, Any]:
         ],
         "moved_share": probe.moved.share,
         "levelled": {"pitch_deg": probe.levelling.pitch_deg, "roll_deg": probe.levelling.roll_deg},
+        "stitching": None if probe.stitching is None else probe.stitching.facts(),
         "warnings": list(probe.warnings),
         "notes": list(probe.notes),
     }

@@ -9,10 +9,11 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from app.commands.outputs import check_ending, check_outputs, head_files
 from app.core import colour
+from app.core.angles import wrap
 from app.core.environment import read_environment, reduce
 from app.core.errors import CoreError
-from app.core.files import atomic_write, check_target
 from app.core.images import write_exr, write_png
 from app.core.transport import load_named, render, to_image
 
@@ -87,24 +88,22 @@ def run(args: argparse.Namespace) -> int:
     started = time.perf_counter()
     output = Path(args.output)
     # Everything that can be wrong with the words is said before anything is computed.
-    if output.suffix.lower() not in _WRITERS:
-        raise CoreError(
-            f"Cannot write {output.name}: pictures are .png or .exr.", "Change the ending."
-        )
+    check_ending(output, _WRITERS, "pictures")
     if not math.isfinite(args.turn):
         raise CoreError(f"The turn must be a number of degrees, not {args.turn}.")
-    check_target(output)
+    check_outputs([output], [args.env, *head_files(args.head)])
     transport = load_named(args.head)
     environment = read_environment(args.env)
     for warning in environment.warnings:
         print(warning, file=sys.stderr)
-    linear = picture_at(transport, reduce(environment, transport.environment_shape, args.turn))
+    light = reduce(environment, transport.environment_shape, wrap(args.turn))
+    linear = picture_at(transport, light)
     if output.suffix.lower() == ".exr":
-        atomic_write(output, lambda path: write_exr(path, linear))
+        write_exr(output, linear)
     else:
         gain = colour.face_exposure(_face_luminance(transport, linear))
         display = colour.to_bytes(colour.tone_map(linear, gain))
-        atomic_write(output, lambda path: write_png(path, display))
+        write_png(output, display)
     _say(args, output, transport.size, time.perf_counter() - started)
     return 0
 

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.commands.asking import add_questions, finite
+from app.commands.outputs import check_ending, check_outputs, head_files
 from app.core.environment import Environment, read_environment, reduce, reduce_radiance
 from app.core.evaluation.certainty import caution
-from app.core.files import atomic_write, check_target
 from app.core.images import write_png
 from app.core.pack import load_named_pack, load_transport_of
 from app.core.solve import StyleResult, solve_all
@@ -76,7 +76,8 @@ def run(args: argparse.Namespace) -> int:
     """
     start = time.perf_counter()
     if args.sheet:
-        check_target(args.sheet)
+        check_ending(Path(args.sheet), (".png",), "sheets")
+        check_outputs([Path(args.sheet)], [args.environment, *head_files(args.head)])
     pack = load_named_pack(args.head)
     names = [style.name for style in select(pack.styles, args.style)]
     environment = read_environment(args.environment)
@@ -238,7 +239,7 @@ def _write_sheet(
         front_deg=args.front,
         places={style.name: style.place for style in pack.styles},
     )
-    atomic_write(path, lambda temporary: write_png(temporary, sheet))
+    write_png(path, sheet)
 
 
 def _picture(transport: Transport, radiance: FloatImage, turn_deg: float) -> FloatImage:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
+import sys
 import threading
-from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["stopping"]
 
 
-@contextmanager
+@contextlib.contextmanager
 def stopping(token: Token, words: str = "Stopping.") -> Iterator[None]:
     """Let Ctrl-C ask for a stop; the second one ends the program at once.
 
@@ -38,7 +39,9 @@ def stopping(token: Token, words: str = "Stopping.") -> Iterator[None]:
             os.kill(os.getpid(), number)
             return
         token.cancel()
-        os.write(2, f"{words}\n".encode())  # print is not safe inside a signal handler
+        with contextlib.suppress(OSError, ValueError):
+            # Print is not safe inside a signal handler.
+            os.write(sys.stderr.fileno(), f"{words}\n".encode())
 
     before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
     try:

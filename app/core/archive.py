@@ -8,13 +8,14 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import os
 import zipfile
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from app.core.errors import TransportError
-from app.core.files import atomic_write
+from app.core.files import atomic_write_bytes, open_file
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
@@ -22,7 +23,26 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["digest", "read_arrays", "read_sealed", "write_sealed"]
+__all__ = [
+    "CONTRADICTIONS",
+    "digest",
+    "parse_header",
+    "read_arrays",
+    "read_sealed",
+    "write_arrays",
+    "write_sealed",
+]
+
+CONTRADICTIONS: Final = (
+    AttributeError,
+    IndexError,
+    KeyError,
+    OverflowError,
+    RecursionError,
+    TypeError,
+    ValueError,
+)
+"""What reading an untrusted header may raise: JSON can be deep, and hold anything anywhere."""
 
 MAX_BYTES: Final = 1 << 28
 
@@ -51,18 +71,21 @@ def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict
     TransportError
         If the file is missing, too large, damaged, or not such a file.
     """
-    if not path.is_file():
-        raise TransportError(f"There is no {noun} at {path}.", hint)
     try:
-        fits = path.stat().st_size <= most
-        raw = path.read_bytes() if fits else b""
+        with open_file(path) as stream:
+            fits = os.fstat(stream.fileno()).st_size <= most
+            raw = stream.read() if fits else b""
+    except OSError as error:
+        raise TransportError(f"There is no {noun} at {path}.", hint) from error
+    try:
         if fits:
             with zipfile.ZipFile(io.BytesIO(raw)) as archive:
                 # Before anything is unpacked: a small file can claim to unpack to a huge one.
                 fits = sum(entry.file_size for entry in archive.infolist()) <= most
         if fits:
             with np.load(io.BytesIO(raw), allow_pickle=False) as stored:
-                return {name: stored[name] for name in stored.files}
+                # What is not an array comes out as the bytes that it is.
+                return {name: _array(stored[name]) for name in stored.files}
     # A damaged zip fails in many ways: bad sizes, bad flags, methods that nobody knows.
     except Exception as error:
         raise TransportError(f"{path.name} is damaged or not a {noun}.", hint) from error
@@ -92,14 +115,17 @@ def write_sealed(
     checksum = digest(arrays)
     words = json.dumps({**header, "sha256": checksum}).encode()
     stored = {**arrays, "header": np.frombuffer(words, np.uint8)}
-    save = np.savez_compressed if packed else np.savez
-
-    def write(target: Path) -> None:
-        with target.open("wb") as stream:
-            save(stream, allow_pickle=False, **stored)
-
-    atomic_write(path, write)
+    write_arrays(path, stored, packed=packed)
     return checksum
+
+
+def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], *, packed: bool = False) -> None:
+    """Write arrays to an ``.npz`` file whole or not at all; errors as `atomic_write_bytes`."""
+    # In memory: numpy's zip file would report a full disk once more when it is cleaned up.
+    stream = io.BytesIO()
+    save = np.savez_compressed if packed else np.savez
+    save(stream, allow_pickle=False, **arrays)
+    atomic_write_bytes(path, stream.getvalue())
 
 
 def read_sealed(
@@ -136,7 +162,7 @@ def read_sealed(
     """
     arrays = read_arrays(path, noun, hint, most)
     try:
-        header = json.loads(arrays.pop("header").tobytes().decode())
+        header = parse_header(arrays.pop("header"))
         made = int(header["format_version"])
         if made > version:
             raise TransportError(
@@ -144,11 +170,25 @@ def read_sealed(
             )
         known = arrays if names is None else {name: arrays[name] for name in names}
         whole = digest(known) == header["sha256"]
-    except (KeyError, ValueError, TypeError, AttributeError, OverflowError) as error:
+    except CONTRADICTIONS as error:
         raise TransportError(f"{path.name} is not a {noun}.", hint) from error
     if not whole:
         raise TransportError(f"{path.name} is damaged: its checksum does not fit.", hint)
     return header, known
+
+
+def parse_header(raw: NDArray[Any]) -> dict[str, Any]:
+    """Read a header in JSON from a file that may be anything; `CONTRADICTIONS` if it is none."""
+    header = json.loads(raw.tobytes().decode())
+    if not isinstance(header, dict):
+        raise TypeError("the header is not a table")
+    return header
+
+
+def _array(value: object) -> NDArray[Any]:
+    if isinstance(value, np.ndarray):
+        return value
+    raise TypeError("a member is not an array")
 
 
 def digest(arrays: Mapping[str, NDArray[Any]]) -> str:

@@ -6,7 +6,6 @@ one sentence and a next step, and nothing large is allocated before the header h
 
 from __future__ import annotations
 
-import contextlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -14,8 +13,17 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from app.core.errors import EnvironmentFileError
+from app.core.image_input import (
+    clear_error,
+    is_unwieldy,
+    open_image,
+    read_rows,
+    read_start,
+    rows_at_once,
+)
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
     from OpenImageIO import ImageInput, ImageSpec
 
     from app.core.colour import FloatImage
@@ -28,6 +36,7 @@ MAX_WIDTH: Final = 16384
 MIN_WIDTH: Final = 16
 """Narrowest panorama read, in texels: 22.5 degrees each."""
 
+_MOST_REPAIRED: Final = 0.03  # of the sphere, or of the light
 _MAX_PARTS: Final = 16
 _BAND_ROWS: Final = 64
 _READ_ROWS: Final = 512
@@ -119,33 +128,53 @@ def repair(radiance: FloatImage, name: str) -> Repairs:
     Raises
     ------
     EnvironmentFileError
-        When nothing but black is left.
+        When nothing but black is left, or more than 3 % of the sphere or of the light would have
+        to be made up.
     """
     bands = [radiance[row : row + _BAND_ROWS] for row in range(0, len(radiance), _BAND_ROWS)]
+    areas = np.split(_areas(*radiance.shape[:2]), range(_BAND_ROWS, len(radiance), _BAND_ROWS))
     nan = infinite = negative = 0
-    largest = 0.0
-    for band in bands:
+    largest = unknown = below_zero = 0.0
+    for band, area in zip(bands, areas, strict=True):
         finite = np.isfinite(band)
         top = float(np.max(band, where=finite, initial=0.0))
         largest = max(largest, top)
-        if finite.all():
-            if float(band.min()) < 0.0:
-                negative += _texels(band < 0.0)
-                np.maximum(band, 0.0, out=band)
+        if finite.all() and float(band.min()) >= 0.0:
             continue
         holes, below = np.isnan(band), band < 0.0
         nan += _texels(holes)
         negative += _texels(below)
         infinite += _texels(np.isposinf(band))
+        unknown += float(area @ (~finite).any(axis=-1).sum(axis=1))
+        below_zero -= float(area @ np.sum(band, axis=(1, 2), where=below & finite, dtype=float))
         band[holes | below] = 0.0
     if largest <= 0.0:
         raise EnvironmentFileError(
             f"{name} is black: no texel has any light.", "Choose another panorama."
         )
+    if unknown > _MOST_REPAIRED:
+        raise EnvironmentFileError(
+            f"{name} is damaged: {100.0 * unknown:.0f} % of the sphere is NaN or infinite.",
+            _COPY_AGAIN,
+        )
     if infinite:
         for band in bands:
             band[np.isposinf(band)] = largest
+    if below_zero:
+        light = sum(
+            float(a @ b.sum(axis=(1, 2), dtype=float)) for a, b in zip(areas, bands, strict=True)
+        )
+        if below_zero > _MOST_REPAIRED * light:
+            raise EnvironmentFileError(
+                f"{name} is damaged: much of its light is negative.", _COPY_AGAIN
+            )
     return Repairs(nan, infinite, negative)
+
+
+def _areas(height: int, width: int) -> NDArray[np.float64]:
+    """Share of the sphere of one texel in each row, (H,)."""
+    edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
+    return (edges[:-1] - edges[1:]) / (2.0 * width)
 
 
 def read_panorama(path: Path | str) -> tuple[FloatImage, str]:
@@ -171,12 +200,8 @@ def read_panorama(path: Path | str) -> tuple[FloatImage, str]:
     """
     file = Path(path)
     _check_signature(file)
-    import OpenImageIO as oiio
-
-    source = oiio.ImageInput.open(str(file))
+    source = open_image(file)
     if source is None:
-        with contextlib.suppress(UnicodeError):  # A damaged header's text may be anything.
-            oiio.geterror()  # Cleared: it names library internals and would show up at exit.
         raise _damaged(file)
     try:
         radiance = _read_part(source, file)
@@ -208,8 +233,7 @@ def _check_signature(file: Path) -> None:
             raise EnvironmentFileError(
                 f"{file} is a folder, not a panorama.", "Name one .exr or .hdr file."
             )
-        with file.open("rb") as stream:
-            head = stream.read(16)
+        head = read_start(file, 16)
     except FileNotFoundError:
         raise EnvironmentFileError(f"There is no file {file}.", "Check the name.") from None
     except (OSError, ValueError) as error:
@@ -275,10 +299,18 @@ def _check_size(spec: ImageSpec, file: Path) -> None:
             f"{file.name} is {size}, but a full panorama is twice as wide as high.",
             "Export it as a 360 x 180 degree equirectangular (lat-long) image.",
         )
-    if width > MAX_WIDTH or max(spec.width, spec.height) > 2 * MAX_WIDTH:
+    # A cropped picture is held beside the panorama that it is laid on.
+    stored = spec.width * spec.height
+    held = stored if (spec.width, spec.height) == (width, height) else stored + width * height
+    if width > MAX_WIDTH or held > MAX_WIDTH**2 // 2:
         raise EnvironmentFileError(
             f"{file.name} is {size}; at most {MAX_WIDTH} x {MAX_WIDTH // 2} is read.",
             "Scale it down; 2048 x 1024 holds all that is needed.",
+        )
+    if is_unwieldy(spec):
+        raise EnvironmentFileError(
+            f"{file.name} is stored in blocks or channels too large to read.",
+            "Export it in rows, with red, green and blue alone.",
         )
     if width < MIN_WIDTH:
         raise EnvironmentFileError(
@@ -297,34 +329,24 @@ def _display_size(spec: ImageSpec) -> tuple[int, int]:
 def _read_channels(
     source: ImageInput, part: int, channels: tuple[int, ...], file: Path
 ) -> FloatImage:
-    first = channels[0]
-    if channels == (first, first + 1, first + 2):
-        # Neighbours, as nearly always: one pass without a copy.
-        return _pixels(source, part, first, first + 3, file)
-    if len(channels) == 1:
-        return np.repeat(_pixels(source, part, first, first + 1, file), 3, axis=2)
-    planes = [_pixels(source, part, channel, channel + 1, file) for channel in channels]
-    return np.concatenate(planes, axis=2)
-
-
-def _pixels(source: ImageInput, part: int, begin: int, end: int, file: Path) -> FloatImage:
-    """Read neighbouring channels; in bands of rows, so that nothing is held twice."""
+    """Read colours, or grey three times; in bands of rows, so that nothing is held twice."""
     spec = source.spec()
-    height, top = int(spec.height), int(spec.y)
-    values = np.empty((height, int(spec.width), end - begin), np.float32)
-    # Tiles are read in one go: rows of them would be decoded over and over.
-    step = height if spec.tile_width else _READ_ROWS
+    height = int(spec.height)
+    values = np.empty((height, int(spec.width), 3), np.float32)
+    first = channels[0]
+    # Neighbours, as nearly always, in one pass.
+    together = channels == (first, first + 1, first + 2)
+    groups = [(first, first + 3)] if together else [(channel, channel + 1) for channel in channels]
+    step = rows_at_once(spec, _READ_ROWS)
     for row in range(0, height, step):
         stop = min(row + step, height)
-        if spec.tile_width:
-            band = source.read_image(part, 0, begin, end, "float")
-        else:
-            band = source.read_scanlines(part, 0, top + row, top + stop, 0, begin, end, "float")
-        if band is None:
-            with contextlib.suppress(UnicodeError):
-                source.geterror()
-            raise _damaged(file)
-        values[row:stop] = np.asarray(band).reshape(stop - row, -1, end - begin)
+        for place, group in enumerate(groups):
+            band = read_rows(source, (row, stop), group, "float", part)
+            if band is None:
+                clear_error(source)
+                raise _damaged(file)
+            where = slice(None) if len(groups) == 1 else slice(place, place + 1)
+            values[row:stop, :, where] = band
     return values
 
 
@@ -346,10 +368,13 @@ def _on_display_window(radiance: FloatImage, spec: ImageSpec) -> FloatImage:
 
 
 def _upright(radiance: FloatImage, spec: ImageSpec) -> FloatImage:
-    """Undo the mirrorings that a Radiance header can state (EXIF orientations 2 to 4)."""
+    """Undo the mirrorings that a Radiance header can state (EXIF orientations 2 to 4), in place."""
     orientation = spec.get_int_attribute("Orientation", 1)
+    height = len(radiance)
     if orientation in (2, 3):
-        radiance = radiance[:, ::-1]
+        for row in range(0, height, _BAND_ROWS):
+            radiance[row : row + _BAND_ROWS] = radiance[row : row + _BAND_ROWS, ::-1].copy()
     if orientation in (3, 4):
-        radiance = radiance[::-1]
-    return np.ascontiguousarray(radiance)
+        for row in range(height // 2):
+            radiance[[row, -1 - row]] = radiance[[-1 - row, row]]
+    return radiance

@@ -8,16 +8,42 @@ import os
 import stat
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, BinaryIO, Final
 
 from app.core.errors import CoreError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["atomic_write", "atomic_write_bytes", "atomic_write_text", "check_target"]
+__all__ = [
+    "atomic_write",
+    "atomic_write_bytes",
+    "atomic_write_text",
+    "check_target",
+    "open_file",
+]
 
 _NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+# Only POSIX systems have it; opening a pipe must not wait for its writer.
+_NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+
+
+def open_file(path: Path | str) -> BinaryIO:
+    """Open an ordinary file for reading; a pipe would be waited for, and a device has no end.
+
+    Raises
+    ------
+    OSError
+        When it cannot be opened, or is a folder, pipe, socket or device.
+    """
+    handle = os.open(path, os.O_RDONLY | _NO_WAIT)
+    mode = os.fstat(handle).st_mode
+    if stat.S_ISREG(mode):
+        return os.fdopen(handle, "rb")
+    os.close(handle)
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
+    raise OSError(errno.EINVAL, "It is not an ordinary file", os.fspath(path))
 
 
 def check_target(path: Path | str) -> Path:
@@ -44,7 +70,7 @@ def check_target(path: Path | str) -> Path:
         mode = target.stat().st_mode
     except (FileNotFoundError, NotADirectoryError):
         mode = stat.S_IFREG
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise CoreError(f"Cannot write {target}: {_words(error)}.") from error
     if stat.S_ISDIR(mode):
         raise CoreError(f"Cannot write {target}: that is a folder.", "Give a file name.")
@@ -131,15 +157,17 @@ def atomic_write_text(path: Path | str, text: str) -> None:
     CoreError
         As `atomic_write`.
     """
-    atomic_write_bytes(path, text.encode("utf-8"))
+    # Names of files may hold bytes that are not text.
+    atomic_write_bytes(path, text.encode("utf-8", "backslashreplace"))
 
 
 def _fill(path: Path, data: bytes) -> None:
     path.write_bytes(data)
 
 
-def _words(error: OSError) -> str:
-    return (error.strerror or str(error) or type(error).__name__).rstrip(".").lower()
+def _words(error: OSError | ValueError) -> str:
+    reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
+    return reason.rstrip(".").lower()
 
 
 def _refused(target: Path, error: OSError) -> CoreError:
@@ -150,10 +178,10 @@ def _refused(target: Path, error: OSError) -> CoreError:
 def _temporary_beside(target: Path) -> Path:
     """Create an empty file beside the target, with the permissions the target shall have."""
     folder = target.resolve().parent
+    # Image libraries take no name that is not text.
+    stem = target.stem[:40].encode("utf-8", "replace").decode()
     try:
-        handle, name = tempfile.mkstemp(
-            prefix=f".{target.stem[:40]}-", suffix=target.suffix, dir=folder
-        )
+        handle, name = tempfile.mkstemp(prefix=f".{stem}-", suffix=target.suffix, dir=folder)
         os.close(handle)
         temporary = Path(name)
         # mkstemp makes the file private; a result is an ordinary file.

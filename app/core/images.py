@@ -1,32 +1,42 @@
-"""Writing pictures with OpenImageIO: PNG for looking at, OpenEXR and Radiance for linear light."""
+"""Writing pictures with OpenImageIO: PNG for looking at, OpenEXR and Radiance for linear light.
+
+Every picture is written whole or not at all. OpenImageIO reports some errors of the disk and
+passes over others: PNG, and the last bytes of OpenEXR and Radiance. So what was written is read
+back before it takes its place.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from app.core.errors import CoreError
+from app.core.files import atomic_write
+from app.core.image_input import clear_error, open_image, read_rows
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
+    from OpenImageIO import ImageOutput
 
     from app.core.colour import FloatImage
 
-__all__ = ["write_exr", "write_hdr", "write_png"]
+__all__ = ["write_exr", "write_hdr", "write_image", "write_png"]
+
+_CHECKED_ROWS: Final = 16
+_PNG_END: Final = b"\0\0\0\0IEND\xaeB`\x82"
 
 
 def write_png(path: Path, picture: NDArray[np.uint8], pixels_per_inch: int = 0) -> None:
     """Write an sRGB picture.
 
-    Use it through `app.core.files.atomic_write`, so that no half of a picture is ever met.
-
     Parameters
     ----------
     path : Path
-        File to fill; ends in ``.png``.
+        The file; ends in ``.png``.
     picture : NDArray[np.uint8], (H, W, 3)
         sRGB.
     pixels_per_inch : int, optional
@@ -48,22 +58,27 @@ def write_png(path: Path, picture: NDArray[np.uint8], pixels_per_inch: int = 0) 
             "YResolution": float(pixels_per_inch),
             "ResolutionUnit": "in",
         }
-    _write(path, np.ascontiguousarray(picture, dtype=np.uint8), "uint8", attributes)
+    write_image(path, np.ascontiguousarray(picture, dtype=np.uint8), "uint8", attributes)
 
 
-def write_exr(path: Path, picture: FloatImage, white_cd_m2: float | None = None) -> None:
+def write_exr(
+    path: Path,
+    picture: FloatImage,
+    white_cd_m2: float | None = None,
+    check: Callable[[Path], None] | None = None,
+) -> None:
     """Write linear light as 32-bit OpenEXR.
-
-    Use it through `app.core.files.atomic_write`.
 
     Parameters
     ----------
     path : Path
-        File to fill; ends in ``.exr``.
+        The file; ends in ``.exr``.
     picture : NDArray[np.float32], (H, W, 3)
         Linear Rec. 709.
     white_cd_m2 : float, optional
         Luminance of the value 1 in cd/m2, for OpenEXR's attribute ``whiteLuminance``.
+    check : Callable[[Path], None], optional
+        Looks at the finished file before it takes its place; what it raises keeps the old one.
 
     Raises
     ------
@@ -77,18 +92,17 @@ def write_exr(path: Path, picture: FloatImage, white_cd_m2: float | None = None)
     }
     if white_cd_m2 is not None:
         attributes["whiteLuminance"] = float(white_cd_m2)
-    _write(path, np.ascontiguousarray(picture, dtype=np.float32), "float", attributes)
+    pixels = np.ascontiguousarray(picture, dtype=np.float32)
+    write_image(path, pixels, "float", attributes, check=check)
 
 
 def write_hdr(path: Path, picture: FloatImage) -> None:
     """Write linear light as Radiance RGBE: 8 bits per channel and a common exponent.
 
-    Use it through `app.core.files.atomic_write`.
-
     Parameters
     ----------
     path : Path
-        File to fill; ends in ``.hdr``.
+        The file; ends in ``.hdr``.
     picture : NDArray[np.float32], (H, W, 3)
         Linear Rec. 709.
 
@@ -98,28 +112,102 @@ def write_hdr(path: Path, picture: FloatImage) -> None:
         When the file cannot be written.
     """
     pixels = np.ascontiguousarray(picture, dtype=np.float32)
-    _write(path, pixels, "float", {"oiio:ColorSpace": "lin_rec709_scene"})
+    write_image(path, pixels, "float", {"oiio:ColorSpace": "lin_rec709_scene"})
 
 
-def _write(
+def write_image(
     path: Path,
     pixels: NDArray[np.uint8] | FloatImage,
     kind: str,
-    attributes: dict[str, object],
+    attributes: Mapping[str, object],
+    channels: Sequence[str] = (),
+    check: Callable[[Path], None] | None = None,
 ) -> None:
+    """Write a picture of any kind that OpenImageIO knows by the path's ending.
+
+    Parameters
+    ----------
+    path : Path
+        The file; replaced only by a whole picture.
+    pixels : (H, W, C) uint8 or float32
+        C contiguous.
+    kind : str
+        OpenImageIO's name of the type to store.
+    attributes : mapping
+        What the header states.
+    channels : sequence of str, optional
+        Names of the channels.
+    check : Callable[[Path], None], optional
+        As in `write_exr`.
+
+    Raises
+    ------
+    CoreError
+        When the file cannot be written.
+    """
     import OpenImageIO as oiio
 
-    height, width, channels = pixels.shape
-    spec = oiio.ImageSpec(width, height, channels, kind)
+    height, width, count = pixels.shape
+    spec = oiio.ImageSpec(width, height, count, kind)
+    if channels:
+        spec.channelnames = tuple(channels)
     for name, value in attributes.items():
         spec.attribute(name, value)
-    output = oiio.ImageOutput.create(str(path))
+
+    def write(temporary: Path) -> None:
+        output = _output(temporary, path)
+        # Evaluated in order: a file that did not open is not written to, but always closed.
+        written = output.open(str(temporary), spec) and output.write_image(pixels)
+        closed = output.close()
+        output.geterror()  # Cleared: it names library internals.
+        if not (written and closed and _reads_back(temporary, pixels, kind, channels)):
+            raise CoreError(f"Cannot write {path}.", "Is the disk full?")
+        if check is not None:
+            check(temporary)
+
+    atomic_write(path, write)
+
+
+def _output(temporary: Path, path: Path) -> ImageOutput:
+    import OpenImageIO as oiio
+
+    try:
+        output = oiio.ImageOutput.create(str(temporary))
+    except UnicodeError:
+        raise CoreError(
+            f"Cannot write {path}: the folder's name is not UTF-8 text.", "Choose another folder."
+        ) from None
     if output is None:
-        oiio.geterror()
-        raise CoreError(f"Cannot write {path.name}: unknown kind of picture.")
-    # Evaluated in order: a file that did not open is not written to, but always closed.
-    written = output.open(str(path), spec) and output.write_image(pixels)
-    closed = output.close()
-    if not (written and closed):
-        output.geterror()
-        raise CoreError(f"Cannot write {path.name}.", "Is the disk full?")
+        clear_error()
+        raise CoreError(f"Cannot write {path}: unknown kind of picture.", "Change the ending.")
+    return output
+
+
+def _reads_back(
+    path: Path, pixels: NDArray[np.uint8] | FloatImage, kind: str, channels: Sequence[str]
+) -> bool:
+    """Compare the last rows: files are written from the top, and a cut takes the end."""
+    if path.suffix.lower() == ".png" and not path.read_bytes().endswith(_PNG_END):
+        return False
+    source = open_image(path)
+    if source is None:
+        return False
+    height = len(pixels)
+    first = max(height - _CHECKED_ROWS, 0)
+    try:
+        names = [str(name) for name in source.spec().channelnames]
+        rows = read_rows(source, (first, height), (0, len(names)), kind)
+        failed = source.has_error
+        clear_error(source)
+    finally:
+        source.close()
+    if rows is None or failed:
+        return False
+    # OpenEXR sorts its channels by name.
+    found = rows[..., [names.index(name) for name in channels]] if channels else rows
+    wanted = pixels[first:]
+    if path.suffix.lower() != ".hdr":
+        return np.array_equal(found, wanted, equal_nan=True)
+    # Radiance keeps 8 bits of the brightest channel.
+    rough = wanted.max(axis=-1, keepdims=True) / 64 + np.float32(1e-30)
+    return bool((np.abs(found - wanted) <= rough).all())

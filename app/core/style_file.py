@@ -8,6 +8,7 @@ import tomllib
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from app.core.errors import StyleError
+from app.core.files import open_file
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -198,7 +199,7 @@ def _check_format(version: object, where: str) -> None:
 
 def _parse(path: Path) -> Mapping[str, object]:
     try:
-        with path.open("rb") as stream:
+        with open_file(path) as stream:
             data = stream.read(_MAX_BYTES + 1)
         if len(data) > _MAX_BYTES:
             raise StyleError(f"{path.name} is too large to be a style.")
@@ -206,7 +207,8 @@ def _parse(path: Path) -> Mapping[str, object]:
     except FileNotFoundError:
         raise StyleError(f"The style file {path} is missing.", "Install it again.") from None
     except OSError as error:
-        raise StyleError(f"{path} cannot be read: {(error.strerror or '').lower()}.") from None
+        reason = (error.strerror or str(error)).lower()
+        raise StyleError(f"{path} cannot be read: {reason}.") from None
     except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
         raise StyleError(f"{path.name} is not valid TOML: {str(error).rstrip('.')}.") from None
 

@@ -11,15 +11,14 @@ import json
 from dataclasses import asdict, dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.archive import digest, read_arrays
+from app.core.archive import CONTRADICTIONS, digest, parse_header, read_arrays, write_arrays
 from app.core.colour import LUMINANCE_WEIGHTS
 from app.core.errors import TransportError
-from app.core.files import atomic_write
 from app.core.paths import resources
 
 __all__ = [
@@ -246,12 +245,7 @@ def save_transport(path: Path, transport: Transport) -> str:
     checksum = digest(arrays)
     header = {**asdict(transport.header), "sha256": checksum}
     arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
-
-    def write(target: Path) -> None:
-        with target.open("wb") as stream:
-            np.savez(stream, allow_pickle=False, **arrays)
-
-    atomic_write(path, write)
+    write_arrays(path, arrays)
     return checksum
 
 
@@ -276,13 +270,19 @@ def load_transport(path: Path) -> Transport:
             texel_basis=np.asarray(arrays["texel_basis"], np.float32),
             digest=checksum,
         )
-    except (KeyError, ValueError, TypeError) as error:
+        _check_shapes(transport, path)
+    except CONTRADICTIONS as error:
         raise TransportError(f"{path.name} is not a transport.", hint=_AGAIN) from error
-    _check_shapes(transport, path)
     return transport
 
 
 _AGAIN = "Reinstall Turnlight, or bake it again with `turnlight bake`."
+_PLAIN: Final = {
+    **dict.fromkeys(("head", "skin"), str),
+    **dict.fromkeys(("picture", "rank", "paths_per_pixel", "seed", "format_version"), int),
+    **dict.fromkeys(("fov_deg", "distance_m", "noise", "truncation"), float),
+}
+"""Types of the header's plain values, whatever the JSON holds."""
 
 
 def _stored_arrays(transport: Transport) -> dict[str, NDArray[Any]]:
@@ -304,10 +304,10 @@ def _scaled(basis: NDArray[Any], scale: NDArray[Any]) -> Float32:
 
 def _parse_header(raw: NDArray[Any] | None, path: Path) -> tuple[TransportHeader, str]:
     try:
-        values = {} if raw is None else json.loads(raw.tobytes().decode())
+        values = {} if raw is None else parse_header(raw)
         version = int(values["format_version"])
         checksum = str(values["sha256"])
-    except (ValueError, TypeError, KeyError) as error:
+    except CONTRADICTIONS as error:
         raise TransportError(f"{path.name} is not a transport.", hint=_AGAIN) from error
     if version > FORMAT_VERSION:
         raise TransportError(
@@ -318,9 +318,13 @@ def _parse_header(raw: NDArray[Any] | None, path: Path) -> tuple[TransportHeader
         known = {f.name for f in fields(TransportHeader)}
         values = {name: value for name, value in values.items() if name in known}
         values["environment"] = (int(values["environment"][0]), int(values["environment"][1]))
-        values["luminance_weights"] = tuple(float(w) for w in values["luminance_weights"])
+        red, green, blue = (float(weight) for weight in values["luminance_weights"])
+        values["luminance_weights"] = red, green, blue
+        for name, kind in _PLAIN.items():
+            if name in values:
+                values[name] = kind(values[name])
         return TransportHeader(**values), checksum
-    except (ValueError, TypeError, KeyError, IndexError) as error:
+    except CONTRADICTIONS as error:
         raise TransportError(f"{path.name} is not a transport.", hint=_AGAIN) from error
 
 

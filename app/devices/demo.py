@@ -45,7 +45,9 @@ class CameraProcess:
     """
 
     def __init__(self, scene: Path, model: str = "V") -> None:
-        command = [sys.executable, "-m", "app", "simulate-camera", "--scene", str(scene)]
+        # Not "-m app": a folder of the user's may be called that.
+        own = [sys.executable, "-P", "-m", "turnlight"]
+        command = [*own, "simulate-camera", "--scene", str(scene)]
         # Its errors would fill the user's terminal; whether it runs is seen by its address.
         self._process = subprocess.Popen(  # noqa: S603 - our own program
             [*command, "--model", model, "--until-eof"],

@@ -18,6 +18,7 @@ from app.core.progress import Token
 from app.devices.announced import Advert, browse_network
 from app.devices.clock import wait
 from app.devices.errors import (
+    LOSSES,
     CameraRefused,
     DeviceError,
     PasswordNeeded,
@@ -52,6 +53,8 @@ CONNECT_S: Final = 2.5
 _LATE_S: Final = 1.0
 _STEP_S: Final = 0.05
 _BUSY_S: Final = 0.5
+_TRIES: Final = 3
+_AGAIN_S: Final = 0.3
 _MOST: Final = 16
 _PER_ADVERT: Final = 4
 _JOIN: Final = (
@@ -232,7 +235,7 @@ def look_at(
     """
     link = (link_factory or _links(clock, timeout_s))(endpoint)
     try:
-        info = _asked(link, clock, clock.now() + timeout_s)
+        info = _asked_again(link, clock, timeout_s)
     except PasswordNeeded:
         info = None
     finally:
@@ -241,6 +244,20 @@ def look_at(
     if info is None and known is not None and known.endpoint == endpoint:
         return _as_known(known, "typed")
     return described(endpoint, "typed", info)
+
+
+def _asked_again(link: Asker, clock: Clock, timeout_s: float) -> Info:
+    """Ask up to three times, silence twice: a single lost answer is nobody's fault."""
+    silent = False
+    for _ in range(_TRIES - 1):
+        try:
+            return _asked(link, clock, clock.now() + timeout_s)
+        except LOSSES as error:
+            if isinstance(error, Unreachable) and silent:
+                raise
+            silent = isinstance(error, Unreachable)
+        wait(clock, _AGAIN_S)
+    return _asked(link, clock, clock.now() + timeout_s)
 
 
 @dataclass(slots=True)

@@ -7,7 +7,11 @@ its own failure.
 
 from __future__ import annotations
 
+from typing import Final
+
 __all__ = [
+    "DISK",
+    "LOSSES",
     "BadReply",
     "CameraNotReady",
     "CameraRefused",
@@ -110,3 +114,10 @@ class DownloadFailed(DeviceError):
     """A file could not be brought over whole; what came was kept and can be continued."""
 
     default_code = "download-failed"
+
+
+DISK: Final = frozenset({"disk", "disk-full", "not-written"})
+"""Codes of errors that are this computer's own: its disk takes no more."""
+
+LOSSES: Final = (Unreachable, BadReply, NotACamera, PasswordNeeded)
+"""Errors after which the camera may be there all the same, once it has answered."""

@@ -9,6 +9,8 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Final
 
 from app.core.errors import ProbeError
+from app.core.files import open_file
+from app.core.image_input import open_image
 from app.core.probe.bracket import EQUAL_STOPS, MAX_FRAMES
 from app.core.probe.decoding import READ_ROWS, FileRows, row_bands
 from app.core.probe.metadata import ENDINGS, read_header
@@ -167,7 +169,7 @@ def _check_whole(path: Path, size: int) -> None:
     if size > MAX_BYTES:
         raise ProbeError(f"{path.name} is too large for a picture.")
     try:
-        with path.open("rb") as stream:
+        with open_file(path) as stream:
             jpeg = stream.read(3) == b"\xff\xd8\xff"
     except OSError as error:
         raise ProbeError(
@@ -180,7 +182,7 @@ def _check_whole(path: Path, size: int) -> None:
     frame = read_header(path).frame
     # Other formats do not end in a mark; their last rows are missing when they are cut off.
     try:
-        _decode(frame)
+        _decode(frame.as_stored)
     except ProbeError as error:
         raise incomplete from error
 
@@ -195,12 +197,9 @@ def _decode(frame: Frame) -> None:
 
 
 def _taken_s(path: Path) -> float | None:
-    import OpenImageIO as oiio
-
     with suppress(UnicodeError):
-        source = oiio.ImageInput.open(str(path))
+        source = open_image(path)
         if source is None:
-            oiio.geterror()
             return None
         try:
             texts = [str(source.spec().getattribute(name) or "") for name in _TAKEN]
@@ -215,7 +214,7 @@ def _taken_s(path: Path) -> float | None:
 def _numbers(name: str) -> tuple[tuple[int, str], ...]:
     """Split a name so that IMG_10 comes after IMG_9."""
     return tuple(
-        (int(part), "") if part.isdigit() else (-1, part.lower()) for part in _DIGITS.split(name)
+        (int(part), "") if part.isdecimal() else (-1, part.lower()) for part in _DIGITS.split(name)
     )
 
 

@@ -226,7 +226,7 @@ def default_password_hint(model: str, serial: str) -> str:
     if name == "RICOH THETA V":
         return digits_rule
     newer = _NO_DEFAULT.get(name)
-    if newer is None or not digits[:2].isdigit():
+    if newer is None or not digits[:2].isdecimal():
         return f"{digits_rule} Newer cameras have none until one is set in Ricoh's app."
     return _SET_FIRST if int(digits[:2]) in newer else digits_rule
 

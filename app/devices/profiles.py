@@ -4,8 +4,10 @@ Sources: Ricoh's Web API v2.1 specification and its own client library for the T
 SC2 and the A1 are not documented and described with care: whatever such a camera refuses is left
 out, and a bracket that is refused is shot as single pictures.
 
-Insta360's cameras answer to the same protocol. Their own bracket (`hdr`) leaves three unstitched
-files, which are no panoramas, so single pictures stitched in the camera are taken of them.
+Insta360's cameras answer to the same protocol. Their own bracket (`hdr`) steps as it likes, so
+single pictures are taken of them. Stitching is asked for where `photoStitchingSupport` offers it;
+most models stitch HDR pictures only (Insta360_OSC, issues 2, 4, 19, 24, 34), and the merge stitches
+the others.
 """
 
 from __future__ import annotations
@@ -80,10 +82,15 @@ class ModelProfile:
         Options that are changed here and so must be put back, besides `captureMode`.
     extra : tuple[tuple[str, str | int], ...]
         Further options for a capture, each set by itself.
+    asks_support : bool
+        Whether the camera is asked for its picture sizes, apertures and shooting methods: a Theta
+        that is not known here.
     picture : tuple[int, int] or None
         Columns and rows of the JPEG to ask for; None leaves it to the camera.
     stitching : bool
         Whether seam and levelling of one picture can be kept for the next ones.
+    listed : int
+        Most files it is asked to list at once.
     rest_s : float
         Rest between single pictures, in seconds.
     settle_s : float
@@ -92,6 +99,8 @@ class ModelProfile:
         Time between two questions how far it is, in seconds.
     api_switch : bool
         Whether it wakes up in API 2.0 after every connection.
+    forgets : bool
+        Whether it goes back to its own settings with every connection.
     min_firmware : tuple[int, ...]
         Oldest that is supported; empty where any is.
     bracket_firmware : tuple[int, ...]
@@ -122,12 +131,15 @@ class ModelProfile:
     ricoh: bool = True
     saved: tuple[str, ...] = _THETA
     extra: tuple[tuple[str, str | int], ...] = ()
+    asks_support: bool = False
     picture: tuple[int, int] | None = None
     stitching: bool = False
+    listed: int = 100
     rest_s: float = 0.0
     settle_s: float = 1.0
     poll_s: float = 1.0
     api_switch: bool = False
+    forgets: bool = False
     min_firmware: tuple[int, ...] = ()
     bracket_firmware: tuple[int, ...] = ()
     previews: tuple[tuple[int, int, int], ...] = ((1024, 512, 30),)
@@ -207,7 +219,20 @@ _GENERIC: Final = ModelProfile(
     max_shots=13,
     ricoh=False,
     saved=_CORE,
+    listed=10,
     previews=(),
+)
+# Like a V, in its own network as well; what else it can it says itself.
+_UNKNOWN_THETA: Final = replace(
+    _V,
+    name="theta",
+    title="Ricoh Theta",
+    max_shots=13,
+    saved=(*_STITCHED, "aperture", "_shootingMethod"),
+    asks_support=True,
+    picture=None,
+    user_prefix="",
+    previews=((1024, 512, 30),),
 )
 
 PROFILES: Final = (
@@ -229,6 +254,7 @@ PROFILES: Final = (
         picture=(5376, 2688),
         rest_s=6.0,
         poll_s=3.0,
+        forgets=True,
         previews=(),
     ),
     replace(
@@ -263,12 +289,14 @@ PROFILES: Final = (
         digest=True,
         previews=((1024, 512, 30), (1024, 512, 10)),
     ),
+    _UNKNOWN_THETA,
     _GENERIC,
     replace(
         _GENERIC,
         name="insta360",
         title="Insta360",
         bracket="insta-hdr",
+        max_shots=9,
         saved=(*_CORE, "hdr", "photoStitching"),
         extra=(("hdr", "off"), ("photoStitching", "ondevice")),
         headers=(("X-XSRF-Protected", "1"),),
@@ -286,7 +314,7 @@ def profile_named(name: str) -> ModelProfile:
     Parameters
     ----------
     name : str
-        "S", "SC", "SC2", "V", "V-old", "Z1", "X", "A1", "generic" or "insta360".
+        "S", "SC", "SC2", "V", "V-old", "Z1", "X", "A1", "theta", "generic" or "insta360".
 
     Returns
     -------
@@ -315,9 +343,11 @@ def profile_for(info: Info) -> ModelProfile:
         That of any OSC camera where the model is not known. A model whose firmware is too old for
         a bracket of its own has "single" for its style.
     """
-    known = theta_limits(info.model) if "THETA" in info.model.upper() else None
-    if known is None:
+    if "THETA" not in info.model.upper():
         return profile_named("insta360" if "insta360" in info.model.lower() else "generic")
+    known = theta_limits(info.model)
+    if known is None:
+        return _UNKNOWN_THETA
     name = known.model
     if name == "V" and info.firmware and info.firmware < _NEW_V:
         name = "V-old"

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import threading
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QPoint
-from PySide6.QtWidgets import QFileDialog
 
 from app.core.errors import CoreError
 from app.core.settings import FILE, write_settings
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
+from app.ui.widgets.file_dialogs import ask_files, ask_folder
 from app.ui.widgets.menus import Menu
 
 if TYPE_CHECKING:
@@ -38,7 +37,9 @@ _THEMES: Final = {
     "light": "Light colours",
     "contrast": "High contrast, for sunlight",
 }
-_FILES: Final = "Panoramas and photographs (*.exr *.hdr *.jpg *.jpeg *.png *.tif *.tiff *.dng)"
+_FILES: Final = (
+    "Panoramas and photographs (*.exr *.hdr *.jpg *.jpeg *.insp *.png *.tif *.tiff *.dng)"
+)
 
 
 class Commands:
@@ -69,6 +70,7 @@ class Commands:
         """Act on this window from now on."""
         self._window = window
         window.asked.connect(self.ask)
+        self.desk.saving.folder_asker = lambda title: ask_folder(window, title)
 
     @property
     def window(self) -> Window:
@@ -85,11 +87,13 @@ class Commands:
         """Offer the demo place and the tour at the very first start."""
         if not self.services.model.settings.tour_seen:
             self.services.notify.tell(
-                "New here? Five pictures show the way, and a demo place is ready to try.",
+                "New here? Five steps show the way, and a demo place is ready to try.",
                 actions=[
                     ("Take the tour", lambda: self.ask("tour")),
                     ("Demo place", self.desk.open_demo),
                 ],
+                about="tour",
+                stay=True,
             )
             self.change("tour_seen", value=True)
 
@@ -124,7 +128,15 @@ class Commands:
             Action("open-files", "Open files…", self.open_files, "file", "Ctrl+O"),
             Action("open-folder", "Open a folder…", self.open_folder, "folder", "Ctrl+Shift+O"),
             Action("demo", "Try the demo place", self.desk.open_demo, "pin"),
-            Action("undo", "Undo", undo.undo, "undo", "Ctrl+Z", lambda: bool(undo.undo_words)),
+            Action(
+                "undo",
+                "Undo",
+                undo.undo,
+                "undo",
+                "Ctrl+Z",
+                lambda: bool(undo.undo_words),
+                about=undo.undo_words,
+            ),
             Action(
                 "redo",
                 "Redo",
@@ -132,6 +144,7 @@ class Commands:
                 "redo",
                 "Ctrl+Shift+Z; Ctrl+Y",
                 lambda: bool(undo.redo_words),
+                about=undo.redo_words,
             ),
             Action("places", "Places", lambda: self.ask("places"), "places", "Ctrl+P"),
             Action("settings", "Settings", lambda: self.ask("settings"), "settings", "Ctrl+,"),
@@ -177,6 +190,14 @@ class Commands:
             self._overlay = open_overlay(what, self)
             self._overlay.closed.connect(self._overlay_closed)
 
+    def show_setting(self, key: str) -> None:
+        """Open the settings at one of them."""
+        self.ask("settings")
+        item = None if self._overlay is None else self._overlay.body.itemAt(0)
+        reveal = getattr(None if item is None else item.widget(), "reveal", None)
+        if reveal is not None:
+            reveal(key)
+
     def close_overlay(self) -> None:
         """Close what lies over the screen."""
         if self._overlay is not None:
@@ -188,7 +209,8 @@ class Commands:
             self.ask(self._asked)
 
     def messages(self) -> tuple[Message, ...]:
-        """Give what was told since the start."""
+        """Give what was told since the start; from now on it counts as read."""
+        self._notify.read()
         return self._notify.messages
 
     def _overlay_closed(self) -> None:
@@ -210,15 +232,15 @@ class Commands:
 
     def open_files(self) -> None:
         """Ask for files and open them."""
-        names, _ = QFileDialog.getOpenFileNames(self._window, "Open files", "", _FILES)
-        if names:
-            self.desk.open_paths([Path(name) for name in names])
+        paths = ask_files(self.window, "Open files", _FILES)
+        if paths:
+            self.desk.open_paths(paths)
 
     def open_folder(self) -> None:
         """Ask for a folder with a bracket or a panorama and open it."""
-        name = QFileDialog.getExistingDirectory(self._window, "Open a folder")
-        if name:
-            self.desk.open_paths([Path(name)])
+        folder = ask_folder(self.window, "Open a folder")
+        if folder is not None:
+            self.desk.open_paths([folder])
 
     def change(self, key: str, value: object) -> None:
         """Change one setting and keep it.
@@ -240,6 +262,9 @@ class Commands:
     def _model_changed(self, names: frozenset[str]) -> None:
         if names & {"step", "painting", "place_folder"}:
             self.close_overlay()
+        if "light" in names and self.services.model.light is not None:
+            # The offer of the first start is taken up, one way or another.
+            self.services.notify.mended("tour")
         if "settings" in names:
             self._keep(self.services.model.settings)
 
@@ -252,7 +277,16 @@ class Commands:
 
     def _keep(self, settings: Settings) -> None:
         self._unkept = settings
-        self.services.runner.submit("keep-settings", lambda token, report: self._write_settings())
+        self.services.runner.submit(
+            "keep-settings",
+            lambda token, report: self._write_settings(),
+            done=lambda _: self.services.notify.mended("settings"),
+            failed=self._settings_unkept,
+        )
+
+    def _settings_unkept(self, error: Exception) -> None:
+        again = ("Try again", lambda: self._keep(self.services.model.settings))
+        self.services.notify.tell_error(error, actions=[again], about="settings")
 
     def _write_settings(self) -> None:
         # One after the other, and only the newest: an older one never comes last.

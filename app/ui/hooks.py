@@ -28,6 +28,7 @@ _LEVELS: Final = {
     QtMsgType.QtFatalMsg: logging.CRITICAL,
 }
 _log = logging.getLogger("turnlight")
+_log.addHandler(logging.NullHandler())  # without a log nothing is printed in its place
 
 
 class _Carrier(QObject):

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
+import os
+import sys
 import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, TypeVar
@@ -18,13 +21,15 @@ if TYPE_CHECKING:
 
     from app.core.progress import Report
 
-__all__ = ["JobLine", "QtRunner"]
+__all__ = ["JobLine", "QtRunner", "leave_if_stuck"]
 
 T = TypeVar("T")
 
 _THREADS: Final = 6  # some of them wait: for a folder, a camera, a moment to pass
 _HEAVY_S: Final = 0.2  # work that takes longer leaves memory behind
 _log = logging.getLogger(__name__)
+_stuck: Final[list[QtRunner]] = []
+"""Those whose work did not end when it was asked to; to destroy one would wait for its threads."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +96,9 @@ class _Task(QRunnable):
             error = problem
         if time.thread_time() - began > _HEAVY_S:
             give_back()
-        bridge.finished.emit(job, answer, error)
+        # Work that outlives the program has nobody to answer.
+        with contextlib.suppress(RuntimeError):
+            bridge.finished.emit(job, answer, error)
 
 
 class QtRunner(QObject):
@@ -172,7 +179,16 @@ class QtRunner(QObject):
         for job in self._jobs.values():
             job.token.cancel()
         self._pool.clear()
-        return self._pool.waitForDone(milliseconds)
+        ended = self._pool.waitForDone(milliseconds)
+        if not ended:
+            _log.info("still at work: %s", ", ".join(self._jobs))
+            _stuck.append(self)
+        return ended
+
+    @property
+    def at_work(self) -> bool:
+        """Whether any work has not ended."""
+        return not self._pool.waitForDone(0)
 
     @Slot(object, float, str)
     def _progressed(self, job: _Job, fraction: float, message: str) -> None:
@@ -210,3 +226,21 @@ class QtRunner(QObject):
     def _show_line(self) -> None:
         lines = list(self._lines.values())
         self.line_changed.emit(lines[-1] if lines else None)
+
+
+def leave_if_stuck(code: int) -> None:
+    """End the process where work goes on although its runner was shut down.
+
+    A read from a drive that is gone may never return, and Python would wait for it. Everything
+    worth keeping has been written by then.
+
+    Parameters
+    ----------
+    code : int
+        Exit code of the process.
+    """
+    if any(runner.at_work for runner in _stuck):
+        logging.shutdown()
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Final, TypeVar, overload
 
-from PySide6.QtCore import QCoreApplication, QEventLoop, QPoint, Qt, QTimer
+from PySide6.QtCore import QBuffer, QCoreApplication, QEventLoop, QPoint, Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 
-from app.core.files import atomic_write
+from app.core.files import atomic_write_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -148,13 +148,12 @@ class Robot:
             When it cannot be written.
         """
         self.settle()
-        picture = self.window.grab()
-
-        def write(temporary: Path) -> None:
-            if not picture.save(str(temporary), "PNG"):
-                raise OSError(f"{path} cannot be written.")
-
-        atomic_write(path, write)
+        # In memory first: Qt does not say whether the disk took all of it.
+        encoded = QBuffer()
+        encoded.open(QBuffer.OpenModeFlag.WriteOnly)
+        if not self.window.grab().save(encoded, "PNG"):
+            raise OSError(f"{path} cannot be written.")
+        atomic_write_bytes(path, bytes(encoded.data().data()))
 
 
 def _let_pass(milliseconds: int) -> None:

@@ -71,12 +71,13 @@ class Walk:
                 "Name another folder.",
             ) from error
         self._app.show()
-        self._app.window.resize(_FULL)
         QTimer.singleShot(0, self._walk)
         self._app.application.exec()
         return self._code
 
     def _walk(self) -> None:
+        self._robot.settle()
+        self._app.window.resize(_FULL)
         try:
             for part in (
                 self._probe,

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import logging
+import os
+import shutil
+import socket
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from PySide6.QtCore import QBuffer, QByteArray, QIODevice
+from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QLoggingCategory
 
 from app.core.turning.tones import RATE
 
@@ -58,6 +63,11 @@ class Speaker:
         if self._tried:
             return
         self._tried = True
+        if not _may_sound():
+            _log.info("no sound: there is no sound server")
+            return
+        # What it lacks of video and the like is of no interest here.
+        QLoggingCategory.setFilterRules("qt.multimedia.*=false")
         try:
             # Its libraries may be missing where nothing else of Qt's is.
             from PySide6.QtMultimedia import QAudioFormat, QAudioSink, QMediaDevices
@@ -74,3 +84,27 @@ class Speaker:
         form.setSampleFormat(QAudioFormat.SampleFormat.Int16)
         self._sink = QAudioSink(device, form)
         self._sink.setBufferSize(_BUFFER_BYTES)
+
+
+def _may_sound() -> bool:
+    """Whether a sound server answers, or would be started: without one Qt complains aloud."""
+    if sys.platform in ("win32", "darwin") or os.environ.get("PULSE_SERVER"):
+        return True
+    if shutil.which("pulseaudio") is not None and os.geteuid() != 0:
+        return True  # libpulse starts it
+    running = Path(os.environ.get("XDG_RUNTIME_DIR") or f"/run/user/{os.getuid()}")
+    own = os.environ.get("PULSE_RUNTIME_PATH")
+    folders = [Path(own)] if own else [running / "pulse", Path("/run/pulse")]
+    doors = [folder / "native" for folder in folders]
+    doors += [running / "pipewire-0", *Path.home().glob(".config/pulse/*-runtime/native")]
+    return any(_answers(door) for door in doors)
+
+
+def _answers(door: Path) -> bool:
+    with socket.socket(socket.AF_UNIX) as line:
+        line.settimeout(1.0)
+        try:
+            line.connect(str(door))
+        except OSError:
+            return False
+    return True

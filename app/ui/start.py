@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from datetime import datetime
 from pathlib import Path
@@ -170,7 +171,8 @@ class App:
         return False
 
     def _begin(self) -> None:
-        self.desk.begin()
+        # A demo begins where a first start does.
+        self.desk.begin(reopen=not self.wishes.demo)
         self.commands.begin()
 
     def _wanted(self, settings: Settings) -> tuple[ThemeName, float]:
@@ -189,15 +191,20 @@ class App:
                 self.commands.reopen()
 
     def _kept_geometry(self) -> QByteArray | None:
-        kept = self._window_settings().value(_GEOMETRY)
+        settings = self._window_settings()
+        kept = None if settings is None else settings.value(_GEOMETRY)
         return kept if isinstance(kept, QByteArray) else None
 
     def _keep_geometry(self) -> None:
-        if self.wishes.screenshots is None:
-            self._window_settings().setValue(_GEOMETRY, self.window.saveGeometry())
+        settings = self._window_settings()
+        if settings is not None and self.wishes.screenshots is None:
+            settings.setValue(_GEOMETRY, self.window.saveGeometry())
 
-    def _window_settings(self) -> QSettings:
-        return QSettings(str(self._window_file), QSettings.Format.IniFormat)
+    def _window_settings(self) -> QSettings | None:
+        file = self._window_file
+        if os.path.lexists(file) and not file.is_file():
+            return None  # a pipe would be waited for
+        return QSettings(str(file), QSettings.Format.IniFormat)
 
 
 class _AfterFirstPaint(QObject):

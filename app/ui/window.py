@@ -5,12 +5,13 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QByteArray, QPoint, QSize, Qt, QTimer, Signal
+from PySide6.QtCore import QByteArray, QEvent, QPoint, QSize, Qt, QTimer, Signal
 from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from app.ui.frame.drop import DropVeil, dropped_paths
 from app.ui.frame.jobline import JobLineBar
 from app.ui.frame.rail import PLACES, SETTINGS, Rail
+from app.ui.frame.screen_fit import fit_on_screen, room_for
 from app.ui.frame.topbar import TopBar
 from app.ui.memory import reading_in
 from app.ui.presenters.model import Step
@@ -42,11 +43,13 @@ if TYPE_CHECKING:
     from app.ui.screens.registry import ScreenPresenter
     from app.ui.theme import ThemeName
 
-__all__ = ["FULL_SIZE", "SMALLEST", "Window"]
+__all__ = ["DESIGNED", "FULL_SIZE", "SMALLEST", "Window"]
 
-SMALLEST: Final = QSize(1024, 700)
-"""The window works from this size up, logical pixels."""
-FULL_SIZE: Final = QSize(1440, 900)
+SMALLEST: Final = QSize(1024, 640)
+"""The window works from this size up, logical pixels; smaller only where the screen is."""
+DESIGNED: Final = QSize(1440, 900)
+"""The window opens in this size where the screen has room for it."""
+FULL_SIZE: Final = QSize(1280, 760)
 """Below this the narrow layout is taken."""
 
 
@@ -90,7 +93,7 @@ class Window(QWidget):
     paths_dropped = Signal(list)
     asked = Signal(str, QPoint)
     """Something that lies over the screen was asked for: ``places``, ``settings``, ``find``,
-    ``sitter``, ``camera``; with the global point where a menu opens."""
+    ``messages``, ``sitter``, ``camera``; with the global point where a menu opens."""
     closed = Signal()
 
     def __init__(
@@ -112,9 +115,12 @@ class Window(QWidget):
         self._views: dict[ScreenKey, QWidget] = {}
         self._front: ScreenKey | None = None
         self._state: FrameState | None = None
+        self._hints: list[tuple[str, str]] = []
         self._idle = ("", "check")
+        self._failed = ""
         self._job: JobLine | None = None
         self._compact = True
+        self._framed = False
         self.actions_everywhere = tuple(actions)
         self.before_closing: Callable[[], bool] = lambda: True
         self._global_shortcuts = Shortcuts(self)
@@ -134,17 +140,24 @@ class Window(QWidget):
         self._compact = self._wants_compact()
         self._build()
         runner.line_changed.connect(self._show_job)
+        runner.ended.connect(self._job_ended)
+        notify.changed.connect(self._show_unread)
         services.model.changed.connect(self._model_changed)
         self._global_shortcuts.bind(self.actions_everywhere)
         application.focusChanged.connect(self._focus_moved)
 
     def show_state(self, state: FrameState) -> None:
         """Show the frame's state and bring the screen that belongs there to the front."""
+        if self._state is None or state.status != self._state.status:
+            self._failed = ""
         self._state = state
         self._rail.show_steps(state.step, state.done)
         self._top.show_state(state)
         self.say(state.status, state.status_icon)
         self._show_screen()
+        self._show_hints()
+        # Once the screen has its layout: no message lies over a control of it.
+        QTimer.singleShot(0, self._toasts, self._toasts.lay)
 
     def say(self, words: str, icon: str = "check") -> None:
         """Show the last result in the line at the foot.
@@ -157,12 +170,11 @@ class Window(QWidget):
             See `JobLineBar.show_idle`.
         """
         self._idle = (words, icon)
-        if self._job is None:
-            self._job_line.show_idle(words, icon)
+        self._show_job(self._job)
 
     def dismiss_messages(self) -> None:
         """Take all messages off the screen; they stay in the list of messages."""
-        self._toasts.clear()
+        self._notify.dismiss()
 
     def wear(self, name: ThemeName, scale: float) -> None:
         """Put on another theme or size; every view is made anew.
@@ -194,7 +206,9 @@ class Window(QWidget):
         return None if self._front is None else self._presenters.get(self._front)
 
     def _focus_moved(self) -> None:
-        covered = any(sheet.isVisible() for sheet in self.findChildren(Sheet))
+        # Not by looking through the children: the focus also moves while a dialog among them is
+        # half destroyed.
+        covered = bool(Sheet.over(self))
         self._global_shortcuts.rest(covered)
         self._screen_shortcuts.rest(covered)
 
@@ -207,8 +221,16 @@ class Window(QWidget):
         """Bind the shortcuts of the screen in front anew: it offers others now."""
         actions = self.screen_actions()
         self._screen_shortcuts.bind(actions)
+        self._show_hints(actions)
+
+    def _show_hints(self, actions: Sequence[Action] | None = None) -> None:
+        """Show the keys that do something now."""
         find = [one for one in self.actions_everywhere if one.hint]
-        self._job_line.show_hints(hints_of([*actions, *find]))
+        here = self.screen_actions() if actions is None else actions
+        hints = hints_of([*here, *find])
+        if hints != self._hints:
+            self._hints = hints
+            self._job_line.show_hints(hints)
 
     def _build(self) -> None:
         body = QWidget()
@@ -219,6 +241,7 @@ class Window(QWidget):
         self._top = TopBar(self._compact)
         self._stack = QStackedWidget()
         self._job_line = JobLineBar(self._compact)
+        self._hints = []
         for widget in (self._top, self._stack, self._job_line):
             column.addWidget(widget, 1 if widget is self._stack else 0)
         self._outer.addWidget(self._rail)
@@ -234,7 +257,9 @@ class Window(QWidget):
         self._top.undo_asked.connect(self._services.undo.undo)
         self._top.redo_asked.connect(self._services.undo.redo)
         self._job_line.cancel_asked.connect(self._runner.cancel)
+        self._job_line.messages_asked.connect(lambda: self._ask("messages"))
         self._show_job(self._job)
+        self._show_unread()
 
     def _rebuild(self) -> None:
         self.setUpdatesEnabled(False)
@@ -261,13 +286,11 @@ class Window(QWidget):
         # In the same frame: what a layout takes in is else shown an event later.
         self._rail.show()
         self._body.show()
-        self.setMinimumSize(self._smallest())
         if self._state is not None:
             self.show_state(self._state)
         # What lay over the screen still does.
-        for sheet in self.findChildren(Sheet):
-            if sheet.isVisible():
-                sheet.raise_()
+        for sheet in Sheet.over(self):
+            sheet.raise_()
 
     def _show_screen(self) -> None:
         key = screen_of(self._services.model)
@@ -323,10 +346,19 @@ class Window(QWidget):
 
     def _show_job(self, job: JobLine | None) -> None:
         self._job = job
-        if job is None:
-            self._job_line.show_idle(*self._idle)
-        else:
+        if job is not None:
             self._job_line.show_job(job)
+            return
+        self._job_line.show_idle(*((self._failed, "error") if self._failed else self._idle))
+        self._show_hints()
+
+    def _job_ended(self, title: str, how: str) -> None:
+        """Say at the foot what failed, until something else is to be said there."""
+        self._failed = f"{title} failed." if how == "failed" else ""
+        self._show_job(self._job)
+
+    def _show_unread(self) -> None:
+        self._job_line.show_unread(self._notify.unread)
 
     def _rail_chosen(self, key: str) -> None:
         if key in (PLACES, SETTINGS):
@@ -338,9 +370,6 @@ class Window(QWidget):
         self.asked.emit(what, self.mapToGlobal(QPoint(0, 0)))
 
     # -- size ----------------------------------------------------------------------------------
-
-    def _smallest(self) -> QSize:
-        return SMALLEST
 
     def _wants_compact(self) -> bool:
         t = theme()
@@ -359,11 +388,20 @@ class Window(QWidget):
         self._relayout.start()
 
     def restore(self, geometry: QByteArray | None) -> None:
-        """Take the size and place of last time; none, or one that fits nowhere, is left."""
-        self.setMinimumSize(self._smallest())
+        """Take the size and place of last time, as far as this screen has room for them."""
         if geometry is None or not self.restoreGeometry(geometry):
-            self.resize(FULL_SIZE)
+            self.resize(DESIGNED)
+            room = room_for(self)
+            self.move(room.center() - self.rect().center())
+        fit_on_screen(self, SMALLEST)
         self._fit_layout()
+
+    def changeEvent(self, event: QEvent) -> None:
+        """Once the desktop has put its frame around the window, the whole of it fits."""
+        super().changeEvent(event)
+        if event.type() is QEvent.Type.ActivationChange and not self._framed:
+            self._framed = True
+            QTimer.singleShot(0, self, lambda: fit_on_screen(self, SMALLEST))
 
     # -- files dropped anywhere ----------------------------------------------------------------
 

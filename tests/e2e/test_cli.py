@@ -118,3 +118,54 @@ def test_what_is_left_to_do_after_stopping_is_said(
     monkeypatch.setattr(cli, "_dispatch", stopped)
     assert cli.main(["capture"]) == 130
     assert capsys.readouterr().err == f"Stopped. {hint}".rstrip() + "\n"
+
+
+def shell(line: str, cwd: Path) -> subprocess.CompletedProcess[str]:
+    program = f'"{sys.executable}" -P -m app'
+    return subprocess.run(
+        ["/bin/sh", "-c", line.replace("turnlight", program)],
+        cwd=cwd,
+        env=environment(),
+        capture_output=True,
+        encoding="utf-8",
+        timeout=120,
+        check=False,
+    )
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a shell and a full device")
+def test_an_answer_that_cannot_be_printed_is_an_error_in_one_line(tmp_path: Path) -> None:
+    for line in ("turnlight styles >&-", "turnlight styles >/dev/full", "turnlight -h >/dev/full"):
+        done = shell(line, tmp_path)
+        assert done.returncode == 2, line
+        assert done.stderr.startswith("turnlight: The answer cannot be printed: ")
+        assert done.stderr.count("\n") == 1
+    # Only words are lost here.
+    for line in ("turnlight styles 2>&-", "turnlight styles 2>/dev/full <&-"):
+        done = shell(line, tmp_path)
+        assert (done.returncode, done.stderr) == (0, ""), line
+        assert "butterfly" in done.stdout
+    assert shell("turnlight solve none.exr 2>&-", tmp_path).returncode == 2
+
+
+@pytest.mark.skipif(os.name != "posix", reason="names of bytes")
+def test_names_that_steer_a_terminal_are_shown_as_escapes(tmp_path: Path) -> None:
+    name = os.fsdecode(b"red\x1b[31m\xff\xc2\x9b\ntwo.exr")
+    done = turnlight("solve", name, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr == (
+        "turnlight: There is no file red\\u001b[31m\\udcff\\u009b\\ntwo.exr. Check the name.\n"
+    )
+    (tmp_path / name).write_bytes(b"v/1\x01" + bytes(100))
+    done = turnlight("solve", name, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "not utf-8 text" in done.stderr
+
+
+def test_what_libraries_say_of_a_damaged_file_stays_with_them(tmp_path: Path) -> None:
+    good = (ROOT / "tests" / "data" / "near-field.npz").read_bytes()
+    (tmp_path / "cut.png").write_bytes(b"\x89PNG\r\n\x1a\n" + good[:50])
+    done = turnlight("align", "cut.png", "cut.png", cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stderr.startswith("turnlight: cut.png is damaged")
+    assert done.stderr.count("\n") == 1

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from app.cli import main
 from app.commands import align as command
-from app.core.turning.picture_file import read_picture, upright
+from app.core.image_input import upright
+from app.core.turning.picture_file import read_picture
 from app.core.turning.views import Lens, look
 from tests.helpers.demo_place import demo_panorama
 
@@ -269,6 +270,6 @@ def test_never_over_an_input(
     link.symlink_to(target)
     for output in (target, link):
         assert main(["align", str(target), str(folder / "view.jpg"), "-o", str(output)]) == 2
-        assert "one of the two pictures" in capsys.readouterr().err
+        assert "one of the files that are read" in capsys.readouterr().err
         assert main(["align", str(folder / "view.jpg"), str(target), "-o", str(output)]) == 2
     assert target.read_bytes() == (folder / "target.png").read_bytes()

@@ -262,7 +262,7 @@ def test_a_camera_that_is_owed_settings_is_sought_but_does_not_stop_the_merge(
 
     def reach(owed: dict[str, int], finished: str = "", complete: bool = True) -> object:
         journal = SimpleNamespace(settings_to_restore=owed, finished=finished)
-        session: Any = SimpleNamespace(complete=complete, journal=journal)
+        session: Any = SimpleNamespace(complete=complete, journal=journal, owes=bool(owed))
         args = argparse.Namespace(camera="auto")
         return command._reach(args, session, None, VirtualClock(), Token())
 

@@ -103,9 +103,11 @@ def test_stopped_for_a_picture_and_back_again() -> None:
         assert until(lambda: rig.camera.preview.body is None)
         clock.sleep(1.5)
         taken = rig.client.take_picture()
+        # As Ricoh's examples have it, only the first reply carries the id.
+        number = str(taken.id)
         while taken.state == "inProgress":
             clock.sleep(0.5)
-            taken = rig.client.status(str(taken.id))
+            taken = rig.client.status(number)
         count = rig.stream.count
         rig.stream.start()
         assert until(lambda: rig.stream.count > count + 3)

@@ -20,7 +20,7 @@ from app.devices.osc.endpoint import Endpoint
 from app.devices.osc.link import Credentials, Link
 from app.devices.simulated.adapter import CameraAdapter
 from app.devices.simulated.camera import SimulatedCamera
-from app.devices.simulated.personality import personality_named
+from app.devices.simulated.personality import Personality, personality_named
 from app.devices.simulated.scene import Scene
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class Rig:
     """All of it; `shoot` runs one capture."""
 
     folder: Path
-    model: str = "V"
+    model: str | Personality = "V"
     faults: Collection[str] = ()
     seed: int = 0
     shape: tuple[int, int] | None = SMALL
@@ -81,7 +81,7 @@ class Rig:
     def __post_init__(self) -> None:
         self.camera = SimulatedCamera(
             self.scene or lit_room(),
-            personality_named(self.model),
+            personality_named(self.model) if isinstance(self.model, str) else self.model,
             self.clock,
             faults=self.faults,
             seed=self.seed,

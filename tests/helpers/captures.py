@@ -15,6 +15,7 @@ from app.core.probe.arriving import ArrivingFrames
 from app.devices.capture.machine import Capture
 from app.devices.capture.session import Session
 from app.devices.simulated.exchange import Reply, Request
+from app.devices.simulated.personality import Personality
 from tests.helpers.cameras import Rig, pack
 
 TINY = (64, 128)
@@ -45,7 +46,7 @@ def capture(made: Rig, **how: Any) -> Capture:
     )
 
 
-def rig(folder: Path, model: str = "V", **how: Any) -> Rig:
+def rig(folder: Path, model: str | Personality = "V", **how: Any) -> Rig:
     return Rig(folder / "session", model, shape=how.pop("shape", TINY), **how)
 
 

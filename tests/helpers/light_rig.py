@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.core.angles import wrap
 from app.core.head_shape import load_shape_of
 from app.core.light_here import LightHere
 from app.core.second_light.search import Placed
@@ -123,6 +124,7 @@ class LightRig:
         patch.setattr(light_jobs, "take_in_hand", self.take)
         patch.setattr(light_jobs, "ask", self._ask)
         patch.setattr(light_jobs, "look", self._look)
+        patch.setattr(light_jobs, "result_with", self._with)
         patch.setattr(light_jobs, "closer", lambda *_: self.nearer)
         self.shape = load_shape_of(head().transport, "generic")
         self.presenter = LightPresenter(self.table.services, self.table.desk)
@@ -165,6 +167,13 @@ class LightRig:
                 one = replace(one, strength=12.0, attainable=False, reason=why)
             answers.append(replace(one, power=self.power))
         return Answers(hand, question, tuple(answers), self.allowed)
+
+    def _with(self, answers: Answers, name: str, held: Held, match: float) -> StyleResult:
+        del held
+        one = answers.of(name)
+        assert one is not None
+        facing = wrap(one.turn_refined_deg + answers.question.front_deg)
+        return replace(one.before, turn_refined_deg=facing, match=match)
 
     def _look(self, answers: Answers, name: str, held: Held, size: Any, known: Any) -> View:
         del known

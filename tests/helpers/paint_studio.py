@@ -34,13 +34,24 @@ class Told:
     actions: dict[str, Callable[[], None]] = field(default_factory=dict)
     errors: list[Exception] = field(default_factory=list)
 
-    def tell(self, message: str, *, kind: str = "info", actions: Sequence[Any] = ()) -> None:
+    def tell(
+        self,
+        message: str,
+        *,
+        kind: str = "info",
+        actions: Sequence[Any] = (),
+        about: str = "",
+        stay: bool = False,
+    ) -> None:
         """Note a message and its buttons."""
-        del kind
+        del kind, about, stay
         self.messages.append(message)
         self.actions.update(actions)
 
-    def tell_error(self, error: Exception, *, actions: Sequence[Any] = ()) -> None:
+    def mended(self, about: str) -> None:
+        """Nothing is on a screen here."""
+
+    def tell_error(self, error: Exception, *, actions: Sequence[Any] = (), about: str = "") -> None:
         """Note an error."""
         del actions
         self.errors.append(error)

@@ -40,6 +40,12 @@ class BeatRunner:
         self.tokens: dict[str, Token] = {}
         self.beats: list[Callable[[], None]] = []
         self.held: set[str] = set()
+        self.waiting: dict[str, Callable[[], None]] = {}
+
+    def release(self, key: str) -> None:
+        """Do what was held back."""
+        self.held.discard(key)
+        self.waiting.pop(key)()
 
     def submit(
         self,
@@ -54,6 +60,9 @@ class BeatRunner:
         del title
         self.ran.append(key)
         if key in self.held:
+            self.waiting[key] = lambda: self.submit(
+                key, work, done=done, failed=failed, cancelled=cancelled
+            )
             return
         token = self.tokens[key] = Token()
 
@@ -105,11 +114,22 @@ class Told:
     def __init__(self) -> None:
         self.messages: list[str] = []
 
-    def tell(self, message: str, *, kind: str = "info", actions: Sequence[Any] = ()) -> None:
-        del kind, actions
+    def tell(
+        self,
+        message: str,
+        *,
+        kind: str = "info",
+        actions: Sequence[Any] = (),
+        about: str = "",
+        stay: bool = False,
+    ) -> None:
+        del kind, about, stay
         self.messages.append(message)
 
-    def tell_error(self, error: Exception, *, actions: Sequence[Any] = ()) -> None:
+    def mended(self, about: str) -> None:
+        """Nothing is on a screen here."""
+
+    def tell_error(self, error: Exception, *, actions: Sequence[Any] = (), about: str = "") -> None:
         del actions
         self.messages.append(str(error))
 

@@ -87,12 +87,12 @@ class Talker:
             self.clock.sleep(1.01)
 
     def finish(self, answer: dict[str, Any], most_s: float = 400.0) -> dict[str, Any]:
-        """Ask until a command is done."""
-        end = self.clock.now() + most_s
+        """Ask until a command is done; only the first answer must have its id."""
+        end, number = self.clock.now() + most_s, answer.get("id")
         while answer["state"] == "inProgress":
             assert self.clock.now() < end, "the command never ended"
             self.clock.sleep(0.5)
-            answer = self.post("/osc/commands/status", {"id": answer["id"]})[1]
+            answer = self.post("/osc/commands/status", {"id": number})[1]
         return answer
 
     def files(self, **parameters: Any) -> list[dict[str, Any]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from functools import cache
+from itertools import count
 from pathlib import Path
 from typing import Any
 from unittest.mock import MagicMock
@@ -104,12 +105,23 @@ class Told:
         self.messages: list[str] = []
         self.buttons: dict[str, Callable[[], None]] = {}
 
-    def tell(self, message: str, *, kind: str = "info", actions: Sequence[Any] = ()) -> None:
-        del kind
+    def tell(
+        self,
+        message: str,
+        *,
+        kind: str = "info",
+        actions: Sequence[Any] = (),
+        about: str = "",
+        stay: bool = False,
+    ) -> None:
+        del kind, about, stay
         self.messages.append(message)
         self.buttons = dict(actions)
 
-    def tell_error(self, error: Exception, *, actions: Sequence[Any] = ()) -> None:
+    def mended(self, about: str) -> None:
+        """Nothing is on a screen here."""
+
+    def tell_error(self, error: Exception, *, actions: Sequence[Any] = (), about: str = "") -> None:
         self.tell(str(error), actions=actions)
 
 
@@ -144,3 +156,9 @@ class Table:
     def card(self, key: str) -> CardState:
         """The card of a style, as it is shown now."""
         return next(card for card in self.presenter.resolve().cards if card.key == key)
+
+
+def on_time(table: Table) -> Table:
+    """Let a second pass whenever somebody looks at the clock."""
+    table.services.clock.now.side_effect = count(0.0, 1.0).__next__  # type: ignore[attr-defined]
+    return table

@@ -19,6 +19,7 @@ from app.devices.discovery import Discovery
 from app.ui.presenters import desk
 from app.ui.robot import Lost, Robot
 from app.ui.start import App
+from app.ui.window import DESIGNED
 from app.ui.wishes import Wishes
 
 if TYPE_CHECKING:
@@ -92,6 +93,9 @@ def opened(
     app = App(application, Wishes(), at_hand, clock or SystemClock(), home)
     app.show()
     robot = Robot(app.window)
+    robot.settle()
+    # The screen that is drawn in memory is smaller than any that people have.
+    app.window.resize(DESIGNED)
     try:
         robot.wait(lambda: app.model.head is not None, "the head")
         robot.settle()

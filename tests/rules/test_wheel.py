@@ -20,13 +20,15 @@ ROOT = Path(__file__).resolve().parents[2]
 pytestmark = pytest.mark.slow
 
 
-def call(*command: str | Path, cwd: Path) -> subprocess.CompletedProcess[str]:
+def call(
+    *command: str | Path, cwd: Path, extra: dict[str, str] | None = None
+) -> subprocess.CompletedProcess[str]:
     # Nothing of this run's own paths may help the installed program.
     env = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     done = subprocess.run(
         [str(word) for word in command],
         cwd=cwd,
-        env={**env, "PYTHONUTF8": "1"},
+        env={**env, "PYTHONUTF8": "1", **(extra or {})},
         capture_output=True,
         encoding="utf-8",
         timeout=280,
@@ -74,7 +76,7 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_wheel_holds_package_and_resources(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     tracked = subprocess.run(
-        ["git", "ls-files", "app", "resources"],
+        ["git", "ls-files", "app", "resources", "turnlight.py"],
         cwd=ROOT,
         capture_output=True,
         text=True,
@@ -134,3 +136,48 @@ def test_installed_program_works_elsewhere(installed: Path, tmp_path: Path) -> N
     assert set(answers) == {style["name"] for style in styles}
     assert any(answer["attainable"] for answer in answers.values())
     assert (tmp_path / "sheet.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("path", [None, ".", "trailing"])
+@pytest.mark.parametrize("shape", ["folder", "file", "namespace", "submodule"])
+def test_installed_program_works_in_a_folder_with_an_app_of_its_own(
+    installed: Path, tmp_path: Path, shape: str, path: str | None
+) -> None:
+    broken = "raise SystemExit('the wrong app')\n"
+    match shape:
+        case "folder":
+            (tmp_path / "app").mkdir()
+            (tmp_path / "app" / "__init__.py").write_text(broken)
+        case "file":
+            (tmp_path / "app.py").write_text(broken)
+        case "namespace":
+            (tmp_path / "app" / "core").mkdir(parents=True)
+            (tmp_path / "app" / "cli.py").write_text(broken)
+        case "submodule":
+            # As a clone of Turnlight itself: an older one must not be mixed with this one.
+            for name in ("__init__.py", "cli.py", "core/__init__.py", "core/errors.py"):
+                file = tmp_path / "app" / name
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_text("" if name.endswith("__init__.py") else broken)
+    extra = {None: {}, ".": {"PYTHONPATH": "."}, "trailing": {"PYTHONPATH": f"lib{os.pathsep}"}}
+    turnlight = installed / ("turnlight.exe" if os.name == "nt" else "turnlight")
+    done = call(turnlight, "styles", "--json", cwd=tmp_path, extra=extra[path])
+    assert len(json.loads(done.stdout)["styles"]) >= 18
+    assert done.stderr == ""
+
+    # The camera of the demo is a process of its own, started in the same folder.
+    demo = (
+        "import sys\n"
+        "from app.devices.clock import SystemClock\n"
+        "from app.devices.demo import DemoDevices\n"
+        "from app.core.paths import resources\n"
+        "from app.core.progress import Token\n"
+        "devices = DemoDevices(SystemClock(), resources() / 'demo' / 'location')\n"
+        "try:\n"
+        "    print(len(devices.discover(Token()).cameras))\n"
+        "finally:\n"
+        "    devices.close()\n"
+    )
+    if path is None:
+        python = installed / ("python.exe" if os.name == "nt" else "python")
+        assert call(python, "-P", "-c", demo, cwd=tmp_path).stdout.strip() == "1"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import threading
 import time
 from typing import TYPE_CHECKING
@@ -143,3 +145,53 @@ def test_many_jobs_leave_nothing_behind(qtbot: QtBot, runner: QtRunner) -> None:
         runner.submit(f"k{number % 7}-{number}", work(number), done=answers.append)
     qtbot.waitUntil(lambda: len(answers) == 300, timeout=20_000)
     assert sorted(answers) == list(range(300))
+
+
+# As `app.desktop.start` ends; the runner stands in a circle of references, as it does in the app.
+ENDING = """
+import sys, time
+from PySide6.QtCore import QCoreApplication
+from app.ui.jobs import QtRunner, leave_if_stuck
+application = QCoreApplication([])
+
+def main():
+    runner = QtRunner(print)
+    runner.itself = runner
+    runner.submit("solve", lambda token, report: time.sleep({work}))
+    time.sleep(0.1)
+    print(runner.shutdown({patience}), flush=True)
+
+main()
+leave_if_stuck(5)
+time.sleep({after})
+sys.exit(6)
+"""
+
+
+@pytest.mark.parametrize(
+    ("work", "patience", "after", "said", "code"),
+    [
+        # A read that never returns does not hold the program.
+        (3600.0, 200, 0.0, "False", 5),
+        # Work that ends with the program has nobody to tell, and says nothing.
+        (0.5, 1, 0.6, "False", 5),
+        (0.0, 5000, 0.0, "True", 6),
+    ],
+)
+def test_the_program_ends_whatever_is_still_at_work(
+    work: float, patience: int, after: float, said: str, code: int
+) -> None:
+    ending = ENDING.format(work=work, patience=patience, after=after)
+    done = subprocess.run(
+        [sys.executable, "-c", ending], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.returncode, done.stdout.strip(), done.stderr) == (code, said, "")
+
+
+def test_an_answer_after_the_end_of_the_runner_is_dropped() -> None:
+    """Qt's objects are destroyed before the interpreter ends, and work may outlast them."""
+    ending = ENDING.replace("leave_if_stuck(5)\n", "").format(work=0.5, patience=1, after=0)
+    done = subprocess.run(
+        [sys.executable, "-c", ending], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.returncode, done.stderr) == (6, "")

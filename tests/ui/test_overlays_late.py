@@ -34,7 +34,7 @@ def test_places_that_are_found_after_the_list_was_closed() -> None:
     body.deleteLater()
     QCoreApplication.sendPostedEvents(body, QEvent.Type.DeferredDelete.value)
     assert not shiboken6.isValid(body)
-    late[0](())
+    late[0](((), ()))
 
 
 def test_the_sheet_for_a_name_goes_with_its_screen(qtbot: QtBot, tmp_path: Path) -> None:

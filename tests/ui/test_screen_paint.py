@@ -103,7 +103,7 @@ def test_mouse_paints_where_it_is(booth: Booth) -> None:
     assert booth.spot(0.3, 0.45) == pytest.approx(1.0, abs=1e-3)
     assert booth.spot(0.35, 0.5) == pytest.approx(1.0, abs=1e-3)
     assert booth.spot(0.7, 0.5) == 0.0
-    assert booth.room.services.undo.undo_words == "stroke"
+    assert booth.room.services.undo.undo_words.startswith("stroke on ")
 
 
 def test_left_half_of_the_picture_is_the_sitters_right_and_says_so(

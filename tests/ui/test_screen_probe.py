@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QPoint, Qt, QTimer
 from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
+from app.ui.presenters.probe import BEAT_MS, SLOW_BEAT_MS
+from app.ui.presenters.probe_state import Running, StepMark
 from app.ui.screens.probe import ProbeScreen
 from app.ui.theme import apply, set_theme
 from tests.helpers.probe_screen import SERIAL, Bench, vanish_after, with_lamp
@@ -238,7 +241,7 @@ class TestEverywhere:
         light = screen.light
         foot = light.open_button.parentWidget()
         assert foot is not None
-        blocks = [light.tools, light.panorama, light._head, foot]
+        blocks = [light.tools, light.panorama, light._lower, foot]
         tops = [block.mapTo(screen, QPoint(0, 0)).y() for block in blocks]
         ends = [top + block.height() for top, block in zip(tops, blocks, strict=True)]
         assert all(end <= top for end, top in zip(ends[:-1], tops[1:], strict=True))
@@ -246,3 +249,27 @@ class TestEverywhere:
         assert light.panorama.picture_rect.height() >= (250 if compact else 400)
         for button in (light.open_button, light.watch_button, screen.camera.styles):
             assert button.width() >= button.sizeHint().width()
+
+
+class TestTime:
+    def test_it_passes_quickly_only_while_a_capture_is_seen(
+        self, bench: Bench, qtbot: QtBot
+    ) -> None:
+        screen = shown(bench, qtbot)
+        beat = screen.findChild(QTimer, options=Qt.FindChildOption.FindDirectChildrenOnly)
+        assert beat is not None
+        assert (beat.isActive(), beat.interval()) == (True, SLOW_BEAT_MS)
+        screen.hide()
+        assert not beat.isActive()
+        state = bench.presenter.resolve()
+        marks = [StepMark("Expose", "waiting")] * 5
+        capturing = replace(state, running=Running(tuple(marks)))
+        screen.show_state(capturing)
+        # Its chime is heard on every screen.
+        assert (beat.isActive(), beat.interval()) == (True, SLOW_BEAT_MS)
+        screen.show()
+        assert (beat.isActive(), beat.interval()) == (True, BEAT_MS)
+        screen.show_state(state)
+        assert beat.interval() == SLOW_BEAT_MS
+        screen.hide()
+        assert not beat.isActive()

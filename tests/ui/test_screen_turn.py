@@ -279,8 +279,8 @@ def test_unplugged_is_dim_with_its_sentence(make: Callable[..., Shown]) -> None:
     shown.tick()
     assert shown.screen.left.live.dim
     assert shown.screen.left.live.picture is picture
-    assert shown.screen.left.live.message.startswith("The webcam went away.")
-    assert shown.screen.column._sentence.text().startswith("The webcam went away.")
+    assert shown.screen.left.live.message.startswith("Webcam disconnected.")
+    assert shown.screen.column._sentence.text().startswith("Webcam disconnected.")
     shown.turn_to(10.0)
     assert not shown.screen.left.live.dim
 

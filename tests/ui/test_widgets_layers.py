@@ -17,7 +17,7 @@ from app.ui.widgets.fields import TextField
 from app.ui.widgets.menus import Menu
 from app.ui.widgets.roving import Roving
 from app.ui.widgets.surfaces import Scroll, Surface
-from app.ui.widgets.toasts import Message, Toasts
+from app.ui.widgets.toasts import Toasts
 
 
 @pytest.fixture
@@ -70,7 +70,6 @@ def test_the_newest_is_lowest_and_none_overlap(window: QWidget) -> None:
     assert toasts.shown == len(places) == 3
     assert [p.bottom() for p in places] == sorted(p.bottom() for p in places)
     assert not any(a.intersects(b) for a in places for b in places if a is not b)
-    assert [m.text[:9] for m in toasts.messages] == [f"Message {n}" for n in (4, 3, 2, 1, 0)]
 
 
 def test_a_toast_is_never_over_a_button(window: QWidget) -> None:
@@ -89,7 +88,6 @@ def test_it_goes_after_its_time(window: QWidget, qtbot: QtBot) -> None:
     toasts = Toasts(window, stay_ms=30)
     toasts.tell("Draft kept")
     qtbot.waitUntil(lambda: toasts.shown == 0, timeout=2000)
-    assert [m.text for m in toasts.messages] == ["Draft kept"]
 
 
 def test_the_same_said_again_is_not_stacked(window: QWidget) -> None:
@@ -97,7 +95,6 @@ def test_the_same_said_again_is_not_stacked(window: QWidget) -> None:
     for text in ("Disk full", "Draft kept", "Disk full"):
         toasts.tell(text)
     assert toasts.shown == 2
-    assert [m.text for m in toasts.messages] == ["Disk full", "Draft kept", "Disk full"]
 
 
 def test_it_stays_while_it_has_the_keyboard(window: QWidget, qtbot: QtBot) -> None:
@@ -123,15 +120,18 @@ def test_actions_act_once_and_close(window: QWidget) -> None:
     assert (done, toasts.shown) == (["undo"], 0)
 
 
-def test_a_message_is_told_on_and_kept(window: QWidget) -> None:
-    toasts = Toasts(window)
-    told: list[Message] = []
-    toasts.told.connect(told.append)
-    for number in range(250):
-        toasts.tell(str(number), kind="warning")
-    toasts.clear()
-    assert (len(told), toasts.shown, len(toasts.messages)) == (250, 0, 200)
-    assert (toasts.messages[0].text, toasts.messages[0].kind) == ("249", "warning")
+def test_what_stays_is_closed_by_hand_and_gives_way_last(window: QWidget, qtbot: QtBot) -> None:
+    closed: list[str] = []
+    toasts = Toasts(window, stay_ms=30)
+    toasts.tell("Not saved", kind="error", stay=True, closed=lambda: closed.append("Not saved"))
+    for number in range(4):
+        toasts.tell(f"Message {number}")
+    assert toasts.shown == 3
+    qtbot.waitUntil(lambda: toasts.shown == 1, timeout=2000)
+    qtbot.wait(100)
+    assert (toasts.shown, closed) == (1, [])
+    QTest.mouseClick(button_named(window, "Close this message"), Qt.MouseButton.LeftButton)
+    assert (toasts.shown, closed) == (0, ["Not saved"])
 
 
 @pytest.fixture

@@ -11,6 +11,7 @@ import pytest
 
 from app import __version__, cli, desktop
 from app.core.errors import Cancelled, CoreError, StyleError
+from app.devices.errors import DeviceError, DownloadFailed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -45,6 +46,15 @@ def raising(error: BaseException) -> Callable[[argparse.Namespace], int]:
     return run
 
 
+def interrupted_import() -> BaseException:
+    """What comes of Ctrl-C in the import of a library in C: CPython's error, then the library's."""
+    inner = SystemError("<built-in function __import__> returned a result with an exception set")
+    inner.__cause__ = KeyboardInterrupt()
+    error = NameError("name '_drjit_ext' is not defined")
+    error.__context__ = inner
+    return error
+
+
 def test_command_gets_its_arguments_and_gives_the_code(install: Install) -> None:
     install(lambda args: int(args.count))
     assert cli.main(["fake", "--count", "3"]) == 3
@@ -63,6 +73,9 @@ def test_command_gets_its_arguments_and_gives_the_code(install: Install) -> None
         (OSError("odd"), 2, "turnlight: odd.\n"),
         (OSError(), 2, "turnlight: OSError.\n"),
         (BrokenPipeError(32, "Broken pipe"), 0, ""),
+        (DeviceError("It does not answer."), 3, "turnlight: It does not answer.\n"),
+        (DownloadFailed("No room.", code="disk-full"), 2, "turnlight: No room.\n"),
+        (interrupted_import(), 130, "Stopped.\n"),
     ],
 )
 def test_errors_become_a_sentence_and_a_code(
@@ -92,6 +105,7 @@ def test_a_mistake_of_ours_is_not_hidden(install: Install) -> None:
         (["nothing-known"], "invalid choice: 'nothing-known'"),
         (["fake", "--count", "many"], "turnlight fake: argument --count: invalid int value"),
         (["fake", "--bad"], "unrecognized arguments: --bad"),
+        (["fake", "--count=--"], "argument --count: expected a value"),
         (["--bad"], "--bad"),
     ],
 )

@@ -4,22 +4,25 @@ from __future__ import annotations
 
 import copy
 import errno
+import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 import pytest
 
-from app.core.environment import read_environment
+from app.core.environment import read_environment, reduce_radiance
 from app.core.errors import Cancelled, CoreError
 from app.devices.capture import settings, shooting
 from app.devices.capture.machine import ENVIRONMENT
 from app.devices.capture.session import Session
 from app.devices.capture.status import Stage
 from app.devices.errors import CameraNotReady, CaptureFailed
-from app.devices.simulated.personality import PERSONALITIES
-from tests.helpers.cameras import Rig
+from app.devices.simulated.personality import PERSONALITIES, personality_named
+from app.devices.simulated.scene import Scene
+from tests.helpers.cameras import Rig, room
 from tests.helpers.captures import (
     TINY,
     Weather,
@@ -98,6 +101,52 @@ def test_cameras_without_a_bracket_take_single_pictures(tmp_path: Path, model: s
     made.shoot()
     assert asked(made, "takePicture") == 4
     assert asked(made, "startCapture") == 0
+
+
+@pytest.mark.usefixtures("real_merge")
+def test_an_insta360_that_stitches_nothing_is_stitched_here(tmp_path: Path) -> None:
+    made = rig(tmp_path, "insta360", shape=(320, 640))
+    result = made.shoot()
+    assert asked(made, "photoStitchingSupport") == 1
+    assert result.probe.stitching is not None
+    assert result.probe.stitching.up_deg == 90.0
+    assert any("two fisheye circles" in said for said in result.warnings)
+    truth = reduce_radiance(made.camera.scene.environment, (32, 64)).ravel()
+    seen = reduce_radiance(result.probe.merged.radiance, (32, 64)).ravel()
+    assert np.corrcoef(np.log(truth + 1e-3), np.log(seen + 1e-3))[0, 1] > 0.9
+
+
+@pytest.mark.parametrize(
+    ("kin", "model", "sizes", "mode"),
+    [
+        ("Z1", "RICOH THETA Z2", ((3840, 7680),), True),
+        ("X", "RICOH THETA X2", ((8192, 16384), (4096, 8192)), False),
+        ("V", "RICOH THETA W", ((2688, 5376),), True),
+    ],
+)
+def test_a_theta_of_tomorrow_brackets_by_itself_as_it_says(
+    tmp_path: Path, kin: str, model: str, sizes: tuple[tuple[int, int], ...], mode: bool
+) -> None:
+    made = rig(tmp_path, replace(personality_named(kin), model=model, sizes=sizes))
+    before = copy.deepcopy(made.camera.options)
+    result = made.shoot()
+    assert (result.profile.title, len(result.frames)) == ("Ricoh Theta", 3)
+    assert result.profile.picture == (sizes[-1][1], sizes[-1][0])
+    assert asked(made, "takePicture") == 1
+    assert asked(made, '"_mode"') == mode
+    assert made.camera.options == before
+
+
+def test_an_insta360_is_asked_for_few_files_at_a_time(tmp_path: Path) -> None:
+    made = rig(tmp_path, "insta360", scene=Scene(np.float32(5.0) * room()))
+    made.shoot("full")
+    counts = [
+        json.loads(request.body)["parameters"]["entryCount"]
+        for request in made.camera.log
+        if b"listFiles" in request.body
+    ]
+    assert max(counts) <= 10
+    assert asked(made, "takePicture") <= 10
 
 
 def test_seams_are_kept_from_the_first_single_picture(tmp_path: Path) -> None:

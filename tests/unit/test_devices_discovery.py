@@ -22,6 +22,7 @@ from app.devices.discovery import (
     look_at,
 )
 from app.devices.errors import (
+    BadReply,
     CameraRefused,
     DeviceError,
     NotACamera,
@@ -516,3 +517,33 @@ def _join(name: str) -> None:
     for thread in threading.enumerate():
         if thread.name == name:
             thread.join(3.0)
+
+
+class Flaky:
+    """An address that answers wrongly at first."""
+
+    def __init__(self, *answers: object) -> None:
+        self.answers = list(answers)
+
+    def get(self, path: str) -> Any:
+        answer = self.answers.pop(0)
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.mark.parametrize(
+    "loss", [Unreachable("Lost."), NotACamera("A page."), PasswordNeeded("Who?"), BadReply("?")]
+)
+def test_a_single_loss_at_a_typed_address_is_not_the_end(loss: DeviceError) -> None:
+    said = {"model": "RICOH THETA V", "serialNumber": "1", "firmwareVersion": "3.82.1"}
+    link: Any = Flaky(loss, said)
+    found = look_at(Endpoint("192.168.1.1"), VirtualClock(), link_factory=lambda _: link)
+    assert (found.model, found.needs_password) == ("RICOH THETA V", False)
+    gone: Any = Flaky(*[Unreachable("Gone.")] * 3)
+    with pytest.raises(Unreachable):
+        look_at(Endpoint("192.168.1.1"), VirtualClock(), link_factory=lambda _: gone)
+    assert len(gone.answers) == 1  # Silence is waited for twice.

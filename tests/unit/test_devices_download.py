@@ -25,6 +25,7 @@ from app.devices.errors import (
     CameraRefused,
     DeviceError,
     DownloadFailed,
+    NotACamera,
     PasswordNeeded,
     Unreachable,
 )
@@ -251,13 +252,19 @@ def test_a_camera_that_is_busy_for_a_while_is_waited_for(bench: Bench) -> None:
     assert bench.fetch(busy, busy, plain()).starts == [0, 0, 0]
 
 
-@pytest.mark.parametrize(
-    "error", [PasswordNeeded("Who are you?"), CameraRefused("Gone.", code="notFound", status=404)]
-)
-def test_what_cannot_pass_is_said_at_once(bench: Bench, error: DeviceError) -> None:
-    with pytest.raises(type(error)):
-        bench.fetch(error)
+def test_what_cannot_pass_is_said_at_once(bench: Bench) -> None:
+    with pytest.raises(CameraRefused):
+        bench.fetch(CameraRefused("Gone.", code="notFound", status=404))
     assert len(bench.camera.starts) == 1
+
+
+@pytest.mark.parametrize("error", [PasswordNeeded("Who are you?"), NotACamera("A router.")])
+def test_a_stranger_in_between_is_no_end(bench: Bench, error: DeviceError) -> None:
+    assert bench.fetch(error, plain()).starts == [0, 0]
+    bench.target.unlink()
+    with pytest.raises(DownloadFailed) as caught:
+        bench.fetch(error)
+    assert caught.value.code == "interrupted"
 
 
 @pytest.mark.parametrize("listed", [0, len(DATA) - 700, len(DATA) + 900])

@@ -27,7 +27,8 @@ def chosen(model: str, *firmware: int) -> str:
         ("RICOH THETA Z1", (3, 50, 2), "Z1"),
         ("RICOH THETA X", (2, 80, 1), "X"),
         ("RICOH360 THETA A1", (1, 20, 0), "A1"),
-        ("RICOH THETA Q9", (1, 0), "generic"),
+        ("RICOH THETA Z2", (1, 0), "theta"),
+        ("RICOH THETA X2", (1, 0), "theta"),
         ("Insta360 X3", (), "insta360"),
         ("Imitation 360", (1, 0), "generic"),
         ("", (), "generic"),
@@ -72,6 +73,7 @@ def test_every_profile_can_be_used(profile: object) -> None:
     if found.brackets_itself:
         assert {"shutterSpeed", "iso", "_colorTemperature"} <= set(found.shot_keys)
         assert ("aperture" in found.shot_keys) == (len(found.fallback.apertures) > 1)
+    assert found.listed >= 10
 
 
 def test_what_ricoh_documents_of_each_bracket() -> None:
@@ -85,6 +87,7 @@ def test_what_ricoh_documents_of_each_bracket() -> None:
     assert [p.name for p in PROFILES if not p.sends_mode] == ["X"]
     assert [p.name for p in PROFILES if p.bracket == "watched"] == ["SC2"]
     assert [p.name for p in PROFILES if p.api_switch] == ["S", "SC"]
+    assert [p.name for p in PROFILES if p.forgets] == ["SC2"]
     assert profile_named("SC2").previews == ()
 
 

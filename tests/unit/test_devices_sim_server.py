@@ -105,7 +105,7 @@ def test_one_connection_for_many_requests(serve: Serve) -> None:
 def test_pieces_without_a_length_go_in_chunks(serve: Serve) -> None:
     pieces: Iterable[Piece] = (b"one", b"", Pause(0.01), b"two")
     server = serve(Fake(Reply(200, (JSON,), pieces), Reply(200, (JSON,), pieces)))
-    wire = raw(server, b"GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
+    wire = raw(server, b"GET / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
     assert b"Transfer-Encoding: chunked\r\n" in wire
     assert wire.endswith(b"\r\n\r\n3\r\none\r\n3\r\ntwo\r\n0\r\n\r\n")
     old = raw(server, b"GET / HTTP/1.0\r\n\r\n")
@@ -120,7 +120,7 @@ def test_an_empty_body_has_a_length(serve: Serve) -> None:
 @pytest.mark.parametrize(("length", "text"), [(3, b"12345"), (90, b"12345")])
 def test_wrong_lengths_are_sent_as_they_are(serve: Serve, length: int, text: bytes) -> None:
     server = serve(Fake(body(text, length=length)))
-    wire = raw(server, b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")
+    wire = raw(server, b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
     head, _, sent = wire.partition(b"\r\n\r\n")
     assert b"Content-Length: %d" % length in head
     assert sent == text
@@ -129,13 +129,13 @@ def test_wrong_lengths_are_sent_as_they_are(serve: Serve, length: int, text: byt
 def test_a_drop_resets_the_connection(serve: Serve) -> None:
     headers = (JSON, ("Content-Length", "100"))
     server = serve(Fake(Reply(200, headers, (b"some", Pause(0.05), Drop(), b"never"))))
-    wire = raw(server, b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")
+    wire = raw(server, b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
     assert wire.endswith(b"some<reset>")
 
 
 def test_cut_before_anything_is_said(serve: Serve) -> None:
     server = serve(Fake(Reply(0), Reply(200, (JSON,), (Drop(),))))
-    assert raw(server, b"GET / HTTP/1.1\r\nHost: x\r\n\r\n") == b"<reset>"
+    assert raw(server, b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n") == b"<reset>"
     with pytest.raises(requests.exceptions.ChunkedEncodingError):
         requests.get(server.url, timeout=10)
 
@@ -206,7 +206,7 @@ def test_stopping_cuts_what_is_under_way() -> None:
 def test_large_and_odd_requests_are_refused(serve: Serve) -> None:
     camera = Fake()
     server = serve(camera)
-    start = b"POST /osc/state HTTP/1.1\r\nHost: x\r\n"
+    start = b"POST /osc/state HTTP/1.1\r\nHost: localhost\r\n"
     for extra, status in (
         (b"Content-Length: %d" % (MAX_BODY_BYTES + 1), 413),
         (b"Content-Length: " + b"9" * 5000, 413),
@@ -234,12 +234,30 @@ def test_a_request_that_stops_in_the_middle(serve: Serve) -> None:
     assert [request.method for request in camera.asked] == ["GET"]
 
 
-@pytest.mark.parametrize("host", ["", "a b", "x" * 300, "caf\u00e9"])
-def test_a_useless_host_is_replaced(serve: Serve, host: str) -> None:
+def test_the_host_is_that_of_this_machine(serve: Serve) -> None:
     camera = Fake()
     server = serve(camera)
-    raw(server, f"GET / HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n".encode("latin-1"))
-    assert camera.asked[0].host == f"127.0.0.1:{server.port}"
+
+    def answer(host: str) -> bytes:
+        head = f"GET / HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n"
+        return raw(server, head.encode("latin-1"))
+
+    for host in ("127.0.0.1:8080", "localhost", "[::1]:81", "192.168.1.1"):
+        assert answer(host).startswith(b"HTTP/1.1 200")
+        assert camera.asked[-1].host == host
+    answer("")
+    assert camera.asked[-1].host == f"127.0.0.1:{server.port}"
+    known = len(camera.asked)
+    for host in (
+        "evil.example",
+        "a b",
+        "x" * 300,
+        "caf\u00e9",
+        "127.0.0.1:x",
+        "127.0.0.1.evil.example",
+    ):
+        assert answer(host).startswith(b"HTTP/1.1 403")
+    assert len(camera.asked) == known
 
 
 def test_unknown_status_and_hostile_headers(serve: Serve) -> None:

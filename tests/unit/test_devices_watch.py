@@ -8,7 +8,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import cv2
 import numpy as np
@@ -16,6 +16,7 @@ import pytest
 
 from app.commands import capture_watch
 from app.core.errors import Cancelled
+from app.core.files import open_file
 from app.core.probe.frame import Exposure
 from app.core.progress import Token
 from app.core.simulation.bracket_maker import write_bracket
@@ -395,15 +396,14 @@ def test_a_file_that_may_not_be_read_is_taken_when_it_may(
 ) -> None:
     folder = tmp_path / "in"
     shut = folder / "R0010003.JPG"
-    really = Path.open
 
     # The superuser may read everything, so the refusal is made here as well.
-    def opened(self: Path, *args: str, **more: str) -> object:
-        if self == shut and not shut.stat().st_mode & 0o400:
-            raise PermissionError(13, "Permission denied", str(self))
-        return really(self, *args, **more)  # type: ignore[call-overload]
+    def opened(path: Path) -> BinaryIO:
+        if path == shut and not shut.stat().st_mode & 0o400:
+            raise PermissionError(13, "Permission denied", str(path))
+        return open_file(path)
 
-    monkeypatch.setattr(Path, "open", opened)
+    monkeypatch.setattr("app.devices.incoming.open_file", opened)
     scenario = Scenario(folder).at(1.0, lambda: shot(folder)).at(1.0, lambda: shut.chmod(0))
     scenario.at(12.0, lambda: shut.chmod(0o644))
     ((_, bracket),) = scenario.run()
@@ -478,17 +478,18 @@ def test_more_frames_than_a_bracket_holds(tmp_path: Path, monkeypatch: pytest.Mo
     assert [len(bracket.paths) for _, bracket in scenario.run()] == [3, 2]
 
 
-def test_numbers_in_names_are_counted_not_spelled(tmp_path: Path) -> None:
+@pytest.mark.parametrize("start", ["IMG_", "²"])
+def test_numbers_in_names_are_counted_not_spelled(start: str, tmp_path: Path) -> None:
     folder = tmp_path / "in"
 
     def come() -> None:
         for k, file in enumerate(shot(tmp_path / "store")):
             data = file.read_bytes().replace(b"2026:06:21 12:00:", b"0000:00:00 00:00:")
-            (folder / f"IMG_{9 + k}.jpg").write_bytes(data)
-            os.utime(folder / f"IMG_{9 + k}.jpg", (1e9, 1e9))
+            (folder / f"{start}{9 + k}.jpg").write_bytes(data)
+            os.utime(folder / f"{start}{9 + k}.jpg", (1e9, 1e9))
 
     ((_, bracket),) = Scenario(folder).at(1.0, come).run()
-    assert names(bracket) == ["IMG_9.jpg", "IMG_10.jpg", "IMG_11.jpg"]
+    assert names(bracket) == [f"{start}{9 + k}.jpg" for k in range(3)]
 
 
 def test_poll_gives_each_picture_once(tmp_path: Path) -> None:

@@ -1,12 +1,14 @@
 """RTSP: what is said of a camera that does not serve, and that nothing waits for ever.
 
-There is no RTSP server here: real pictures over RTSP are not tried, only what stands before them,
-with a camera of the tests' own that knows one request, and FFmpeg's own time limits.
+What stands before the pictures is tried with a camera that knows one request; the pictures, and
+standing still in the middle of them, with a small server of JPEG over RTP.
 """
 
 from __future__ import annotations
 
 import socket
+import subprocess
+import sys
 import threading
 import time
 from typing import Any, Final
@@ -22,6 +24,7 @@ from app.devices.webcam.address import Address
 from app.devices.webcam.network import no_keys
 from app.devices.webcam.rtsp import OPEN_S, RtspWebcam, _Stream, open_url
 from tests.helpers.live_server import Answer, LiveServer
+from tests.helpers.rtsp_server import RtspServer
 
 KEYS: Final = Credentials("an/na", "pa@ss")
 
@@ -150,6 +153,50 @@ def test_ffmpeg_gives_a_silent_camera_up(capfd: pytest.CaptureFixture[str]) -> N
     assert took < OPEN_S + 4.0
     shown = capfd.readouterr()
     assert "geheim" not in shown.out + shown.err
+
+
+def test_a_camera_that_stands_still_for_some_seconds_is_not_hung_up_on() -> None:
+    """It serves one client, and might not let the next one in."""
+    with RtspServer(stalls=3.5) as server:
+        webcam = RtspWebcam(Address.parse(server.url), SystemClock())
+        webcam.open()
+        end = time.monotonic() + 30.0
+        lost = False
+        while webcam.count < 40:
+            assert time.monotonic() < end
+            lost |= webcam.count >= 30 and webcam.state is WebcamState.LOST
+            time.sleep(0.05)
+        assert lost  # It is shown as what it is meanwhile.
+        webcam.close(10.0)
+        assert server.played == 1
+
+
+LEAVING = """
+import sys, time
+from app.devices.clock import SystemClock
+from app.devices.webcam import rtsp
+from app.devices.webcam.address import Address
+rtsp.READ_S = 1.0
+webcam = rtsp.RtspWebcam(Address.parse(sys.argv[1]), SystemClock())
+webcam.open()
+end = time.monotonic() + 30.0
+while webcam.count < 30 and time.monotonic() < end:
+    time.sleep(0.01)
+time.sleep(float(sys.argv[2]))
+"""
+
+
+@pytest.mark.parametrize("wait_s", ["0.5", "0.9", "1.0"])
+def test_the_program_can_end_while_the_camera_is_frozen(wait_s: str) -> None:
+    """FFmpeg's read came back into an interpreter that was gone, and aborted it."""
+    with RtspServer(stalls=60.0) as server:
+        ended = subprocess.run(
+            [sys.executable, "-c", LEAVING, server.url, wait_s],
+            capture_output=True,
+            timeout=60,
+            check=False,
+        )
+    assert (ended.returncode, ended.stderr) == (0, b"")
 
 
 def test_pictures_and_their_end() -> None:

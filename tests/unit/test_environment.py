@@ -160,6 +160,22 @@ def test_a_sound_panorama_has_no_warning_and_is_read_only() -> None:
         place.radiance[0, 0, 0] = 1.0
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, -1000.0])
+def test_a_panorama_that_would_mostly_be_made_up_is_refused(value: float) -> None:
+    rows, columns = 64, 128
+    light = np.ones((rows, columns, 3), np.float32)
+    light[:, :3] = value  # 2.3 % of the sphere
+    if value != -1000.0:
+        assert env.from_radiance(light.copy(), "hall").repairs.total == 3 * rows
+    light[:, 3:5] = value  # 3.9 %
+    with pytest.raises(EnvironmentFileError, match="hall is damaged"):
+        env.from_radiance(light, "hall")
+    # As many texels at a pole are next to nothing of the sphere.
+    light = np.ones((rows, columns, 3), np.float32)
+    light[:2] = max(value, -1.0)
+    assert env.from_radiance(light, "hall").repairs.total == 2 * columns
+
+
 @pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf, -np.inf])
 def test_nothing_but_black_is_refused(value: float) -> None:
     with pytest.raises(EnvironmentFileError, match="black"):

@@ -14,7 +14,7 @@ from app.core.evaluation.differences import best_turns, change, has_rival
 from app.core.evaluation.heads import Answers, spread
 from app.core.evaluation.offsets import Offsets, load_offsets, save_offsets
 from app.core.evaluation.quality import block_sums, quality_at_turns
-from app.core.evaluation.scenes import default_scenes, find_scenes
+from app.core.evaluation.scenes import default_scenes, find_scenes, read_scenes
 from app.core.evaluation.tables import (
     TableNote,
     Tables,
@@ -25,6 +25,7 @@ from app.core.evaluation.tables import (
 )
 from app.core.paths import resources
 from app.core.styles import load_styles
+from tests.helpers.hostile_files import write_picture
 
 TURNS = np.arange(64) * 360.0 / 64
 
@@ -223,3 +224,13 @@ def test_scenes_are_found_or_refused(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 def test_tables_lie_among_the_programs_own_files() -> None:
     assert tables_path() == resources() / "evaluation" / "tables.npz"
+
+
+def test_one_bad_panorama_is_left_out_and_named(tmp_path: Path) -> None:
+    write_picture(tmp_path / "good.exr", np.ones((16, 32, 3), np.float32), "float")
+    (tmp_path / "bad.exr").write_bytes(b"nothing")
+    scenes, said = read_scenes(find_scenes(tmp_path))
+    assert [scene.name for scene in scenes] == ["good"]
+    assert any("Left out: bad.exr" in line for line in said)
+    with pytest.raises(EnvironmentFileError, match=r"None of 1 .*bad\.exr"):
+        read_scenes([tmp_path / "bad.exr"])

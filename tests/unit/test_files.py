@@ -10,7 +10,13 @@ from pathlib import Path
 import pytest
 
 from app.core.errors import CoreError
-from app.core.files import atomic_write, atomic_write_bytes, atomic_write_text, check_target
+from app.core.files import (
+    atomic_write,
+    atomic_write_bytes,
+    atomic_write_text,
+    check_target,
+    open_file,
+)
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="permissions and devices as on POSIX")
 
@@ -161,3 +167,20 @@ def test_link_is_followed(tmp_path: Path) -> None:
     assert link.is_symlink()
     assert (folder / "a.txt").read_text() == "new"
     assert names(folder) == ["a.txt"]
+
+
+@POSIX
+@pytest.mark.timeout(20)
+def test_only_ordinary_files_are_opened(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(b"abc")
+    with open_file(tmp_path / "a") as stream:
+        assert stream.read() == b"abc"
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", Path("/dev/zero"), Path("/dev/null")):
+        with pytest.raises(OSError, match="not an ordinary file"):
+            open_file(path)
+    with pytest.raises(IsADirectoryError):
+        open_file(tmp_path)
+    (tmp_path / "loop").symlink_to("loop")
+    with pytest.raises(OSError, match="symbolic links"):
+        open_file(tmp_path / "loop")

@@ -233,6 +233,7 @@ def test_incomplete_files_are_refused(stored: Path, changes: dict[str, object]) 
         {"lamp_style": np.full(6, 18, np.int32)},
         {"lamp_ratio": -np.ones(6)},
         {"studio_ratio": np.zeros(18)},
+        {"basis_even": np.zeros((0, *synthetic_pack().basis_even.shape[1:]), np.float32)},
         {"targets": synthetic_pack().targets.astype(np.float32)},
     ],
 )

@@ -2,31 +2,22 @@
 
 from __future__ import annotations
 
-from itertools import count
 from pathlib import Path
 from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
 
-from app.core.errors import CoreError
 from app.core.images import write_exr
 from app.core.paths import resources
 from app.core.places import PlaceSummary, create_place, list_places
 from app.core.second_light.scale import stated_white
-from app.ui.presenters import opening
 from app.ui.presenters.light import LightPresenter
 from app.ui.presenters.shelf import ShelfPresenter, ShelfState
 from app.ui.presenters.work import ImmediateRunner
-from tests.helpers.styles_screen import HoldingRunner, Table, scene_light
+from tests.helpers.styles_screen import HoldingRunner, Table, on_time, scene_light
 
 SCENE = resources() / "demo" / "scenes" / "studio.exr"
-
-
-def on_time(table: Table) -> Table:
-    """Let a second pass whenever somebody looks at the clock."""
-    table.services.clock.now.side_effect = count(0.0, 1.0).__next__  # type: ignore[attr-defined]
-    return table
 
 
 @pytest.fixture
@@ -57,19 +48,6 @@ def test_a_panorama_that_states_its_brightness_is_a_place_of_known_brightness(
     assert place.capture is not None
     assert place.capture.white_cd_m2 == pytest.approx(40.0)
     assert stated_white(folder / place.environment) == pytest.approx(40.0)
-
-
-def test_a_place_that_cannot_be_kept_leaves_no_empty_one(
-    table: Table, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full(*_given: object, **_how: object) -> None:
-        raise CoreError("The disk is full.", "Make room.")
-
-    monkeypatch.setattr(opening, "store_environment", full)
-    with pytest.raises(CoreError, match="full"):
-        table.desk.open_paths([SCENE])
-    assert list_places(tmp_path / "places") == ()
-    assert SCENE.exists()
 
 
 def test_what_arrives_does_not_stop_what_arrived_before(tmp_path: Path) -> None:
@@ -112,7 +90,7 @@ def test_the_list_shows_the_new_name_before_the_disk_has_it(table: Table, tmp_pa
     shelf.attach(view)
     other = create_place(tmp_path / "places", "Other", table.services.today())
     assert table.model.place is not None
-    shelf._read(((PlaceSummary(folder, "old", table.model.place.made_at),), {}, ()))
+    shelf._read(((PlaceSummary(folder, "old", table.model.place.made_at),), {}, {}, ()))
     table.desk.rename("New")
     shelf._read(
         (
@@ -120,6 +98,7 @@ def test_the_list_shows_the_new_name_before_the_disk_has_it(table: Table, tmp_pa
                 PlaceSummary(folder, "old", table.model.place.made_at),
                 PlaceSummary(other, "Other", table.model.place.made_at),
             ),
+            {},
             {},
             (),
         )

@@ -46,7 +46,7 @@ def runner() -> Later:
 def keeper(runner: Later) -> Keeper:
     services = MagicMock(spec=Services)
     services.runner, services.clock = runner, VirtualClock()
-    return Keeper(services)
+    return Keeper(services, MagicMock(), MagicMock())
 
 
 @pytest.fixture

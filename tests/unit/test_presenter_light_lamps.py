@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -181,3 +183,22 @@ def test_the_open_place_is_made_a_lamp(rig: LightRig, tmp_path: Path) -> None:
     assert own is not None
     assert (own.title, own.distance_m, own.white_cd_m2) == ("Dark room", 0.5, 850.0)
     assert own.camera == "RICOH THETA V"
+
+
+def test_a_lamp_that_cannot_be_kept_is_tried_again_with_one_button(
+    rig: LightRig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = {path: path.read_bytes() for path in rig.presenter.shelf.folder.rglob("*.*")}
+
+    def full(path: Path) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    picture = own_lamp(tmp_path / "second.exr", known=True)
+    with monkeypatch.context() as patch:
+        patch.setattr("app.core.files._flush", full)
+        rig.presenter.take_pictures([picture])
+    again = rig.table.told.buttons["Try again"]
+    assert titles(rig) == ["mine"]
+    assert {path: path.read_bytes() for path in rig.presenter.shelf.folder.rglob("*.*")} == before
+    again()
+    assert titles(rig) == ["mine", "second"]

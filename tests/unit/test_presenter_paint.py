@@ -106,13 +106,13 @@ def test_strokes_are_undone_and_done_again_exactly(room: Studio) -> None:
         states.append(room.presenter.canvas)
         live.append(_state(room).live)
     for back in (2, 1, 0):
-        assert undo.undo_words == "stroke"
+        assert undo.undo_words == "stroke on My Loop"
         undo.undo()
         np.testing.assert_array_equal(room.presenter.canvas.weights, states[back].weights)  # type: ignore[union-attr]
         assert _state(room).live.curve == live[back].curve
     undo.redo()
     np.testing.assert_array_equal(room.presenter.canvas.weights, states[1].weights)  # type: ignore[union-attr]
-    assert _state(room).undo == "stroke"
+    assert _state(room).undo == "stroke on My Loop"
 
 
 def test_undo_counts_the_bytes_of_its_tiles(room: Studio) -> None:
@@ -142,7 +142,7 @@ def test_clearing_is_one_step_that_can_be_undone(room: Studio) -> None:
     assert painted is not None
     room.presenter.clear()
     assert not _state(room).can_clear
-    assert room.services.undo.undo_words == "clearing"
+    assert room.services.undo.undo_words == "clear the strokes on My Loop"
     room.services.undo.undo()
     np.testing.assert_array_equal(room.presenter.canvas.weights, painted.weights)  # type: ignore[union-attr]
 
@@ -155,7 +155,7 @@ def test_undo_while_painting_gives_the_stroke_up_and_no_more(room: Studio) -> No
     room.presenter.draw([(80.0, 80.0, 1.0)])
     room.presenter.undo()
     np.testing.assert_array_equal(room.presenter.canvas.weights, kept.weights)  # type: ignore[union-attr]
-    assert room.services.undo.undo_words == "stroke"
+    assert room.services.undo.undo_words == "stroke on My style"
     room.presenter.draw([(90.0, 90.0, 1.0)])
     room.presenter.lift()
     np.testing.assert_array_equal(room.presenter.canvas.weights, kept.weights)  # type: ignore[union-attr]
@@ -249,7 +249,7 @@ def test_full_disk_under_the_drafts_is_told_once(
     room.enter()
     room.stroke(*LEFT)
     room.stroke(*RIGHT)
-    assert len([one for one in room.told.messages if "cannot be kept" in one]) == 1
+    assert len([one for one in room.told.messages if "cannot be saved" in one]) == 1
     assert room.presenter.canvas is not None
     assert room.presenter.canvas.touched
     monkeypatch.undo()

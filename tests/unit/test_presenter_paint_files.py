@@ -115,7 +115,7 @@ def test_full_disk_is_told_and_strokes_are_kept(
 
     room.stroke((0.4, 0.4), (0.6, 0.6))
     painted = room.presenter.canvas
-    monkeypatch.setattr("app.core.painting.user_style.atomic_write", full)
+    monkeypatch.setattr("app.core.painting.user_style.write_layers", full)
     room.presenter.files.named("save", "Mine")
     words = "Not saved: the disk is full. Your strokes are kept: make room, then save again."
     assert [str(error) for error in room.told.errors] == [words]
@@ -227,7 +227,7 @@ def test_a_draft_that_the_disk_refuses_is_not_said_to_be_kept(
     monkeypatch.setattr("app.ui.presenters.paint_drafts.save_draft", full)
     room.stroke((0.5, 0.5), (0.6, 0.5))
     room.leave()
-    assert "cannot be kept on the disk" in room.told.messages[-1]
+    assert "The draft cannot be saved: the disk is full." in room.told.messages[-1]
     assert not any(words.startswith("Draft kept") for words in room.told.messages)
 
 

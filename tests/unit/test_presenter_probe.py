@@ -8,8 +8,11 @@ from unittest.mock import MagicMock
 
 import pytest
 
+from app.core.places import PlaceError, read_place
 from app.devices.capture.status import Stage
+from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.probe_state import ProbeState
+from tests.helpers.captures import Weather, when
 from tests.helpers.probe_screen import SERIAL, Bench, vanish_after
 
 
@@ -182,11 +185,30 @@ class TestTroubles:
         assert notice.body == (
             "Both frames are kept. Reconnect and take the third, or merge these two."
         )
-        assert notice.buttons == (("resume", "Go on"), ("merge", "Merge these two"))
+        assert notice.buttons == (("resume", "Resume"), ("merge", "Merge these two"))
         presenter.press("merge")
         assert presenter.resolve().has_place
         assert len(presenter.resolve().frames) == 2
         assert len(bench.places()) == 1
+
+    def test_out_of_reach_for_two_minutes_is_counted_down_and_outlasted(self, bench: Bench) -> None:
+        presenter = entered(bench).presenter
+        weather = Weather(bench.rig)
+        when(bench.rig, "startCapture", lambda: weather.lose(120.0))
+        said: list[str] = []
+
+        def look() -> None:
+            presenter.tick()
+            running = presenter.resolve().running
+            if running is not None and "out of reach" in running.message:
+                said.append(running.message)
+                assert not running.stopping  # Cancel is offered.
+
+        bench.runner.beats.append(look)
+        presenter.capture()
+        assert len(presenter.resolve().frames) == 3
+        assert "The camera is out of reach. Looking for it: 2:54 left." in said
+        assert len(dict.fromkeys(said)) > 30
 
     def test_it_comes_back_and_the_third_is_fetched(self, bench: Bench) -> None:
         presenter = entered(bench).presenter
@@ -220,10 +242,11 @@ class TestTroubles:
         self, bench: Bench, tmp_path: Path
     ) -> None:
         bench.presenter.entered()
-        # The window was closed, or the disk was full, before the place could be kept.
-        bench.runner.held.add("open-arrived")
+        # The window was closed, or the disk was full, before the place could be kept; it is shown
+        # all the same.
+        bench.runner.held.add("files")
         bench.presenter.capture()
-        assert bench.model.light is None
+        assert bench.model.light is not None
         again = Bench(tmp_path)
         again.presenter.entered()
         notice = again.presenter.resolve().notice
@@ -259,7 +282,7 @@ class TestTroubles:
         notice = presenter.resolve().notice
         assert notice is not None
         assert notice.title == "No space left on this disk."
-        assert notice.body == "Frames 1 to 3 are still on the camera. Make room, then go on."
+        assert notice.body == "Frames 1 to 3 are still on the camera. Make room, then resume."
         monkeypatch.undo()
         presenter.press("resume")
         assert presenter.resolve().has_place
@@ -341,3 +364,49 @@ class TestCamera:
     def test_leaving_stops_the_search(self, bench: Bench) -> None:
         entered(bench).presenter.left()
         assert bench.runner.tokens["cameras"].cancelled
+
+
+class TestShownBeforeItIsKept:
+    """A capture is on the screen while it is still being saved."""
+
+    def test_the_panorama_is_there_at_once_and_the_foot_says_that_it_is_being_saved(
+        self, bench: Bench
+    ) -> None:
+        frame = FramePresenter(bench.services)
+        entered(bench)
+        bench.runner.held.add("files")
+        bench.presenter.capture()
+        state = bench.presenter.resolve()
+        assert state.picture is not None
+        assert state.has_place
+        assert state.running is None
+        assert bench.model.results
+        assert frame.resolve().status == "Saving this place…"
+        (folder,) = bench.places()
+        assert not read_place(folder).environment
+        # Another place is opened before it is on the disk: nothing is lost.
+        bench.presenter.open_demo()
+        bench.runner.release("files")
+        assert read_place(folder).environment
+        assert read_place(folder).results
+        assert bench.model.place_folder != folder
+
+    def test_a_disk_that_is_full_after_the_capture_is_said_and_it_is_saved_elsewhere(
+        self, bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        entered(bench)
+
+        def full(*_: object, **__: object) -> None:
+            raise PlaceError("The light was not kept.") from OSError(28, "No space left on device")
+
+        with monkeypatch.context() as patch:
+            patch.setattr("app.ui.presenters.opening.store_environment", full)
+            bench.presenter.capture()
+        assert bench.presenter.resolve().has_place
+        assert any("is not saved: the disk is full." in text for text in bench.told.messages)
+        assert bench.model.unkept
+        bench.desk.saving.save_in(tmp_path / "stick")
+        assert bench.model.unkept == ""
+        assert bench.model.place_folder is not None
+        assert bench.model.place_folder.parent == tmp_path / "stick"
+        assert read_place(bench.model.place_folder).environment

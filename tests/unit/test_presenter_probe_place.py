@@ -156,7 +156,7 @@ class TestView:
         assert bench.model.settings.plan == "full"
         state = bench.presenter.resolve()
         assert (state.plan, state.timer_s) == ("full", 2)
-        assert [part.second.split()[1] for part in state.plans] == ["frames,", "frames,"]
+        assert all(" frames, " in part.second for part in state.plans)
 
     def test_the_checklist_is_ticked_and_unticked(self, bench: Bench) -> None:
         bench.presenter.tick_off("kneel")

@@ -235,7 +235,7 @@ class TestStates:
         assert not result.attainable
         turn = f"{abs(whole(result.turn_refined_deg))}° {detail.direction}"
         number = max(math.floor(result.match), 0)
-        assert detail.verdict == f"Best here is {number} at {turn}. The limit is 45."
+        assert detail.verdict == f"Best match here is {number} at {turn}. The limit is 45."
         assert (detail.main, detail.main_words) == ("lamp", "Try a lamp")
         table.presenter.main()
         assert table.model.step is Step.LIGHT

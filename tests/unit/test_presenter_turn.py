@@ -116,7 +116,7 @@ def test_inside_the_arc_it_is_green_and_the_degrees_stay(rig: Rig) -> None:
     held = rig.turn_to(rig.goal + 1.0).guidance
     assert (held.direction, held.walk, held.pill_icon) == ("Hold it", "", "check")
     beyond = rig.turn_to(arc[1] + 6.0).guidance
-    assert beyond.pill == "6° too far, back counter-clockwise"
+    assert beyond.pill == "Too far: back in the light in 6°"
     assert beyond.walk == "Walk to your right"
 
 
@@ -202,7 +202,7 @@ def test_unplugged_the_last_picture_stays_dim_and_it_goes_on_by_itself(rig: Rig)
     state = rig.tick()
     assert state.pictures.live is shown
     assert state.live.dim
-    sentence = "The webcam went away. Plug it in and it goes on by itself."
+    sentence = "Webcam disconnected. Plug it back in to continue."
     assert state.live.message == state.guidance.sentence == sentence
     assert state.guidance.number is None
     back = rig.turn_to(25.0)

@@ -18,7 +18,7 @@ from app.devices.webcam import GUESS_FOV_DEG, LiveSource, WebcamError, WebcamSta
 from app.ui.presenters.model import Model
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.turn_camera import LiveCamera
-from app.ui.presenters.turn_sources import SourcesPresenter, SourcesState, SourcesView
+from app.ui.presenters.turn_sources import NO_WEBCAMS, SourcesPresenter, SourcesState, SourcesView
 from app.ui.presenters.undo import UndoStack
 from app.ui.presenters.work import ImmediateRunner
 from tests.helpers.turn_rig import FakeWebcam
@@ -335,7 +335,7 @@ def test_a_webcam_that_was_pulled_out_stays_in_the_list() -> None:
     rig.camera.list_again()
     rig.tick()
     assert rig.state.key == "webcam:0"
-    assert rig.state.items[0][1] == "Webcam 1"
+    assert rig.state.items[0][1:3] == NO_WEBCAMS
     assert not rig.state.webcams
 
 

@@ -94,15 +94,34 @@ def test_a_folder_is_the_same_as_its_files(three: list[Path]) -> None:
     assert read_bracket([folder]) == read_bracket(three)
 
 
-def test_a_small_picture_in_the_folder_is_named(three: list[Path]) -> None:
-    theta(three[0].parent / "selfie.jpg", (1, 30), shape=(48, 64))
-    said = refusal([three[0].parent])
+def test_what_does_not_belong_to_the_bracket_of_a_folder_is_left_out(three: list[Path]) -> None:
+    folder = three[0].parent
+    theta(folder / "selfie.jpg", (1, 30), shape=(48, 64))
+    theta(folder / "phone.jpg", (1, 30), model=b"Pixel 9", note=None)
+    cv2.imwrite(str(folder / "merged.hdr"), np.ones((32, 64, 3), np.float32))
+    (folder / "zero.jpg").touch()
+    bracket = read_bracket([folder])
+    assert [frame.path.name for frame in bracket.frames] == ["R1.JPG", "R0.JPG", "R2.JPG"]
+    said = " ".join(bracket.warnings)
+    assert f"Took 3 pictures of {folder.name}: R0.JPG to R2.JPG." in said
+    assert "Left out: zero.jpg is empty." in said
+    for name in ("selfie.jpg", "phone.jpg", "merged.hdr"):
+        assert name in said
+    assert read_bracket(three).warnings == ()
+
+
+def test_of_two_sets_that_are_as_good_neither_is_guessed(three: list[Path]) -> None:
+    for number, shutter in enumerate(((1, 60), (1, 15), (1, 250))):
+        theta(three[0].parent / f"P{number}.jpg", shutter, model=b"Pixel 9", note=None)
+    assert "from a RICOH THETA V" in refusal([three[0].parent])
+
+
+def test_a_picture_that_does_not_fit_is_named(three: list[Path]) -> None:
+    selfie = theta(three[0].parent / "selfie.jpg", (1, 30), shape=(48, 64))
+    said = refusal([*three, selfie])
     assert "selfie.jpg is 64 x 48 pixels, but the other frames are 64 x 32 pixels" in said
-
-
-def test_another_camera_s_picture_in_the_folder_is_named(three: list[Path]) -> None:
-    theta(three[0].parent / "phone.jpg", (1, 30), model=b"Pixel 9", note=None)
-    said = refusal([three[0].parent])
+    phone = theta(three[0].parent / "phone.jpg", (1, 30), model=b"Pixel 9", note=None)
+    said = refusal([*three, phone])
     assert "phone.jpg is from a Pixel 9, but the other frames are from a RICOH THETA V" in said
 
 
@@ -114,9 +133,10 @@ def test_padding_of_the_camera_s_name_is_no_difference(tmp_path: Path) -> None:
     assert names(files) == ["b.jpg", "a.jpg"]
 
 
-def test_a_merged_result_in_the_folder_is_named(three: list[Path]) -> None:
-    cv2.imwrite(str(three[0].parent / "merged.hdr"), np.ones((32, 64, 3), np.float32))
-    said = refusal([three[0].parent])
+def test_a_merged_result_among_the_files_is_named(three: list[Path]) -> None:
+    merged = three[0].parent / "merged.hdr"
+    cv2.imwrite(str(merged), np.ones((32, 64, 3), np.float32))
+    said = refusal([*three, merged])
     assert "merged.hdr is stored as floating point, but the other frames are" in said
 
 
@@ -170,7 +190,9 @@ def test_names_that_lead_nowhere(three: list[Path]) -> None:
     assert "holds no pictures" in refusal([folder / "empty"])
     assert "folder among other names" in refusal([folder, three[0]])
     assert "no file" in refusal([*three, folder / "none.jpg"])
-    assert "zero.jpg is empty" in refusal([folder])
+    assert "zero.jpg is empty" in refusal([*three, folder / "zero.jpg"])
+    (folder / "empty" / "zero.jpg").touch()
+    assert "zero.jpg is empty" in refusal([folder / "empty"])
     assert "cannot be read" in refusal([*three, Path("a\0.jpg")])
 
 
@@ -180,9 +202,9 @@ def test_a_damaged_frame_is_named(three: list[Path]) -> None:
 
 
 def test_too_many_files(tmp_path: Path) -> None:
-    for k in range(MAX_FRAMES + 1):
-        (tmp_path / f"{k}.jpg").touch()
+    files = [theta(tmp_path / f"{k:02}.jpg", (1, 60)) for k in range(MAX_FRAMES + 1)]
     assert f"{MAX_FRAMES + 1} pictures are too many" in refusal([tmp_path])
+    assert f"{MAX_FRAMES + 1} pictures are too many" in refusal(files)
 
 
 def test_frames_without_exposure_time(three: list[Path]) -> None:
@@ -386,11 +408,13 @@ def test_order_given_never_matters(
 
 
 @needs_shared
-def test_the_memorial_church_folder_names_its_merged_map() -> None:
+def test_of_the_memorial_church_folder_the_bracket_is_taken() -> None:
     folder = SHARED / "brackets" / "memorial"
-    assert "memorial.hdr is stored as floating point" in refusal([folder], [1.0] * 17)
+    times = [32.0 / 2**k for k in range(16)]
     files = sorted(folder.glob("*.png"))
-    bracket = read_bracket(files, [32.0 / 2**k for k in range(16)])
+    assert [frame.path for frame in read_bracket([folder], times).frames] == files
+    assert "memorial.hdr does not belong" in " ".join(read_bracket([folder], times).warnings)
+    bracket = read_bracket(files, times)
     assert [frame.path for frame in bracket.frames] == files
     assert bracket.stops == pytest.approx([5.0 - k for k in range(16)])
     assert bracket.shape == (768, 512)

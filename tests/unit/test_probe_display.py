@@ -11,7 +11,7 @@ import pytest
 from app.core import colour
 from app.core.environment import read_environment
 from app.core.paths import resources
-from app.core.probe import display as module
+from app.core.probe import kernel
 from app.core.probe.clutter import Clutter
 from app.core.probe.display import clip_overlay, display_gain, display_panorama, mask_overlay
 from app.core.probe.frame import Merged
@@ -46,7 +46,7 @@ def test_the_tones_are_those_of_every_other_picture(
     name: str, wide: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if not wide:
-        monkeypatch.setattr(module, "_wide_tables", lambda: False)
+        monkeypatch.setattr(kernel, "wide_tables", lambda: False)
     light = scene(name)[:500]  # not a whole number of bands
     stops = 0.7
     shown = display_panorama(light, stops, light.shape[1])

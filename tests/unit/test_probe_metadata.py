@@ -253,9 +253,9 @@ def test_a_cropped_data_window_is_refused(tmp_path: Path) -> None:
     assert "only a part" in refusal(path)
 
 
-def test_fisheye_pictures_are_refused(tmp_path: Path) -> None:
+def test_the_maker_note_tells_fisheye_pictures(tmp_path: Path) -> None:
     data = jpeg(exif([(0x0001, SHORT, (2,))], camera_tags()))
-    assert "fisheye" in refusal(save(tmp_path / "a.jpg", data))
+    assert read_frame(save(tmp_path / "a.jpg", data)).fisheye
 
 
 def test_the_metered_exposure_lies_between_the_lenses(tmp_path: Path) -> None:

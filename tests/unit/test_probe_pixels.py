@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from app.core import sphere
 from app.core.errors import Cancelled, ProbeError
 from app.core.probe.decoding import RawRows, needs_whole_decode
 from app.core.probe.frame import Bracket, Exposure, Frame
-from app.core.probe.pixels import open_frames, proxy_shape, rotated
+from app.core.probe.pixels import open_frames, proxy_shape, relaid
 from app.core.progress import Token
 
 SHAPE = (264, 528)
@@ -236,10 +237,40 @@ def test_turned_frames_are_those_of_the_sphere(tmp_path: Path) -> None:
     for memory in (1 << 30, 0):
         stack = open_frames(bracket(paths), memory_bytes=memory)
         before = stack.samples.copy()
-        with rotated(stack, [None, turn, None]) as turned:
+        with relaid(stack, [None, partial(sphere.remap_frame, matrix=turn), None]) as turned:
             np.testing.assert_array_equal(turned.sources[1].rows(0, SHAPE[0]), wanted)
             assert turned.proxies[0] is stack.proxies[0]
             rows, columns = turned.sample_places.T
             np.testing.assert_array_equal(turned.samples[1], wanted[rows, columns])
             np.testing.assert_array_equal(turned.samples[0], before[0])
             np.testing.assert_array_equal(stack.samples, before)
+
+
+@pytest.mark.parametrize("tile", [16, 64, 100, 512])
+@pytest.mark.parametrize("memory", [1 << 30, 0])
+def test_tiles_are_read_as_rows(tmp_path: Path, tile: int, memory: int) -> None:
+    paths = [tmp_path / "a.exr", tmp_path / "b.exr"]
+    light = [picture(seed).astype(np.float32) / 255.0 for seed in (0, 1)]
+    for path, pixels in zip(paths, light, strict=True):
+        spec = oiio.ImageSpec(SHAPE[1], SHAPE[0], 3, "float")
+        spec.tile_width = spec.tile_height = tile
+        output = oiio.ImageOutput.create(str(path))
+        assert output is not None
+        assert output.open(str(path), spec)
+        assert output.write_image(pixels)
+        output.close()
+    with open_frames(bracket(paths, kind="float"), memory_bytes=memory) as stack:
+        for source, pixels in zip(stack.sources, light, strict=True):
+            np.testing.assert_array_equal(source.rows(0, 70), pixels[:70])
+            np.testing.assert_array_equal(source.rows(70, SHAPE[0]), pixels[70:])
+
+
+def test_a_frame_that_is_half_not_numbers_is_left_out(tmp_path: Path) -> None:
+    paths = [tmp_path / f"{name}.exr" for name in "abc"]
+    for seed, path in enumerate(paths):
+        light = picture(seed).astype(np.float32) / 255.0
+        light[: SHAPE[0] // (2 if seed == 1 else 100)] = np.nan
+        write(path, light, "float")
+    with open_frames(bracket(paths, kind="float")) as stack:
+        assert [frame.path.name for frame in stack.dropped] == ["b.exr"]
+        assert "50 % of it is NaN" in stack.warnings[0]

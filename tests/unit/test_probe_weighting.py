@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.colour import srgb_decode
+from app.core.colour import srgb_decode, srgb_encode
 from app.core.probe.weighting import Scheme, clipped_code, float_tables, frame_tables, neutral_end
 
 SRGB = np.repeat(srgb_decode(np.arange(256) / 255.0).astype(np.float64)[None], 3, axis=0)
@@ -118,3 +118,18 @@ def test_float_tables_are_positive_and_clip_only_if_told(clips: bool, scheme: Sc
         assert (table > 0.0).all()
         assert np.isfinite(table).all()
     assert (tables.bright[-1] > 0.5) != clips
+
+
+def test_where_the_response_is_not_known_darker_frames_have_more_of_a_say() -> None:
+    """More for dense brackets than for wide ones, and nothing near black."""
+    shares = {}
+    for stops in ((1.0, 0.0, -1.0), (2.0, 0.0, -2.0)):
+        for known in (True, False):
+            code = np.rint(255.0 * srgb_encode(0.1 * 2.0 ** (np.array(stops) - stops[0])))
+            tables = [frame_tables(SRGB, i, stops, 0.0, known=known) for i in range(3)]
+            weight = [float(t.faint[int(c)]) for t, c in zip(tables, code, strict=True)]
+            shares[stops[0], known] = weight[2] / sum(weight)
+            black = [float(t.faint[1]) for t in tables]
+            assert black[2] / black[0] == pytest.approx(4.0 ** (stops[2] - stops[0]), rel=0.02)
+    assert shares[1.0, False] > 1.25 * shares[1.0, True]
+    assert shares[2.0, True] < shares[2.0, False] < 1.25 * shares[2.0, True] + 0.01

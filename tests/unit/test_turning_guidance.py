@@ -150,7 +150,7 @@ def test_past_the_end_of_the_arc_is_too_far() -> None:
         Phase.INSIDE,
         Phase.BEYOND,
     ]
-    assert seen[6].light == "6° too far, back counter-clockwise"
+    assert seen[6].light == "Too far: back in the light in 6°"
     assert seen[6].walk == "Walk to your right"
     assert seen[6].to_go == -21
 
@@ -163,7 +163,7 @@ def test_in_the_light_is_not_left_by_a_tremble() -> None:
     # The number is never held back, and one who is told to be in the light gets no other words.
     assert [one.number for one in seen] == ["14", "16", "14", "16", "17", "16", "15", "16"]
     assert {one.light for one in seen if one.inside} == {"You are in the light"}
-    assert seen[4].light == "2° too far, back counter-clockwise"
+    assert seen[4].light == "Too far: back in the light in 2°"
     holds = [one.hold for one in walk(REMBRANDT, [93.0, 94.0, 93.0, 92.0, 93.0])]
     assert holds == [False, True, True, False, False]
 
@@ -194,8 +194,8 @@ def test_going_back_out_where_one_came_in_is_not_too_far() -> None:
 
 
 def test_leaving_from_a_start_inside_is_too_far_either_way() -> None:
-    assert walk(REMBRANDT, [96.0, 73.0])[-1].light == "6° too far, back clockwise"
-    assert walk(REMBRANDT, [96.0, 117.0])[-1].light == "6° too far, back counter-clockwise"
+    assert walk(REMBRANDT, [96.0, 73.0])[-1].light == "Too far: back in the light in 6°"
+    assert walk(REMBRANDT, [96.0, 117.0])[-1].light == "Too far: back in the light in 6°"
 
 
 def test_a_leap_over_the_arc_is_too_far_and_far_away_is_not() -> None:
@@ -248,7 +248,7 @@ def test_without_a_webcam() -> None:
 def test_unplugged_and_back() -> None:
     shown, memory = guide(REMBRANDT, Reading(73.0, 0.0))
     shown, memory = guide(REMBRANDT, Reading(73.0, 0.1, Source.AWAY), memory)
-    assert shown.headline == "The webcam went away. Plug it in and it goes on by itself."
+    assert shown.headline == "Webcam disconnected. Plug it back in to continue."
     assert (shown.number, shown.arrow) == ("", 0.0)
     shown, memory = guide(REMBRANDT, Reading(None, 0.2, Source.STARTING), memory)
     assert shown.phase is Phase.STARTING

@@ -36,7 +36,7 @@ from tests.helpers.demo_place import demo_panorama
 
 Bytes = NDArray[np.uint8]
 FOLDER: Final = resources() / "demo" / "location" / "views"
-GOOD: Final = Evidence(points=60, share=0.8, spread=0.3, support=15.0, error_deg=0.3)
+GOOD: Final = Evidence(60, share=0.8, spread=0.3, support=15.0, error_deg=0.3, zoom=1.3)
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +72,10 @@ class TestTrust:
             {"tilt": 0.8},
             {"zoom": 0.5},
             {"strays": 0.3},
+            {"freed": 5.0},
+            {"aside": 4.0},
+            {"zoom": 1.02, "tilt": 0.3},
+            {"wide": 0.6, "flat": 1.0},
             {"wide": 0.22},
             {"wide": 1.3},
         ],
@@ -83,6 +87,11 @@ class TestTrust:
     @pytest.mark.parametrize("usual", [{"strays": 0.1}, {"wide": 0.35}, {"wide": 1.0}])
     def test_what_is_usual_is_not_held_against_it(self, usual: dict[str, float]) -> None:
         assert trust(replace(GOOD, **usual)) == trust(GOOD)  # type: ignore[arg-type]
+
+    def test_many_points_in_a_band_are_enough(self) -> None:
+        """A photograph with 76 points and an error of 0.46 deg was refused at 0.73 for less."""
+        band = Evidence(76, share=0.45, spread=0.1, support=14.0, error_deg=0.46, zoom=1.25)
+        assert trust(band) > LEAST_CONFIDENCE
 
     def test_few_points_that_the_picture_does_not_bear_out_are_not(self) -> None:
         chance = replace(GOOD, points=9, share=0.3, support=3.0, spread=0.05)

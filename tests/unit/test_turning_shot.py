@@ -17,7 +17,7 @@ from app.core.light_here import prepare
 from app.core.progress import Token
 from app.core.solve import StyleResult, solve_all
 from app.core.turning.guidance import Goal
-from app.core.turning.shot import Photo, is_panorama, judge, locate_photo, read_photo
+from app.core.turning.shot import Photo, is_panorama, judge, locate_photo, read_photo, search_photo
 from tests.helpers.photos import demo_index, photo_bytes, taken_from, write_photo
 from tests.helpers.synthetic import lamp_environment, synthetic_pack
 
@@ -147,6 +147,16 @@ def test_a_cropped_photo_is_found_although_its_focal_length_lies() -> None:
     taken = locate_photo(Photo(middle, (700, 900), None, 14.0), demo_index())
     assert taken.facing_deg is not None
     assert abs(difference(taken.facing_deg, view.turn_deg)) <= 3.0
+
+
+def test_a_crop_is_said_and_a_whole_photo_is_not_called_one() -> None:
+    view = taken_from(93.0)
+    middle = np.ascontiguousarray(view.picture[:, 250:950])
+    (warning,) = search_photo(Photo(middle, (700, 900), None, 14.0), demo_index()).warnings
+    assert warning.startswith("The picture seems to be cropped: ")
+    whole = search_photo(Photo(view.picture, (4000, 3000), None, 30.0), demo_index())
+    assert whole.warnings == []
+    assert whole.heading.fov_deg == pytest.approx(60.0, rel=0.05)
 
 
 def test_a_photo_from_elsewhere_is_unsure() -> None:

@@ -5,18 +5,20 @@ Units: 1 scene unit = 10 cm. Frame: +Y up, +Z out of the face, +X the sitter's l
 
 from __future__ import annotations
 
+import errno
 import math
+import os
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from app.core.baking.skin import EYE_COAT, Coat, Skin
 from app.core.errors import BakeError, HeadError
+from app.core.files import atomic_write, atomic_write_text
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from numpy.typing import NDArray
 
 __all__ = ["Camera", "HeadMesh", "Mesh", "build_scene", "export_scene", "frame_head", "load_head"]
@@ -29,7 +31,11 @@ _CUT_MARGIN = 0.03
 _EYES_BELOW_CROWN = 1.05
 _SYMMETRY = 1e-4
 _EXPORT = "Export the head again as .ply or .obj, with normals."
+_MOST_UNIT_MM = 1e6
 _MAX_VERTICES = 2_000_000
+_MAX_MESH_BYTES = 300_000_000  # that many vertices as text
+_MAX_PLY_HEAD = 1 << 14
+_MAX_PLY_ELEMENTS = 16
 # Mitsuba takes RGB spectra up to 1 only; the medium's scale carries the rest (per millimetre).
 _DENSEST = 4.0
 # Mitsuba 3.9.1's volpathmis begins to end paths by chance after 5 events and from then on weights
@@ -191,19 +197,15 @@ def _is_symmetric(mesh: Mesh) -> bool:
 
 
 def _load_mesh(path: Path, unit_mm: float) -> Mesh:
-    import mitsuba as mi
-
-    if not path.is_file():
-        raise HeadError(f"There is no head file {path}.", "Check the name and the folder.")
-    kind = path.suffix.lower().lstrip(".")
-    if kind not in ("ply", "obj"):
-        raise HeadError(f"{path.name} is not a PLY or OBJ mesh.", _EXPORT)
-    try:
-        loaded = mi.traverse(mi.load_dict({"type": kind, "filename": str(path)}))
-    except (RuntimeError, ValueError) as error:
-        raise HeadError(
-            f"{path.name} is damaged or not a mesh that can be read.", _EXPORT
-        ) from error
+    kind = _check_mesh_file(path)
+    if not 0.0 < unit_mm <= _MOST_UNIT_MM:
+        raise HeadError(f"A unit of {unit_mm:g} mm is not possible.", "Metres are 1000.")
+    # First without normals, which Mitsuba computes by following faces wherever they point.
+    plain = _loaded({"type": kind, "filename": str(path), "face_normals": True})
+    count, corners = len(plain["vertex_positions"]) // 3, np.array(plain["faces"], np.uint32)
+    if corners.size and int(corners.max()) >= count:
+        raise HeadError(f"{path.name} has faces with corners that are not in the file.", _EXPORT)
+    loaded = _loaded({"type": kind, "filename": str(path)})
     vertices = np.array(loaded["vertex_positions"], np.float32).reshape(-1, 3)
     faces = np.array(loaded["faces"], np.uint32).reshape(-1, 3)
     if not 0 < len(vertices) <= _MAX_VERTICES or len(faces) == 0:
@@ -220,6 +222,37 @@ def _load_mesh(path: Path, unit_mm: float) -> Mesh:
     if _volume(vertices, faces) < 0:
         faces, normals = np.ascontiguousarray(faces[:, ::-1]), -normals
     return Mesh(vertices, normals, faces, colours)
+
+
+def _check_mesh_file(path: Path) -> str:
+    if not path.is_file():
+        raise HeadError(f"There is no head file {path}.", "Check the name and the folder.")
+    kind = path.suffix.lower().lstrip(".")
+    if kind not in ("ply", "obj"):
+        raise HeadError(f"{path.name} is not a PLY or OBJ mesh.", _EXPORT)
+    if path.stat().st_size > _MAX_MESH_BYTES:
+        most = f"{_MAX_MESH_BYTES // 10**6} MB"
+        raise HeadError(f"{path.name} is too large: a head has {most} at most.", _EXPORT)
+    if kind == "ply" and not _is_plain(path):
+        raise HeadError(f"{path.name} is damaged or not a mesh that can be read.", _EXPORT)
+    return kind
+
+
+def _is_plain(path: Path) -> bool:
+    """Whether a PLY's header is short: Mitsuba takes minutes over one with thousands of lines."""
+    with path.open("rb") as stream:
+        head, end, _ = stream.read(_MAX_PLY_HEAD).partition(b"end_header")
+    return bool(end) and head.count(b"\nelement ") <= _MAX_PLY_ELEMENTS
+
+
+def _loaded(description: dict[str, Any]) -> Any:
+    import mitsuba as mi
+
+    try:
+        return mi.traverse(mi.load_dict(description))
+    except (RuntimeError, ValueError, TypeError) as error:  # TypeError: a name that is not text.
+        name = Path(description["filename"]).name
+        raise HeadError(f"{name} is damaged or not a mesh that can be read.", _EXPORT) from error
 
 
 def _volume(v: NDArray[np.float32], faces: NDArray[np.uint32]) -> float:
@@ -422,13 +455,44 @@ def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Pa
         if head.eyes is None
         else _EYES_XML.format(roughness=EYE_COAT.roughness, index=EYE_COAT.index),
     )
+    scene, skin_file, eyes_file = scene_files(folder)
     try:
-        (folder / "meshes").mkdir(parents=True, exist_ok=True)
-        mitsuba_mesh("skin", head.skin, {}).write_ply(str(folder / "meshes" / "skin.ply"))
+        _write_mesh(skin_file, mitsuba_mesh("skin", head.skin, {}))
         if head.eyes is not None:
-            mitsuba_mesh("eyes", head.eyes, {}).write_ply(str(folder / "meshes" / "eyes.ply"))
-        target = folder / "scene.xml"
-        target.write_text(text, encoding="utf-8")
-    except (OSError, RuntimeError) as error:
+            _write_mesh(eyes_file, mitsuba_mesh("eyes", head.eyes, {}))
+        atomic_write_text(scene, text)
+    except (OSError, RuntimeError, TypeError) as error:  # TypeError: a name that is not text.
         raise BakeError(f"The scene could not be written to {folder}.") from error
-    return target
+    return scene
+
+
+def scene_files(folder: Path) -> tuple[Path, Path, Path]:
+    """Return the files of a scene in a folder that is made where it is missing.
+
+    Raises
+    ------
+    BakeError
+        If the folder cannot be made.
+    """
+    meshes = folder / "meshes"
+    try:
+        meshes.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BakeError(
+            f"Cannot make the folder {folder}: {(error.strerror or str(error)).lower()}.",
+            "Choose another one.",
+        ) from error
+    return folder / "scene.xml", meshes / "skin.ply", meshes / "eyes.ply"
+
+
+def _write_mesh(path: Path, mesh: Any) -> None:
+    """Write a mesh whole or not at all; read back, since Mitsuba does not see a full disk."""
+    import mitsuba as mi
+
+    def write(temporary: Path) -> None:
+        mesh.write_ply(str(temporary))
+        again = mi.load_dict({"type": "ply", "filename": str(temporary)})
+        if again.face_count() != mesh.face_count():
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    atomic_write(path, write)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import zipfile
+import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.files import atomic_write
+from app.core.archive import read_arrays, write_arrays
+from app.core.errors import TransportError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -20,6 +21,8 @@ __all__ = ["Keep", "Shelf", "no_keep"]
 Float32: TypeAlias = NDArray[np.float32]
 Keep: TypeAlias = Callable[[str, tuple[int, ...], Callable[[], Float32]], Float32]
 """``keep(name, shape, compute)``: the part of that name, computed unless it is there."""
+
+_MOST_BYTES: Final = 1 << 34
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,21 +40,13 @@ class Shelf:
     def keep(self, name: str, shape: tuple[int, ...], compute: Callable[[], Float32]) -> Float32:
         """Return a part of this shape: from the shelf, else computed and put there."""
         file = self.folder / f"{name}.npz"
-        try:
-            with np.load(file, allow_pickle=False) as stored:
-                done: Float32 = stored["matrix"]
-            if done.shape == shape:
-                return done
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
-            pass
+        with contextlib.suppress(TransportError):
+            done = read_arrays(file, "part of a bake", "", _MOST_BYTES).get("matrix")
+            if done is not None and done.shape == shape:
+                return np.asarray(done, np.float32)
         part = compute()
         self.folder.mkdir(parents=True, exist_ok=True)
-
-        def write(target: Path) -> None:
-            with target.open("wb") as stream:
-                np.savez(stream, allow_pickle=False, matrix=part)
-
-        atomic_write(file, write)
+        write_arrays(file, {"matrix": part})
         return part
 
     def prefixed(self, prefix: str) -> Keep:

@@ -89,7 +89,7 @@ BARS: Final[dict[str, Bar]] = {
     "heading.search": Bar(seconds=700e-3),
     # 15 % of a core at 30 pictures a second, for receiving and decoding together.
     "preview.decode": Bar(seconds=5e-3),
-    "merge.three": Bar(ratio=3.5, limits=3.0),
+    "merge.three": Bar(ratio=4.5, limits=2.0),
     "start.solve": Bar(seconds=1.5),
 }
 """By name of the row."""

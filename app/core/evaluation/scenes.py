@@ -96,7 +96,7 @@ def find_scenes(folder: Path) -> tuple[Path, ...]:
 
 def read_scenes(
     files: Sequence[Path], report: Report = silent, token: Token | None = None
-) -> tuple[Scene, ...]:
+) -> tuple[tuple[Scene, ...], tuple[str, ...]]:
     """Read and reduce panoramas.
 
     Parameters
@@ -105,19 +105,34 @@ def read_scenes(
     report, token
         Progress and cancellation.
 
+    Returns
+    -------
+    tuple of Scene
+        Of those that can be read.
+    tuple of str
+        What was left out or repaired, in sentences.
+
     Raises
     ------
     EnvironmentFileError
-        If one cannot be read.
+        If none can be read.
     Cancelled
         If `token` says so.
     """
-    scenes = []
+    scenes: list[Scene] = []
+    said: list[str] = []
     for number, file in enumerate(files):
         if token is not None:
             token.check()
         report(number / len(files), f"Reading {file.name}")
-        environment = read_environment(file)
+        try:
+            environment = read_environment(file)
+        except EnvironmentFileError as error:
+            said.append(f"Left out: {error.message}")
+            continue
+        said += environment.warnings
         name = file.stem.removesuffix("_1k").removesuffix("_2k").replace("_", " ")
         scenes.append(Scene(name, reduce(environment, LARGEST), reduce(environment, _FINE)))
-    return tuple(scenes)
+    if not scenes:
+        raise EnvironmentFileError(f"None of {len(files)} panoramas can be read. {said[0]}")
+    return tuple(scenes), tuple(said)

@@ -37,7 +37,7 @@ from app.core.painting.session import Answer, PaintSession
 from app.core.painting.start import from_style, from_user_style, from_weights
 from app.core.painting.stroke import Stroke
 from app.core.painting.tiles import TileChange, apply, cleared, difference, revert
-from app.core.painting.user_style import UserStyle
+from app.core.painting.user_style import UserStyle, read_user_style, text_path
 
 __all__ = [
     "CANNOT_READ",
@@ -75,6 +75,7 @@ __all__ = [
     "load_draft",
     "make_canvas",
     "prepare_user_style",
+    "read_user_style",
     "rename",
     "restore",
     "revert",
@@ -83,5 +84,6 @@ __all__ = [
     "solve_user_styles",
     "suggested_side",
     "target_picture",
+    "text_path",
     "update_user_style",
 ]

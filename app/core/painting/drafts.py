@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core.archive import read_arrays
+from app.core.archive import CONTRADICTIONS, parse_header, read_arrays, write_arrays
 from app.core.errors import StyleError, TransportError
-from app.core.files import atomic_write
 from app.core.painting.canvas import MAX_SIZE, Canvas, make_canvas
 
 if TYPE_CHECKING:
@@ -70,12 +69,7 @@ def save_draft(path: Path, draft: Draft) -> None:
     header = {"format": DRAFT_FORMAT, **{key: getattr(draft, key)[:_LONGEST] for key in _TEXTS}}
     arrays = {name: getattr(draft.canvas, name) for name in _LAYERS}
     arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
-
-    def write(target: Path) -> None:
-        with target.open("wb") as stream:
-            np.savez(stream, allow_pickle=False, **arrays)
-
-    atomic_write(path, write)
+    write_arrays(path, arrays)
 
 
 def load_draft(path: Path) -> Draft:
@@ -101,11 +95,11 @@ def load_draft(path: Path) -> Draft:
         words = error.message if isinstance(error, TransportError) else f"{path.name}: {error}."
         raise StyleError(words, _HINT) from error
     try:
-        header = json.loads(arrays["header"].tobytes().decode())
+        header = parse_header(arrays["header"])
         version = int(header["format"])
         texts = {key: str(header[key])[:_LONGEST] for key in _TEXTS}
         layers = [np.asarray(arrays[name]) for name in _LAYERS]
-    except (KeyError, ValueError, TypeError, RecursionError, OverflowError) as error:
+    except CONTRADICTIONS as error:
         raise StyleError(f"{path.name} is damaged or not a draft.", _HINT) from error
     if version > DRAFT_FORMAT:
         raise StyleError(

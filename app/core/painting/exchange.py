@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.core.errors import CoreError, StyleError
-from app.core.files import atomic_write_bytes
+from app.core.files import atomic_write_bytes, open_file
 from app.core.painting.layers_file import MAX_BYTES, write_layers
 from app.core.painting.library import add
 from app.core.painting.user_style import (
@@ -62,7 +62,13 @@ def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None
         raise StyleError(f"There is already a file {file.name}.", "Choose another name.")
     with tempfile.TemporaryDirectory() as folder:
         layers = Path(folder) / _LAYERS
-        write_layers(layers, style.weights, style.ignore)
+        try:
+            write_layers(layers, style.weights, style.ignore)
+        except CoreError as error:
+            raise StyleError(
+                f"{file.name} was not exported: {tempfile.gettempdir()} takes no files.",
+                "Make room there.",
+            ) from error
         parts = {_TEXT: style_text(style).encode(), _LAYERS: layers.read_bytes()}
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_STORED) as archive:
@@ -118,7 +124,7 @@ def _members(file: Path) -> dict[str, bytes]:
     try:
         if not file.is_file():
             raise StyleError(f"There is no file {file}.", "Check the name.")
-        with file.open("rb") as stream:
+        with open_file(file) as stream:
             raw = stream.read(_LONGEST + 1)
     except (OSError, ValueError) as error:
         words = (getattr(error, "strerror", None) or str(error)).lower()

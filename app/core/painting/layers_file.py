@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.errors import CoreError, StyleError
+from app.core.errors import StyleError
+from app.core.image_input import clear_error, open_image, read_start
+from app.core.images import write_image
 from app.core.painting.canvas import MAX_SIZE, MIN_SIZE
 
 if TYPE_CHECKING:
@@ -30,12 +31,10 @@ _EXR: Final = b"\x76\x2f\x31\x01"
 def write_layers(path: Path, weights: Float32, ignore: Float32) -> None:
     """Write painted weights, without loss.
 
-    Use it through `app.core.files.atomic_write`.
-
     Parameters
     ----------
     path : Path
-        File to fill; ends in ``.exr``.
+        The file; ends in ``.exr``.
     weights, ignore : (S, S) float32
         Canvas layers.
 
@@ -44,23 +43,8 @@ def write_layers(path: Path, weights: Float32, ignore: Float32) -> None:
     CoreError
         When the file cannot be written.
     """
-    import OpenImageIO as oiio
-
-    size = len(weights)
-    spec = oiio.ImageSpec(size, size, len(_CHANNELS), "float")
-    spec.channelnames = _CHANNELS
-    spec.attribute("compression", "zip")
-    output = oiio.ImageOutput.create(str(path))
-    if output is None:
-        raise CoreError(
-            f"Cannot write {path.name}: OpenEXR is missing.", "Install Turnlight again."
-        )
     pixels = np.ascontiguousarray(np.stack([weights, ignore], axis=-1), np.float32)
-    written = output.open(str(path), spec) and output.write_image(pixels)
-    closed = output.close()
-    if not (written and closed):
-        output.geterror()
-        raise CoreError(f"Cannot write {path.name}.", "Is the disk full?")
+    write_image(path, pixels, "float", {"compression": "zip"}, _CHANNELS)
 
 
 def read_layers(path: Path) -> tuple[Float32, Float32]:
@@ -84,12 +68,8 @@ def read_layers(path: Path) -> tuple[Float32, Float32]:
         If it is missing, too large, damaged, or does not hold painted weights.
     """
     _check_file(path)
-    import OpenImageIO as oiio
-
-    source = oiio.ImageInput.open(str(path))
+    source = open_image(path)
     if source is None:
-        with contextlib.suppress(UnicodeError):  # A damaged header's text may be anything.
-            oiio.geterror()
         raise _damaged(path)
     try:
         layers = _layers(source, path)
@@ -107,8 +87,7 @@ def _check_file(path: Path) -> None:
             raise StyleError(f"The weights {path.name} are missing.")
         if path.stat().st_size > MAX_BYTES:
             raise StyleError(f"{path.name} is too large for painted weights.")
-        with path.open("rb") as stream:
-            head = stream.read(len(_EXR))
+        head = read_start(path, len(_EXR))
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise StyleError(f"{path.name} cannot be read: {reason.lower()}.") from None
@@ -125,8 +104,7 @@ def _layers(source: ImageInput, path: Path) -> tuple[Float32, Float32]:
     size = int(spec.width)
     pixels = source.read_image(0, 0, 0, len(_CHANNELS), "float")
     if pixels is None:
-        with contextlib.suppress(UnicodeError):
-            source.geterror()
+        clear_error(source)
         raise _damaged(path)
     values = np.asarray(pixels, np.float32).reshape(size, size, len(_CHANNELS))
     weights, ignore = (np.ascontiguousarray(values[:, :, names.index(n)]) for n in _CHANNELS)

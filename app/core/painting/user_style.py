@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from app.core.archive import digest
 from app.core.errors import CoreError, StyleError
-from app.core.files import atomic_write, atomic_write_text
+from app.core.files import atomic_write_text
 from app.core.painting.layers_file import read_layers, write_layers
 from app.core.style_file import PAINTED_FORMAT, read_painted
 from app.core.styles import Side, Style
@@ -180,7 +180,7 @@ def write_user_style(folder: Path, style: UserStyle) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         target = layers_path(folder, style.name, checksum(style))
-        atomic_write(target, lambda path: write_layers(path, style.weights, style.ignore))
+        write_layers(target, style.weights, style.ignore)
         atomic_write_text(text_path(folder, style.name), style_text(style))
     except (OSError, CoreError) as error:
         raise not_saved(error) from error
@@ -205,7 +205,13 @@ def not_saved(error: OSError | CoreError) -> StyleError:
             "Not saved: the disk is full.", "Your strokes are kept: make room, then save again."
         )
     said = error.message if isinstance(error, CoreError) else f"{error.strerror or error}".lower()
-    return StyleError(f"Not saved. {said.rstrip('.')}.", "Your strokes are kept.")
+    if "read-only" in words or "not writable" in words or "permission denied" in words:
+        return StyleError(
+            "Not saved: the folder of your styles cannot be written to.",
+            "Your strokes are kept: allow writing there, then save again.",
+        )
+    said = f"{said[:1].upper()}{said[1:].rstrip('.')}"
+    return StyleError(f"Not saved. {said}.", "Your strokes are kept.")
 
 
 def read_user_style(path: Path) -> UserStyle:

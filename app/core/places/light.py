@@ -18,7 +18,6 @@ import numpy as np
 from app.core.environment import from_radiance
 from app.core.environment_file import MAX_WIDTH, MIN_WIDTH, read_panorama
 from app.core.errors import CoreError, EnvironmentFileError
-from app.core.files import atomic_write
 from app.core.images import write_exr, write_png
 from app.core.places.encoding import ENVIRONMENT_NAME
 from app.core.places.listing import THUMBNAIL, capture_folders
@@ -98,12 +97,11 @@ def store_environment(
     fingerprint = fingerprint_of(radiance)
     name = f"environment-{fingerprint[:12]}.exr"
 
-    def write(path: Path) -> None:
-        write_exr(path, radiance, white_cd_m2)
+    def check(path: Path) -> None:
         _compare(path, radiance)
 
     try:
-        atomic_write(folder / name, write)
+        write_exr(folder / name, radiance, white_cd_m2, check)
     except PlaceError:
         raise
     except CoreError as error:
@@ -230,7 +228,7 @@ def _write_thumbnail(folder: Path, display: NDArray[np.uint8]) -> Path | None:
         small = np.asarray(resized, np.uint8)
     target = folder / THUMBNAIL
     try:
-        atomic_write(target, lambda path: write_png(path, small))
+        write_png(target, small)
     except CoreError:
         return None
     return target

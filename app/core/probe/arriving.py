@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from app.core.pack import StylePack
+    from app.core.probe.decoding import Pixels
     from app.core.probe.frame import Frame
 
 __all__ = ["ArrivingFrames"]
@@ -146,6 +147,17 @@ class ArrivingFrames:
             return error.message
         return ""
 
+    def proxy(self, path: Path, token: Token | None = None) -> Pixels | None:
+        """Show a small picture of a file that was added, once it has been read; else None."""
+        with self._lock:
+            future = self._reading.get(path)
+        if future is None:
+            return None
+        try:
+            return _wait(future, token or Token()).opened.proxy
+        except ProbeError:
+            return None
+
     def measure(
         self,
         paths: Sequence[Path],
@@ -162,28 +174,29 @@ class ArrivingFrames:
         """
         return measure(paths, pack, wishes, opener=self.take, token=token, report=report)
 
-    def take(self, frame: Frame, *, hold: bool, token: Token) -> OpenedFrame:
+    def take(self, frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
         """Hand over a frame, or read it now: an `app.core.probe.first_pass.Opener`."""
         with self._lock:
             future = self._reading.pop(frame.path, None)
         if future is None:
-            return open_frame(frame, hold=hold, token=token)
+            return open_frame(frame, hold=hold, token=token, half=half)
         try:
             read = _wait(future, token)
         except (Cancelled, CancelledError):
             future.add_done_callback(self._let_go)
             token.check()
-            return open_frame(frame, hold=hold, token=token)  # it was closed meanwhile
+            return open_frame(frame, hold=hold, token=token, half=half)  # it was closed meanwhile
         with self._lock:
             self._held -= _bytes(read)
         fits = read.hold == hold and (read.frame.shape, read.frame.kind) == (
             frame.shape,
             frame.kind,
         )
-        if fits and read.stamp == _stamp(frame.path):
+        # Which frames come at half their size is known only when all are there.
+        if fits and not half and read.stamp == _stamp(frame.path):
             return read.opened
         read.opened.source.close()
-        return open_frame(frame, hold=hold, token=token)
+        return open_frame(frame, hold=hold, token=token, half=half)
 
     def close(self) -> None:
         """Stop reading and close everything that nobody took; more than once is fine."""

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from app.core.errors import ProbeError
+from app.core.files import open_file
 from app.core.probe.exposures import settle_exposures
 from app.core.probe.frame import Bracket
 from app.core.probe.metadata import ENDINGS, SHUTTER_LIMITS_S, Header, read_header
@@ -30,6 +31,8 @@ MAX_FRAMES: Final = 40
 EQUAL_STOPS: Final = 0.05
 """Exposures that differ by less than this, in stops, count as equal."""
 
+_MOST_LISTED: Final = 500
+_MOST_PIXELS: Final = 1_000_000_000
 _CHUNK: Final = 1 << 20
 _START: Final = 1 << 16
 _KIND_WORDS: Final = {
@@ -56,8 +59,9 @@ def read_bracket(paths: Sequence[Path], times: Sequence[float] | None = None) ->
     Parameters
     ----------
     paths : Sequence[Path]
-        The files in any order, or one folder: then all files in it with the ending of a picture
-        (`app.core.probe.metadata.ENDINGS`, hidden ones left out), sorted by name.
+        The files in any order, or one folder: then of the files in it with the ending of a picture
+        (`app.core.probe.metadata.ENDINGS`, hidden ones left out), sorted by name, the largest set
+        that can be one bracket. What is left out is said.
     times : Sequence[float], optional
         Exposure times in seconds, one for each file in the order above. They win over EXIF; ISO
         and f-number are still taken from EXIF where they are stated.
@@ -76,14 +80,10 @@ def read_bracket(paths: Sequence[Path], times: Sequence[float] | None = None) ->
         or camera than the others, tone-mapped in the camera, or without an exposure time; when
         all exposures are equal, and when `times` do not fit.
     """
-    files = _files([Path(path) for path in paths])
-    if len(files) > MAX_FRAMES:
-        raise ProbeError(
-            f"{len(files)} pictures are too many for one bracket: at most {MAX_FRAMES} are merged.",
-            "Name only the frames of one place and time.",
-        )
+    headers, left_out = _read_all([Path(path) for path in paths], times)
+    files = [header.frame.path for header in headers]
     given = _check_times(times, len(files))
-    headers = [read_header(file) for file in files]
+    _check_pixels(headers)
     frames, warnings = _without_copies(
         [_Listed(header, time) for header, time in zip(headers, given, strict=True)]
     )
@@ -100,23 +100,63 @@ def read_bracket(paths: Sequence[Path], times: Sequence[float] | None = None) ->
     bracket = Bracket(
         frames=tuple(dressed),
         stops=tuple(exposure.ev for exposure in exposures),
-        warnings=(*warnings, *doubts),
+        warnings=(*left_out, *warnings, *doubts),
     )
     return _in_order(bracket)
 
 
-def _files(paths: list[Path]) -> list[Path]:
+def _read_all(paths: list[Path], times: Sequence[float] | None) -> tuple[list[Header], list[str]]:
+    """Read the headers of the files named, or of the bracket in the folder named."""
     folders = [path for path in paths if _is_folder(path)]
     if not paths:
         raise ProbeError("There are no pictures to merge.", "Name at least two exposures.")
     if not folders:
-        return paths
+        _check_number(len(paths))
+        return [read_header(path) for path in paths], []
     if len(paths) > 1:
         raise ProbeError(
             f"{folders[0]} is a folder among other names.",
             "Name one folder, or name the files themselves.",
         )
-    return _pictures_in(folders[0])
+    return _bracket_in(folders[0], None if times is None else len(times))
+
+
+def _bracket_in(folder: Path, count: int | None) -> tuple[list[Header], list[str]]:
+    """Choose what belongs together: one size, one kind, one camera; most stated exposures first.
+
+    Where two sets are as good, all of them are given back: then it is an error to name the odd one.
+    """
+    sets: dict[Hashable, list[Header]] = {}
+    errors: list[ProbeError] = []
+    for file in _pictures_in(folder):
+        try:
+            header = read_header(file)
+        except ProbeError as error:
+            errors.append(error)
+            continue
+        frame = header.frame
+        sets.setdefault((frame.shape, frame.kind, frame.camera), []).append(header)
+
+    def rank(headers: list[Header]) -> tuple[bool, int, int]:
+        stated = sum(header.frame.exposure is not None for header in headers)
+        return len(headers) == count, stated, len(headers)
+
+    ranked = sorted(sets.values(), key=rank, reverse=True)
+    if len(ranked) > 1 and rank(ranked[0]) == rank(ranked[1]):
+        return [header for headers in sets.values() for header in headers], []
+    if not ranked or (len(ranked[0]) < 2 and errors):
+        raise errors[0]
+    taken = ranked[0]
+    _check_number(len(taken))
+    others = [header.frame.path.name for headers in ranked[1:] for header in headers]
+    said = [f"Left out: {error.message}" for error in errors]
+    if others:
+        verb = "does" if len(others) == 1 else "do"
+        said.append(f"Left out: {listed(others)} {verb} not belong to the bracket.")
+    if said:
+        first, last = taken[0].frame.path.name, taken[-1].frame.path.name
+        said.insert(0, f"Took {plural(len(taken), 'picture')} of {folder.name}: {first} to {last}.")
+    return taken, said
 
 
 def _is_folder(path: Path) -> bool:
@@ -142,6 +182,11 @@ def _pictures_in(folder: Path) -> list[Path]:
             f"The folder {folder} holds no pictures.",
             f"Files ending in {', '.join(ENDINGS)} are read.",
         )
+    if len(files) > _MOST_LISTED:
+        raise ProbeError(
+            f"{folder} holds {len(files)} pictures, too many to look for a bracket in.",
+            "Move the frames of one place into a folder of their own.",
+        )
     return sorted(files, key=lambda file: file.name)
 
 
@@ -161,6 +206,24 @@ def _check_times(times: Sequence[float] | None, count: int) -> list[float | None
                 f"Between {low:g} and {high:g} s are possible.",
             )
     return [float(time) for time in times]
+
+
+def _check_number(count: int) -> None:
+    if count > MAX_FRAMES:
+        raise ProbeError(
+            f"{count} pictures are too many for one bracket: at most {MAX_FRAMES} are merged.",
+            "Name only the frames of one place and time.",
+        )
+
+
+def _check_pixels(headers: list[Header]) -> None:
+    """Refuse what would take hours: a few frames of a size that no camera has."""
+    pixels = sum(header.frame.shape[0] * header.frame.shape[1] for header in headers)
+    if pixels > _MOST_PIXELS:
+        raise ProbeError(
+            f"{len(headers)} frames of this size are too many: {pixels / 1e9:.1f} gigapixels.",
+            "Scale all of them down by the same factor; 4096 x 2048 holds all that is needed.",
+        )
 
 
 def _without_copies(frames: list[_Listed]) -> tuple[list[_Listed], list[str]]:
@@ -210,7 +273,7 @@ def _digest(path: Path, limit: int | None) -> str:
     """Digest of a file, or of its first bytes."""
     digest = hashlib.blake2b(digest_size=16)
     try:
-        with path.open("rb") as stream:
+        with open_file(path) as stream:
             while block := stream.read(_CHUNK if limit is None else limit):
                 digest.update(block)
                 if limit is not None:

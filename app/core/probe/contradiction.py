@@ -11,7 +11,7 @@ what moved; the tolerances here are those of area means of JPEG pictures.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeAlias
 
 import cv2
@@ -36,6 +36,8 @@ __all__ = [
 Bytes: TypeAlias = NDArray[np.uint8]
 Float64: TypeAlias = NDArray[np.float64]
 
+_OPEN: Final = (20, 235)  # codes that say how much light there is
+
 CLIPPED: Final = 243
 """A mean of codes over an area that contains nothing but clipped pixels is above this."""
 
@@ -45,7 +47,7 @@ class Curve(Protocol):
 
     @property
     def table(self) -> Float64:
-        """(3, 256) linear light of each code, monotone."""
+        """(3, 256) or (K, 3, 256) linear light of each code, monotone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,26 +107,57 @@ class Predictions:
 
     Parameters
     ----------
-    table : NDArray[np.float64], (3, 256)
-        Linear light of each code, monotone.
+    table : NDArray[np.float64], (3, 256) or (K, 3, 256)
+        Linear light of each code, monotone, in all frames or in each.
     stops : sequence of float
-        Exposure of each frame in stops, not rising.
+        Exposure of each frame in stops.
+    slack : float, optional
+        Stops by which frames that show the same differ beyond every tolerance.
     """
 
-    def __init__(self, table: Float64, stops: Sequence[float]) -> None:
+    def __init__(self, table: Float64, stops: Sequence[float], slack: float = 0.0) -> None:
         ramp = np.arange(256) * 1e-9  # flat parts of a table still need an inverse
-        rising = np.maximum.accumulate(np.asarray(table, np.float64), axis=1)
-        self._table = rising / rising[:, -1:] + ramp
-        self._stops = tuple(stops)
-        self._made: dict[tuple[float, Tolerance], _Prediction] = {}
+        rising = np.maximum.accumulate(np.asarray(table, np.float64), axis=-1)
+        rising = rising / rising[..., -1:] + ramp
+        self._tables = rising if rising.ndim == 3 else np.stack([rising] * len(stops))
+        self._alike = rising.ndim == 2
+        self.stops = tuple(stops)
+        self._slack = slack
+        self._made: dict[tuple[float, int, int, Tolerance], _Prediction] = {}
 
     def between(self, bright: int, dark: int, tolerance: Tolerance) -> _Prediction:
         """Predict frame `bright` from frame `dark`; the first frame is 0, the brightest."""
-        step = round(self._stops[bright] - self._stops[dark], 6)
-        key = (step, tolerance)
+        step = round(self.stops[bright] - self.stops[dark], 6)
+        key = (step, 0, 0, tolerance) if self._alike else (step, bright, dark, tolerance)
         if key not in self._made:
-            self._made[key] = _predict(self._table, step, tolerance)
+            wider = replace(tolerance, stops=tolerance.stops + self._slack)
+            self._made[key] = _predict(self._tables[bright], self._tables[dark], step, wider)
         return self._made[key]
+
+    def apart(self, bright: Bytes, dark: Bytes, index: int) -> Float64:
+        """Measure stops from frame `index` to the next where both are well exposed, any channel."""
+        logs = np.log2(np.maximum(self._tables, 1e-9)) - np.asarray(self.stops)[:, None, None]
+        parts = []
+        for channel in range(3):
+            first, second = bright[..., channel], dark[..., channel]
+            both = (first > _OPEN[0]) & (first < _OPEN[1])
+            both &= (second > _OPEN[0]) & (second < _OPEN[1])
+            there = logs[index, channel][first[both]] - logs[index + 1, channel][second[both]]
+            parts.append(there)
+        return np.concatenate(parts)
+
+    def as_seen(self, frame: Bytes, source: int, target: int) -> Bytes:
+        """Say what one frame shows in the codes of another one."""
+        step = self.stops[target] - self.stops[source]
+        codes = np.arange(256.0)
+        table = np.stack(
+            [
+                _brighter(dark, bright, codes, step)
+                for dark, bright in zip(self._tables[source], self._tables[target], strict=True)
+            ],
+            axis=-1,
+        )
+        return np.asarray(cv2.LUT(frame, _table(table)), np.uint8)
 
 
 def contradiction(bright: Bytes, dark: Bytes, expected: _Prediction) -> Bytes:
@@ -169,15 +202,15 @@ def worst(pixels: Any) -> Bytes:
     return np.asarray(cv2.max(cv2.max(red, green), blue), np.uint8)
 
 
-def _predict(table: Float64, step: float, tolerance: Tolerance) -> _Prediction:
+def _predict(brights: Float64, darks: Float64, step: float, tolerance: Tolerance) -> _Prediction:
     """Lowest, likeliest and highest code after `step` more stops, for each code."""
     codes = np.arange(256.0)
     slack = tolerance.codes + tolerance.toe * np.exp(-codes / 16.0)
     low, middle, high = np.empty((3, 256, 3))
-    for channel, linear in enumerate(table):
-        low[:, channel] = _brighter(linear, codes - slack, step - tolerance.stops)
-        middle[:, channel] = _brighter(linear, codes, step)
-        high[:, channel] = _brighter(linear, codes + slack, step + tolerance.stops)
+    for channel, (bright, dark) in enumerate(zip(brights, darks, strict=True)):
+        low[:, channel] = _brighter(dark, bright, codes - slack, step - tolerance.stops)
+        middle[:, channel] = _brighter(dark, bright, codes, step)
+        high[:, channel] = _brighter(dark, bright, codes + slack, step + tolerance.stops)
     # What ought to be clipped may be anything above the clipping limit, and so may what a frame
     # that is itself clipped predicts.
     low = np.minimum(low - tolerance.codes, CLIPPED)
@@ -186,10 +219,10 @@ def _predict(table: Float64, step: float, tolerance: Tolerance) -> _Prediction:
     return _Prediction(_table(np.floor(low)), _table(middle), _table(np.ceil(high)), tolerance)
 
 
-def _brighter(linear: Float64, codes: Float64, stops: float) -> Float64:
-    """Codes that so many stops more would make of these."""
-    light = np.interp(codes, np.arange(256.0), linear) * 2.0**stops
-    return np.asarray(np.interp(light, linear, np.arange(256.0)), np.float64)
+def _brighter(dark: Float64, bright: Float64, codes: Float64, stops: float) -> Float64:
+    """Codes that so many stops more would make of these, by each frame's curve."""
+    light = np.interp(codes, np.arange(256.0), dark) * 2.0**stops
+    return np.asarray(np.interp(light, bright, np.arange(256.0)), np.float64)
 
 
 def _table(codes: Float64) -> Bytes:

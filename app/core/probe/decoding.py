@@ -12,10 +12,13 @@ import os
 import tempfile
 from typing import TYPE_CHECKING, Any, BinaryIO, Final, Protocol, TypeAlias
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import ProbeError
+from app.core.files import open_file
+from app.core.image_input import clear_error, open_image, read_rows, upright
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -34,6 +37,9 @@ __all__ = [
     "RowSource",
     "bytes_per_frame",
     "decode",
+    "decode_half",
+    "halvable",
+    "is_whole",
     "needs_whole_decode",
     "row_bands",
 ]
@@ -51,6 +57,7 @@ _TYPES: Final[dict[str, type[np.generic]]] = {
     "float": np.float32,
 }
 _LAST_ROWS: Final = 16
+_TAIL: Final = 64  # bytes in which a JPEG's end mark is looked for
 _COPY_AGAIN: Final = "Copy it from the camera again."
 
 
@@ -140,15 +147,16 @@ class FileRows:
     Parameters
     ----------
     frame : Frame
-        The frame; its size and kind must be what the file has.
+        The frame; its size and kind must be what the file has. Rows come as they are stored.
     """
 
-    __slots__ = ("_frame", "_next", "_source")
+    __slots__ = ("_frame", "_next", "_source", "_tiles")
 
     def __init__(self, frame: Frame) -> None:
         self._frame = frame
         self._source: ImageInput | None = None
         self._next = 0
+        self._tiles: tuple[int, Pixels] | None = None
 
     def rows(self, start: int, stop: int) -> Pixels:
         """Read rows ``start..stop``.
@@ -170,14 +178,34 @@ class FileRows:
 
     def _checked(self, start: int, stop: int) -> Pixels:
         assert self._source is not None
-        pixels, error = _read(self._source, self._frame, start, stop)
+        tall = self._source.spec().tile_height
+        pixels, error = (
+            self._from_tiles(self._source, start, stop, tall)
+            if tall
+            else _read(self._source, self._frame, start, stop)
+        )
         at_end = start >= self._frame.shape[0] - _LAST_ROWS
         if pixels is None or (error and not _harmless(error, at_end)):
             raise damaged(self._frame.path)
         return pixels
 
+    def _from_tiles(
+        self, source: ImageInput, start: int, stop: int, tall: int
+    ) -> tuple[Pixels | None, str]:
+        """Read whole rows of tiles and keep them, since the next rows are in them, too."""
+        kept = self._tiles
+        if kept is None or not kept[0] <= start <= stop <= kept[0] + len(kept[1]):
+            first = start - start % tall
+            last = min(-(-stop // tall) * tall, self._frame.shape[0])
+            pixels, error = _read(source, self._frame, first, last)
+            if pixels is None or error:
+                return None, error
+            kept = self._tiles = (first, pixels)
+        return kept[1][start - kept[0] : stop - kept[0]], ""
+
     def close(self) -> None:
         """Close the file; the next call of `rows` opens it again."""
+        self._tiles = None
         if self._source is not None:
             self._source.close()
             self._source = None
@@ -198,7 +226,7 @@ def decode(frame: Frame, token: Token) -> Pixels:
     -------
     Pixels, (H, W, 3)
         uint8 or uint16 as coded, or linear float32; grey files are repeated into three channels,
-        alpha is left out, orientation tags are not applied.
+        alpha is left out; upright as `Frame.orientation` says.
 
     Raises
     ------
@@ -206,6 +234,8 @@ def decode(frame: Frame, token: Token) -> Pixels:
         When the file is missing, damaged, cut off, or not of the size and kind that
         `Frame` states.
     """
+    if frame.orientation != 1:
+        return upright(decode(frame.as_stored, token), frame.orientation)
     # Into one array: numpy asks for huge pages, which the decoders' own buffers do not; on some
     # machines that saves a third of the time.
     pixels: Pixels = np.empty((*frame.shape, 3), _TYPES[frame.kind])
@@ -215,6 +245,62 @@ def decode(frame: Frame, token: Token) -> Pixels:
             token.check()
             pixels[start:stop] = source.rows(start, stop)
     return pixels
+
+
+def decode_half(frame: Frame, token: Token) -> Pixels:
+    """Decode a JPEG at half its size, for little more than half the work.
+
+    Every pixel is the mean code of four, as the decoder makes it of a block's lower frequencies.
+    OpenCV does not say when a file is damaged: ask `halvable` before and `is_whole` in doubt.
+
+    Returns
+    -------
+    NDArray[np.uint8], (H / 2, W / 2, 3)
+        As coded.
+
+    Raises
+    ------
+    ProbeError
+        When the file cannot be read or has changed its size.
+    """
+    token.check()
+    # In the order that is wanted: turning it round afterwards takes a fifth of the time.
+    half = cv2.IMREAD_REDUCED_COLOR_2 & ~cv2.IMREAD_COLOR_BGR
+    flags = half | cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION
+    try:
+        pixels = cv2.imdecode(np.fromfile(frame.path, np.uint8), flags)
+    except (OSError, cv2.error):
+        raise damaged(frame.path) from None
+    if pixels is None or pixels.shape != (frame.shape[0] // 2, frame.shape[1] // 2, 3):
+        raise damaged(frame.path)
+    return np.asarray(pixels, np.uint8)
+
+
+def halvable(frame: Frame) -> bool:
+    """Whether a frame can be decoded at half its size: a plain JPEG that has its end."""
+    if frame.kind != "uint8" or frame.shape[0] % 2 or frame.shape[1] % 2:
+        return False
+    with contextlib.suppress(OSError), frame.path.open("rb") as stream:
+        # The file is read as a whole: never more of it than its pixels would take.
+        if os.fstat(stream.fileno()).st_size > bytes_per_frame(frame):
+            return False
+        if stream.read(3) != b"\xff\xd8\xff" or needs_whole_decode(frame.path):
+            return False
+        stream.seek(-_TAIL, os.SEEK_END)
+        return stream.read().rstrip(b"\0").endswith(b"\xff\xd9")
+    return False
+
+
+def is_whole(frame: Frame, token: Token) -> bool:
+    """Whether a frame's file can be decoded to its end without an error."""
+    with contextlib.closing(FileRows(frame)) as source:
+        try:
+            for start, stop in row_bands(frame.shape[0], READ_ROWS):
+                token.check()
+                source.rows(start, stop)
+        except ProbeError:
+            return False
+    return True
 
 
 def row_bands(height: int, rows: int) -> list[tuple[int, int]]:
@@ -244,7 +330,7 @@ def needs_whole_decode(path: Path) -> bool:
     path : Path
         The file; one that cannot be read gives False.
     """
-    with contextlib.suppress(OSError), path.open("rb") as stream:
+    with contextlib.suppress(OSError), open_file(path) as stream:
         head = stream.read(29)
         if head[:3] == b"\xff\xd8\xff":
             return _progressive(stream)
@@ -280,9 +366,8 @@ def _open(frame: Frame) -> ImageInput:
     # Alpha is not colour: as stored, so that opaque or not the colours are the file's own.
     config = oiio.ImageSpec()
     config.attribute("oiio:UnassociatedAlpha", 1)
-    source = oiio.ImageInput.open(os.fspath(frame.path), config)
+    source = open_image(frame.path, config)
     if source is None:
-        oiio.geterror()
         raise ProbeError(f"Cannot read {frame.path.name}.", _COPY_AGAIN)
     spec = source.spec()
     if (spec.height, spec.width) != frame.shape:
@@ -293,15 +378,12 @@ def _open(frame: Frame) -> ImageInput:
 
 def _read(source: ImageInput, frame: Frame, start: int, stop: int) -> tuple[Pixels | None, str]:
     """Read rows; the error is "" when all went well."""
-    spec = source.spec()
     kind = "float" if frame.kind == "half" else frame.kind
-    channels = 3 if spec.nchannels >= 3 else 1
-    top = spec.y
-    pixels: Any = source.read_scanlines(top + start, top + stop, 0, 0, channels, kind)
-    error = str(source.geterror()) if source.has_error else ""
+    channels = 3 if source.spec().nchannels >= 3 else 1
+    pixels: Any = read_rows(source, (start, stop), (0, channels), kind)
+    error = clear_error(source) if source.has_error else ""
     if pixels is None:
         return None, error
-    pixels = np.asarray(pixels).reshape(stop - start, frame.shape[1], channels)
     if channels == 1:
         pixels = np.repeat(pixels, 3, axis=2)
     return pixels, error

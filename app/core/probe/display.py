@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from app.core import colour
 from app.core.probe.chart import wrapped_blur
+from app.core.probe.kernel import look_up
 
 if TYPE_CHECKING:
     from app.core.colour import FloatImage
@@ -200,26 +201,13 @@ def _tone_band(band: FloatImage, gain: float, work: FloatImage, out: Bytes) -> N
 
 def _encode(linear: NDArray[np.uint16]) -> Bytes:
     """SRGB bytes of linear light in steps of 1 / `_STEPS`."""
-    table = _curve()
-    if _wide_tables():
-        return np.asarray(cv2.LUT(linear, table), np.uint8)
-    return table.take(linear)
+    return look_up(linear, _curve())
 
 
 @cache
 def _curve() -> Bytes:
     steps = np.minimum(np.arange(65536) / _STEPS, 1.0)
     return colour.to_bytes(colour.srgb_encode(steps))
-
-
-@cache
-def _wide_tables() -> bool:
-    """Whether this OpenCV looks 16-bit values up (5 and later), which is ten times faster."""
-    try:
-        cv2.LUT(np.zeros((1, 1), np.uint16), _curve())
-    except cv2.error:
-        return False
-    return True
 
 
 def _odd(size: float) -> int:

@@ -6,6 +6,7 @@ A frame that may be held is decoded once; another is read by rows, and again whe
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final, Protocol
 
 import cv2
@@ -19,6 +20,7 @@ from app.core.probe.decoding import (
     RawRows,
     RowSource,
     decode,
+    decode_half,
     needs_whole_decode,
     row_bands,
 )
@@ -45,8 +47,11 @@ SAMPLES: Final = 20_000
 
 _REDUCTION: Final = 8
 _MIN_PROXY_WIDTH: Final = 256
-# Sums of eight rows, eight pixels of three channels beside each other, to their means.
-_MEANS: Final = np.tile(np.eye(3, dtype=np.float32), (_REDUCTION, 1)) / _REDUCTION**2
+# Sums of so many rows, as many pixels of three channels beside each other, to their means.
+_MEANS: Final = {
+    size: np.tile(np.eye(3, dtype=np.float32), (size, 1)) * np.float32(size**-2)
+    for size in (_REDUCTION, _REDUCTION // 2)
+}
 _SEED: Final = 20190820
 # A value that so large a share of the pixels comes this near to is where the frame was cut.
 _PLATEAU: Final = 0.9995
@@ -79,7 +84,9 @@ class OpenedFrame:
 class Opener(Protocol):
     """Reads a frame for the first time, or hands over one that was read already."""
 
-    def __call__(self, frame: Frame, *, hold: bool, token: Token) -> OpenedFrame:
+    def __call__(
+        self, frame: Frame, *, hold: bool, token: Token, half: bool = False
+    ) -> OpenedFrame:
         """Do what `open_frame` does."""
 
 
@@ -96,7 +103,7 @@ def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
     return max(1, round(height * wanted / width)), wanted
 
 
-def open_frame(frame: Frame, *, hold: bool, token: Token) -> OpenedFrame:
+def open_frame(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
     """Read a frame for the first time.
 
     Parameters
@@ -107,6 +114,8 @@ def open_frame(frame: Frame, *, hold: bool, token: Token) -> OpenedFrame:
         Keep the pixels in memory; otherwise they are read again by rows.
     token : Token
         Checked every few rows.
+    half : bool, optional
+        Decode at half size; only for frames that are held and `halvable`.
 
     Returns
     -------
@@ -120,7 +129,11 @@ def open_frame(frame: Frame, *, hold: bool, token: Token) -> OpenedFrame:
         When the token was cancelled.
     """
     places = sample_places(frame.shape)
-    if hold or needs_whole_decode(frame.path):
+    if half:
+        pixels = decode_half(frame, token)
+        proxy = shrunk(pixels, proxy_shape(frame.shape))
+        return OpenedFrame(MemoryRows(pixels), proxy, sampled(pixels, places // 2), 0.0)
+    if hold or frame.orientation != 1 or needs_whole_decode(frame.path):
         pixels = decode(frame, token)
         source: RowSource = MemoryRows(pixels) if hold else RawRows(pixels)
         proxy = shrunk(pixels, proxy_shape(frame.shape))
@@ -163,6 +176,7 @@ def _by_rows(
     return OpenedFrame(source, np.concatenate(proxies), samples, top)
 
 
+@lru_cache(maxsize=4)
 def sample_places(shape: tuple[int, int]) -> NDArray[np.intp]:
     """Rows and columns of the samples: a jittered grid, from top to bottom, always the same."""
     height, width = shape
@@ -171,7 +185,9 @@ def sample_places(shape: tuple[int, int]) -> NDArray[np.intp]:
     jitter = np.random.default_rng(_SEED).random((2, rows, columns))
     row = (np.arange(rows)[:, None] + jitter[0]) * (height / rows)
     column = (np.arange(columns) + jitter[1]) * (width / columns)
-    return np.stack([row.ravel(), column.ravel()], axis=1).astype(np.intp)
+    places = np.stack([row.ravel(), column.ravel()], axis=1).astype(np.intp)
+    places.flags.writeable = False  # every caller gets the same
+    return places
 
 
 def sampled(pixels: Pixels, places: NDArray[np.intp]) -> Pixels:
@@ -195,18 +211,19 @@ def shrunk(pixels: Pixels, shape: tuple[int, int]) -> Pixels:
     """Area means."""
     if pixels.shape[:2] == shape:
         return pixels.copy()
-    whole = (_REDUCTION * shape[0], _REDUCTION * shape[1])
-    if pixels.dtype == np.uint8 and pixels.shape[:2] == whole:
-        return _eighth(pixels, shape)
+    if pixels.dtype == np.uint8:
+        for size, means in _MEANS.items():
+            if pixels.shape[:2] == (size * shape[0], size * shape[1]):
+                return _means(pixels, shape, size, means)
     return np.asarray(cv2.resize(pixels, shape[::-1], interpolation=cv2.INTER_AREA))
 
 
-def _eighth(pixels: Pixels, shape: tuple[int, int]) -> Pixels:
+def _means(pixels: Pixels, shape: tuple[int, int], size: int, means: NDArray[np.float32]) -> Pixels:
     """Area means of blocks of bytes: OpenCV's, bit for bit, in two thirds of its time."""
     small = np.empty((*shape, 3), np.uint8)
-    for start, stop in row_bands(shape[0], READ_ROWS // _REDUCTION):
-        rows = pixels[start * _REDUCTION : stop * _REDUCTION]
-        sums = np.add.reduce(rows.reshape(stop - start, _REDUCTION, -1), axis=1, dtype=np.uint16)
-        means = sums.astype(np.float32).reshape(-1, len(_MEANS)) @ _MEANS
-        small[start:stop] = np.rint(means).reshape(stop - start, shape[1], 3)
+    for start, stop in row_bands(shape[0], READ_ROWS // size):
+        rows = pixels[start * size : stop * size]
+        sums = np.add.reduce(rows.reshape(stop - start, size, -1), axis=1, dtype=np.uint16)
+        values = sums.astype(np.float32).reshape(-1, len(means)) @ means
+        small[start:stop] = np.rint(values).reshape(stop - start, shape[1], 3)
     return small

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -98,6 +98,10 @@ class Frame:
         Per-lens values of the maker note; empty where not stated.
     tone_mapped : bool
         The maker note says that HDR rendering or range compression was on.
+    fisheye : bool
+        The maker note says that the picture is not stitched.
+    orientation : int
+        EXIF orientation that decoding undoes, 1 to 8; `shape` is that of the upright picture.
     """
 
     path: Path
@@ -109,6 +113,15 @@ class Frame:
     zenith_corrected: bool | None = None
     lenses: tuple[LensExposure, ...] = ()
     tone_mapped: bool = False
+    fisheye: bool = False
+    orientation: int = 1
+
+    @property
+    def as_stored(self) -> Frame:
+        """The frame with its rows and columns as they lie in the file."""
+        rows, columns = self.shape
+        shape = (columns, rows) if self.orientation >= 5 else self.shape
+        return replace(self, shape=shape, orientation=1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,11 +136,14 @@ class Bracket:
         Exposure of each frame in stops (`Exposure.ev`), falling.
     warnings : tuple[str, ...]
         Sentences for the user.
+    unstitched : bool
+        The frames are two fisheye circles each, which are stitched after the merge.
     """
 
     frames: tuple[Frame, ...]
     stops: tuple[float, ...]
     warnings: tuple[str, ...] = ()
+    unstitched: bool = False
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -136,8 +152,8 @@ class Bracket:
 
     @property
     def panorama(self) -> bool:
-        """Whether the frames are full 2:1 panoramas."""
-        return self.shape[1] == 2 * self.shape[0]
+        """Whether the frames are full 2:1 panoramas, or become one."""
+        return self.unstitched or self.shape[1] == 2 * self.shape[0]
 
 
 @dataclass(frozen=True, slots=True)

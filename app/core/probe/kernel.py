@@ -7,6 +7,7 @@ products of OpenCV, which let go of the interpreter's lock: several bands run at
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cache
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import cv2
@@ -21,14 +22,30 @@ if TYPE_CHECKING:
     from app.core.probe.decoding import Pixels
     from app.core.probe.weighting import FrameTables
 
-__all__ = ["Band", "FrameLight", "merge_band"]
+__all__ = [
+    "TRUSTED",
+    "Band",
+    "FrameLight",
+    "Sums",
+    "black_pixels",
+    "clipped_pixels",
+    "distrust",
+    "hue_rises",
+    "keep_hue",
+    "lift_black",
+    "look_up",
+    "merge_band",
+    "weigh",
+    "wide_tables",
+]
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Plane: TypeAlias = NDArray[Any]
 
-# Below this trust a frame has no say in whether a pixel is clipped in every frame.
-_TRUSTED: Final = 0.5
+TRUSTED: Final = 0.5
+"""Below this trust a frame has no say in whether a pixel is clipped in every frame."""
+
 # Keeps a pixel at which no frame is trusted from having no weight at all; so little that a trusted
 # frame that is clipped there still decides.
 _LEAST_TRUST: Final = 1e-14
@@ -38,6 +55,9 @@ _BLACK_SHARE: Final = 1.0 / 255.0
 _HUE_CODES: Final = (215.0, 248.0)
 _CLIPPING_CODES: Final = (248.0, 254.0)
 _FLOAT_CLIPPED: Final = 0.9995
+# Share of the pixels up to which those near clipping are weighed by themselves.
+_FEW: Final = 1.0 / 16.0
+_FADED: Final = 8.0  # levels from which on lifted black adds less than 0.005 %
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,13 +104,39 @@ class Band:
 
 
 @dataclass(slots=True)
-class _Sums:
-    """Weighted sums over the frames so far."""
+class Sums:
+    """Weighted sums over the frames so far, and what every frame clips or shows as black."""
 
-    values: list[Float32]
-    weights: list[Float32]
+    values: list[Float32] = field(default_factory=list)
+    weights: list[Float32] = field(default_factory=list)
     clipped: Bytes | None = None
     dark: Bytes | None = None
+
+    def add(self, channel: int, value: Float32, weight: Float32, keep: bool) -> None:
+        """Add what a frame says of a channel; to `keep` leaves both planes as they are."""
+        if channel < len(self.values):
+            cv2.accumulateProduct(value, weight, self.values[channel])
+            cv2.accumulate(weight, self.weights[channel])
+            return
+        product = cv2.multiply(value, weight) if keep else cv2.multiply(value, weight, value)
+        self.values.append(np.asarray(product, np.float32))
+        self.weights.append(weight.copy() if keep else weight)
+
+    def mark(self, clipped: Bytes | None, dark: Bytes | None, first: bool) -> None:
+        """Keep the marks that this frame shares."""
+        self.clipped = clipped if first else _both(self.clipped, clipped)
+        self.dark = dark if first else _both(self.dark, dark)
+
+    def means(self) -> list[Float32]:
+        """Weighted means of the channels, which take the place of the sums."""
+        return [
+            np.asarray(cv2.divide(value, weight, value), np.float32)
+            for value, weight in zip(self.values, self.weights, strict=True)
+        ]
+
+    def band(self, radiance: list[Float32], counts: list[int]) -> Band:
+        """Return the band that the sums belong to."""
+        return Band(radiance, _or_none(self.clipped), _or_none(self.dark), counts)
 
 
 def merge_band(
@@ -112,69 +158,85 @@ def merge_band(
     Band
         Radiance in the lights' scale.
     """
-    sums = _Sums([], [])
+    sums = Sums()
     counts = []
     for place, (pixels, light, trust) in enumerate(zip(bands, lights, trusts, strict=True)):
         planes = _planes(pixels)
         largest = cv2.max(cv2.max(planes[0], planes[1]), planes[2])
         smallest = cv2.min(cv2.min(planes[0], planes[1]), planes[2])
         index = _index(largest, light)
-        clipped, black = _clipped(index, largest, light), _black(index)
+        clipped, black = clipped_pixels(index, largest, light), black_pixels(index)
         counts.append(0 if clipped is None else cv2.countNonZero(clipped))
-        faint = _look_up(_index(smallest, light), light.tables.faint)
+        faint = look_up(_index(smallest, light), light.tables.faint)
         if trust is not None:
-            cv2.multiply(faint, np.maximum(trust, np.float32(_LEAST_TRUST)), faint)
-            ignored = np.asarray((trust < _TRUSTED) * np.uint8(255))
-            clipped = ignored if clipped is None else ignored | clipped
-        _add(sums, planes, light, _weigh(index, faint, light), first=place == 0)
-        sums.clipped = clipped if place == 0 else _both(sums.clipped, clipped)
-        sums.dark = black if place == 0 else _both(sums.dark, black)
-    radiance = [
-        np.asarray(cv2.divide(value, weight, value), np.float32)
-        for value, weight in zip(sums.values, sums.weights, strict=True)
-    ]
-    _keep_hue(radiance, planes, largest, light, trust)
-    return Band(radiance, _or_none(sums.clipped), _or_none(sums.dark), counts)
+            clipped = distrust(faint, clipped, trust)
+        weights = weigh(index, faint, light)
+        # Channel by channel: few planes at a time stay near the processor.
+        for channel, plane in enumerate(planes):
+            weight = weights.of(_index(plane, light))
+            sums.add(channel, _value(plane, light, channel), weight, keep=weights.shared)
+        sums.mark(clipped, black, first=place == 0)
+    radiance = sums.means()
+    keep_hue(radiance, planes, largest, light, trust)
+    return sums.band(radiance, counts)
 
 
-def _weigh(index: Plane, faint: Float32, light: FrameLight) -> tuple[Float32, Float32 | None]:
-    """Weight by the largest code, and by the smallest one where channels have weights of their own.
+def distrust(faint: Float32, clipped: Bytes | None, trust: Float32) -> Bytes:
+    """Weigh a frame's pixels by trust; where it has no say it counts as clipped."""
+    cv2.multiply(faint, np.maximum(trust, np.float32(_LEAST_TRUST)), faint)
+    ignored = np.asarray((trust < TRUSTED) * np.uint8(255))
+    return ignored if clipped is None else ignored | clipped
 
-    Without a second result the first one is the whole weight of all three channels.
+
+@dataclass(frozen=True, slots=True)
+class Weights:
+    """Weights of a frame's pixels.
+
+    `whole` serves all three channels, except near clipping, where each has one of its own: at the
+    flat places `near`, and everywhere where that is None.
     """
-    tables, top = light.tables, int(index.max())
+
+    light: FrameLight
+    whole: Float32 = field(repr=False)
+    near: NDArray[np.intp] | None = field(repr=False)
+    bright: Float32 = field(repr=False)
+    faint: Float32 = field(repr=False)
+
+    @property
+    def shared(self) -> bool:
+        """Whether all channels have the same."""
+        return self.near is not None and not self.near.size
+
+    def of(self, index: Plane) -> Float32:
+        """Return the weight of a channel, by its own codes."""
+        if self.shared:
+            return self.whole
+        if self.near is not None:
+            weight = self.whole.copy()
+            own = self.light.tables.own.take(index.take(self.near))
+            weight.ravel()[self.near] = np.maximum(own, self.bright) * self.faint
+            return weight
+        weight = look_up(index, self.light.tables.own)
+        cv2.max(self.bright, weight, weight)
+        cv2.multiply(weight, self.faint, weight)
+        return weight
+
+
+def weigh(index: Plane, faint: Float32, light: FrameLight) -> Weights:
+    """Weigh pixels by their largest codes, given their weights by the smallest ones."""
+    tables, none = light.tables, np.empty(0, np.intp)
+    top = int(index.max())
     if top < tables.full:
-        return faint, None
-    bright = _look_up(index, tables.bright)
+        return Weights(light, faint, none, faint, faint)
+    near = np.flatnonzero(index >= tables.full)
+    if near.size < _FEW * index.size:
+        bright = tables.bright.take(index.take(near))
+        return Weights(light, faint, near, bright, faint.take(near))
+    bright = look_up(index, tables.bright)
     if top < tables.ramp:
         cv2.multiply(bright, faint, bright)
-        return bright, None
-    return bright, faint
-
-
-def _add(
-    sums: _Sums,
-    planes: Sequence[Plane],
-    light: FrameLight,
-    weights: tuple[Float32, Float32 | None],
-    first: bool,
-) -> None:
-    """Add one frame, channel by channel: few planes at a time stay near the processor."""
-    bright, faint = weights
-    for channel, plane in enumerate(planes):
-        weight = bright
-        if faint is not None:
-            weight = _look_up(_index(plane, light), light.tables.own)
-            cv2.max(bright, weight, weight)
-            cv2.multiply(weight, faint, weight)
-        value = _value(plane, light, channel)
-        if first:
-            cv2.multiply(value, weight, value)
-            sums.values.append(value)
-            sums.weights.append(weight.copy() if weight is bright else weight)
-        else:
-            cv2.accumulateProduct(value, weight, sums.values[channel])
-            cv2.accumulate(weight, sums.weights[channel])
+        return Weights(light, bright, none, bright, faint)
+    return Weights(light, bright, None, bright, faint)
 
 
 def _planes(pixels: Pixels) -> Sequence[Plane]:
@@ -193,19 +255,30 @@ def _index(plane: Plane, light: FrameLight) -> Plane:
     return plane
 
 
-def _look_up(index: Plane, table: Float32) -> Float32:
-    if index.dtype == np.uint8:
+def look_up(index: Plane, table: NDArray[Any]) -> NDArray[Any]:
+    """Replace every code by its entry in a table of 256 or 65,536."""
+    if index.dtype == np.uint8 or wide_tables():
         return np.asarray(cv2.LUT(index, table))
-    return table.take(index)
+    return np.asarray(table.take(index))
+
+
+@cache
+def wide_tables() -> bool:
+    """Whether this OpenCV looks 16-bit values up (5 and later), which is ten times faster."""
+    try:
+        cv2.LUT(np.zeros((1, 1), np.uint16), np.zeros(65536, np.uint8))
+    except cv2.error:
+        return False
+    return True
 
 
 def _value(plane: Plane, light: FrameLight, channel: int) -> Float32:
     if plane.dtype == np.float32:
         return np.asarray(plane * np.float32(light.scale), np.float32)
-    return _look_up(plane, light.tables.value[channel])
+    return look_up(plane, light.tables.value[channel])
 
 
-def _clipped(index: Plane, largest: Plane, light: FrameLight) -> Bytes | None:
+def clipped_pixels(index: Plane, largest: Plane, light: FrameLight) -> Bytes | None:
     """Return 255 where the frame is clipped; None where no pixel is."""
     if largest.dtype == np.float32:
         plane, limit = largest, light.unit * _FLOAT_CLIPPED if light.clips else np.inf
@@ -214,7 +287,7 @@ def _clipped(index: Plane, largest: Plane, light: FrameLight) -> Bytes | None:
     return _compare(plane, limit, cv2.CMP_GE) if plane.max() >= limit else None
 
 
-def _black(index: Plane) -> Bytes | None:
+def black_pixels(index: Plane) -> Bytes | None:
     """Return 255 where the frame is black; None where no pixel is."""
     limit = 1.0 if index.dtype == np.uint8 else _BLACK_SHARE * 65535.0
     return _compare(index, limit, cv2.CMP_LE) if index.min() <= limit else None
@@ -224,7 +297,7 @@ def _both(first: Bytes | None, second: Bytes | None) -> Bytes | None:
     """Return what two masks share, in the first one's place; None where one of them is empty."""
     if first is None or second is None:
         return None
-    return np.asarray(cv2.bitwise_and(first, second, first), np.uint8)
+    return np.asarray(cv2.min(first, second, first), np.uint8)
 
 
 def _compare(plane: Plane, limit: float, operation: int) -> Bytes:
@@ -236,8 +309,8 @@ def _or_none(mask: Bytes | None) -> Bytes | None:
     return mask if mask is not None and cv2.countNonZero(mask) else None
 
 
-def _keep_hue(
-    radiance: list[Float32],
+def keep_hue(
+    radiance: Sequence[Float32],
     planes: Sequence[Plane],
     largest: Plane,
     light: FrameLight,
@@ -249,18 +322,53 @@ def _keep_hue(
     whose codes are 255, 244, 255 would be magenta. Channels are only ever raised, by nothing at
     code 215 and below, so that a lamp which is red stays red, and every value stays a lower bound.
     """
+    near, rises = hue_rises(planes, largest, light, radiance)
+    for plane, rise in zip(radiance, rises, strict=True):
+        if trust is not None:
+            rise *= trust.take(near) >= TRUSTED
+        plane.ravel()[near] += rise
+
+
+def hue_rises(
+    planes: Sequence[Plane],
+    largest: Plane,
+    light: FrameLight,
+    radiance: Sequence[Float32] | None = None,
+) -> tuple[NDArray[np.intp], list[Float32]]:
+    """Find the pixels that `keep_hue` changes, flat, and by how much in each channel.
+
+    Without `radiance` the frame's own is raised.
+    """
+    limit = _raw(_CLIPPING_CODES[0], largest, light)
+    if largest.max() < limit:
+        return np.empty(0, np.intp), [np.empty(0, np.float32)] * len(planes)
     # Bools, among which what is true is found ten times as fast as among bytes.
-    near = np.flatnonzero(largest >= _raw(_CLIPPING_CODES[0], largest, light))
-    if not near.size:
-        return
+    near = np.flatnonzero(largest >= limit)
+    codes = [plane.take(near) for plane in planes]
+    if radiance is None:
+        there = [_value(own, light, channel) for channel, own in enumerate(codes)]
+    else:
+        there = [plane.take(near) for plane in radiance]
+    most = np.maximum(np.maximum(there[0], there[1]), there[2])
     strength = _smooth(_codes(largest.take(near), light), _CLIPPING_CODES)
-    if trust is not None:
-        strength *= trust.take(near) >= _TRUSTED
-    light_there = [plane.take(near) for plane in radiance]
-    most = np.maximum(np.maximum(light_there[0], light_there[1]), light_there[2])
-    for plane, own, there in zip(radiance, planes, light_there, strict=True):
-        share = strength * _smooth(_codes(own.take(near), light), _HUE_CODES)
-        plane.ravel()[near] = there + share * (most - there)
+    shares = [strength * _smooth(_codes(own, light), _HUE_CODES) for own in codes]
+    return near, [
+        np.asarray(share * (most - value), np.float32)
+        for share, value in zip(shares, there, strict=True)
+    ]
+
+
+def lift_black(radiance: Sequence[NDArray[Any]], level: float) -> None:
+    """Let light fade into a level below which the brightest frame cannot tell it from none.
+
+    Glare in the lens and the foot of the tone curve hide what lies below, and its ratios between
+    channels are noise: as speckle of all colours. What lies well above stays as it is.
+    """
+    for plane in radiance:
+        near = np.flatnonzero(plane < np.float32(_FADED * level))
+        if near.size:
+            share = plane.take(near) * np.float32(1.0 / level)
+            plane.ravel()[near] = np.logaddexp(np.float32(0.0), share) * np.float32(level)
 
 
 def _codes(values: Plane, light: FrameLight) -> Float32:

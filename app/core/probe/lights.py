@@ -77,7 +77,8 @@ class LightGrid:
     @property
     def total(self) -> float:
         """Luminance integrated over the sphere."""
-        return float(self.energy.sum())
+        rows = self.luminance.sum(axis=1, dtype=np.float64)
+        return float(rows @ self.solid_angle[:, 0])
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,6 +35,8 @@ import struct
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, BinaryIO, Final
 
+from app.core.files import open_file
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -105,7 +107,7 @@ def read_ricoh_note(path: Path) -> RicohNote | None:
         None where there is none, or none that can be understood.
     """
     try:
-        with path.open("rb") as stream:
+        with open_file(path) as stream:
             segment = exif_segment(stream)
     except (OSError, ValueError):
         return None

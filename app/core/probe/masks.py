@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +13,19 @@ import numpy as np
 
 from app.core.angles import difference, wrap
 from app.core.errors import ProbeError
+from app.core.image_input import (
+    clear_error,
+    is_unwieldy,
+    open_image,
+    read_rows,
+    read_start,
+    rows_at_once,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from OpenImageIO import ImageInput
 
     from app.core.colour import FloatImage
 
@@ -23,6 +34,7 @@ __all__ = [
     "MaskSpec",
     "box_mask",
     "cap_mask",
+    "check_picture_mask",
     "draw_mask",
     "parse_mask",
     "picture_mask",
@@ -33,6 +45,7 @@ MaskKind: TypeAlias = Literal["nadir", "zenith", "box", "polygon", "picture", "s
 
 _PICTURES: Final = (".png", ".tif", ".tiff", ".exr", ".jpg", ".jpeg")
 _WIDEST: Final = 16384
+_BAND_ROWS: Final = 256
 _MOST_POINTS: Final = 1000
 _SUB: Final = 4
 _FORMS: Final = (
@@ -247,37 +260,59 @@ def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
     ProbeError
         When it is missing, damaged, wider than 16,384, or not twice as wide as high.
     """
-    import OpenImageIO as oiio
+    with contextlib.closing(_opened(path)) as source:
+        spec = source.spec()
+        height, width = int(spec.height), int(spec.width)
+        used = min(spec.nchannels, 3 if spec.nchannels > 2 else 1)
+        values = np.empty((height, width), np.float32)
+        step = rows_at_once(spec, _BAND_ROWS)
+        for start in range(0, height, step):
+            stop = min(start + step, height)
+            band = read_rows(source, (start, stop), (0, used), "half")
+            if band is None:
+                clear_error(source)
+                raise ProbeError(f"The mask {path.name} is damaged.", "Save it again.")
+            values[start:stop] = band.max(axis=2)
+    values = np.clip(np.nan_to_num(values, copy=False, nan=0.0), 0.0, 1.0, out=values)
+    larger = shape[1] > width
+    method = cv2.INTER_LINEAR if larger else cv2.INTER_AREA
+    sized = cv2.resize(values, (shape[1], shape[0]), interpolation=method)
+    return np.asarray(sized, np.float32)
 
-    if not path.is_file():
-        raise ProbeError(f"The mask {path.name} was not found.", _FORMS)
-    source = oiio.ImageInput.open(str(path))
+
+def check_picture_mask(path: Path) -> None:
+    """Look at a mask's header before any work is done; errors as `picture_mask`."""
+    _opened(path).close()
+
+
+def _opened(path: Path) -> ImageInput:
+    try:
+        read_start(path, 1)
+    except FileNotFoundError:
+        raise ProbeError(f"The mask {path.name} was not found.", _FORMS) from None
+    except (OSError, ValueError) as error:
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        raise ProbeError(f"The mask {path.name} cannot be read: {reason}.", _FORMS) from None
+    source = open_image(path)
     if source is None:
-        oiio.geterror()
         raise ProbeError(
             f"The mask {path.name} is not a picture that can be read.",
             "Save it as a PNG, white where something is to be filled.",
         )
-    try:
-        spec = source.spec()
-        if spec.width != 2 * spec.height or not 2 <= spec.width <= _WIDEST:
-            raise ProbeError(
-                f"The mask {path.name} has {spec.width} x {spec.height} pixels.",
-                f"It has to be twice as wide as high, and at most {_WIDEST} wide.",
-            )
-        used = min(spec.nchannels, 3 if spec.nchannels > 2 else 1)
-        pixels = source.read_image(0, 0, 0, used, "half")
-        if pixels is None:
-            source.geterror()
-            raise ProbeError(f"The mask {path.name} is damaged.", "Save it again.")
-    finally:
+    spec = source.spec()
+    if spec.deep or spec.width != 2 * spec.height or not 2 <= spec.width <= _WIDEST:
         source.close()
-    values = np.asarray(pixels).reshape(spec.height, spec.width, used).max(axis=2)
-    values = np.nan_to_num(values.astype(np.float32), nan=0.0, posinf=1.0, neginf=0.0)
-    larger = shape[1] > spec.width
-    method = cv2.INTER_LINEAR if larger else cv2.INTER_AREA
-    sized = cv2.resize(np.clip(values, 0.0, 1.0), (shape[1], shape[0]), interpolation=method)
-    return np.asarray(sized, np.float32)
+        raise ProbeError(
+            f"The mask {path.name} has {spec.width} x {spec.height} pixels.",
+            f"It has to be twice as wide as high, and at most {_WIDEST} wide.",
+        )
+    if is_unwieldy(spec):
+        source.close()
+        raise ProbeError(
+            f"The mask {path.name} is stored in blocks or channels too large to read.",
+            "Save it as a PNG.",
+        )
+    return source
 
 
 def _pole(word: str) -> MaskKind:

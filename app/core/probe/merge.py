@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 
 from app.core.probe.decoding import row_bands
 from app.core.probe.frame import Merged
-from app.core.probe.kernel import Band, FrameLight, merge_band
+from app.core.probe.half_size import HalfLight, half_lights, merge_halved
+from app.core.probe.kernel import Band, FrameLight, lift_black, merge_band
 from app.core.probe.pixels import workers
 from app.core.probe.reduction import Reduction
+from app.core.probe.speckle import quiet_colours
 from app.core.probe.weighting import Scheme, float_tables, frame_tables
 from app.core.progress import Report, Token, silent
 
@@ -34,7 +36,7 @@ if TYPE_CHECKING:
 
         @property
         def table(self) -> NDArray[np.float64]:
-            """Linear value in 0..1 of each code, (3, 256)."""
+            """Linear value in 0..1 of each code, (3, 256) or (K, 3, 256)."""
 
 
 __all__ = ["SIZE", "merge", "reference_exposure"]
@@ -51,6 +53,8 @@ _BAND_PIXELS: Final = 160_000
 _READ_BYTES: Final = 48 << 20
 # Bands that are being merged or wait for their turn.
 _WAITING: Final = 16
+# What the brightest frame cannot tell from black, as a share of what saturates it.
+_BLACK: Final = 0.0045
 
 
 @dataclass(slots=True)
@@ -83,6 +87,8 @@ class _Plan:
     trusts: tuple[Float32 | None, ...]
     reduction: Reduction
     token: Token
+    halves: tuple[HalfLight, ...] = ()
+    black: float = 0.0
 
 
 def reference_exposure(stops: Sequence[float]) -> float:
@@ -96,8 +102,10 @@ def merge(
     stops: Sequence[float],
     *,
     scheme: Scheme = "noise",
+    known: bool = True,
     trust: Sequence[Float32 | None] | None = None,
     size: tuple[int, int] | None = SIZE,
+    sphere: bool = True,
     token: Token | None = None,
     report: Report = silent,
 ) -> Merged:
@@ -113,17 +121,22 @@ def merge(
     stack : FrameStack
         The frames, brightest first.
     response : Response
-        Its `table`, (3, 256): linear value in 0..1 of each code. Not used for float frames.
+        Its `table`: linear value in 0..1 of each code, (3, 256), or (K, 3, 256) where each frame
+        has its own. Not used for float frames.
     stops : Sequence[float]
         True exposures of the stack's frames in stops.
     scheme : "noise" or "reinhard", optional
         Which weights.
+    known : bool, optional
+        Whether the response is known, not recovered from the bracket.
     trust : Sequence of NDArray[np.float32] or None, (h, w) each, optional
         How far to trust each frame at each place, 0 to 1, at the size of the proxies,
         interpolated bilinearly; None for a frame that is trusted everywhere.
     size : tuple[int, int] or None, optional
         Rows and columns wanted, no more than the frames have; None keeps the frames' own size.
-        Pictures that are not panoramas always keep theirs.
+        Pictures that are not panoramas keep theirs.
+    sphere : bool, optional
+        Whether frames of 2:1 are panoramas; where not, `size` counts for any shape.
     token : Token, optional
         Checked in every band.
     report : Report, optional
@@ -151,13 +164,21 @@ def merge(
     # The kernel takes the last frame for the darkest; corrected exposures may swap two of them.
     order = sorted(range(len(stops)), key=lambda index: -stops[index])
     reference = reference_exposure(stops)
+    lights = _lights(stack, response, stops, scheme, reference, order, known)
+    whole = [stack.whole[index] for index in order]
+    halved = not all(whole)
+    shape = (stack.shape[0] // 2, stack.shape[1] // 2) if halved else stack.shape
     plan = _Plan(
-        lights=_lights(stack, response, stops, scheme, reference, order),
+        lights=lights,
         trusts=tuple(_useful(trusts[index]) for index in order),
-        reduction=_reduction(stack.shape, size),
+        reduction=_reduction(shape, size, sphere),
         token=token or Token(),
+        halves=half_lights(lights, whole) if halved else (),
+        black=_black(stack, known, sphere) * 2.0 ** (reference - max(stops)),
     )
     result = _run(stack, plan, order, report)
+    if plan.black:
+        quiet_colours(result.radiance, [light.tables.value for light in lights], plan.token)
     pixels = stack.shape[0] * stack.shape[1]
     fractions = [0.0] * len(order)
     for place, index in enumerate(order):
@@ -182,6 +203,7 @@ def _lights(
     scheme: Scheme,
     reference: float,
     order: Sequence[int],
+    known: bool,
 ) -> tuple[FrameLight, ...]:
     lights = []
     for index in order:
@@ -194,9 +216,22 @@ def _lights(
             lights.append(FrameLight(tables, scale, unit, clips))
         else:
             fine = kind == "uint16"
-            tables = frame_tables(response.table, index, stops, reference, scheme=scheme, fine=fine)
+            table = response.table if response.table.ndim == 2 else response.table[index]
+            tables = frame_tables(
+                table, index, stops, reference, scheme=scheme, fine=fine, known=known
+            )
             lights.append(FrameLight(tables))
     return tuple(lights)
+
+
+def _black(stack: FrameStack, known: bool, sphere: bool) -> float:
+    """Light of the brightest frame below which there is no telling; 0 where that is known."""
+    told = all(frame.kind != "uint8" for frame in stack.frames)
+    return 0.0 if told or (known and _panorama(stack.shape, sphere)) else _BLACK
+
+
+def _panorama(shape: tuple[int, int], sphere: bool) -> bool:
+    return sphere and shape[1] == 2 * shape[0]
 
 
 def _useful(trust: Float32 | None) -> Float32 | None:
@@ -204,15 +239,15 @@ def _useful(trust: Float32 | None) -> Float32 | None:
     return None if trust is None or float(trust.min()) >= 1.0 else np.asarray(trust, np.float32)
 
 
-def _reduction(shape: tuple[int, int], size: tuple[int, int] | None) -> Reduction:
-    panorama = shape[1] == 2 * shape[0]
-    wanted = shape if size is None or not panorama else size
+def _reduction(shape: tuple[int, int], size: tuple[int, int] | None, sphere: bool) -> Reduction:
+    panorama = _panorama(shape, sphere)
+    wanted = shape if size is None or (sphere and not panorama) else size
     smaller = min(wanted[0], shape[0]), min(wanted[1], shape[1])
     return Reduction.between(shape, smaller, panorama)
 
 
 def _run(stack: FrameStack, plan: _Plan, order: Sequence[int], report: Report) -> _Result:
-    height = stack.shape[0]
+    height = plan.reduction.given[0]
     rows, columns = plan.reduction.wanted
     result = _Result(
         radiance=np.zeros((rows, columns, 3), np.float32),
@@ -222,14 +257,15 @@ def _run(stack: FrameStack, plan: _Plan, order: Sequence[int], report: Report) -
     )
     sources = [stack.sources[index] for index in order]
     band = plan.reduction.band_rows(_BAND_PIXELS)
-    slab = height if stack.in_memory else _slab_rows(stack, band)
+    slab = stack.shape[0] if stack.in_memory else _slab_rows(stack, band)
 
     with ThreadPoolExecutor(workers(height)) as pool:
-        for top, bottom in row_bands(height, slab):
+        for top, bottom in row_bands(stack.shape[0], slab):
             plan.token.check()
             frames = list(pool.map(lambda source, a=top, b=bottom: source.rows(a, b), sources))
             merge_rows = partial(_merge_rows, plan, frames, top)
-            bands = [(top + a, top + b) for a, b in row_bands(bottom - top, band)]
+            # Frames at half size are all in memory: then this is the one and only slab.
+            bands = [(top + a, top + b) for a, b in row_bands(min(bottom, height) - top, band)]
             for part in _flow(pool, merge_rows, bands):
                 plan.token.check()
                 _put(result, part)
@@ -271,11 +307,16 @@ def _merge_rows(plan: _Plan, frames: Sequence[Pixels], offset: int, rows: tuple[
     plan.token.check()
     start, stop = rows
     shape = plan.reduction.given
-    band = merge_band(
-        [pixels[start - offset : stop - offset] for pixels in frames],
-        plan.lights,
-        [None if t is None else _trust_rows(t, start, stop, shape) for t in plan.trusts],
-    )
+    trusts = [None if t is None else _trust_rows(t, start, stop, shape) for t in plan.trusts]
+    if plan.halves:
+        sizes = [len(pixels) // shape[0] for pixels in frames]
+        bands = [p[k * start : k * stop] for p, k in zip(frames, sizes, strict=True)]
+        band = merge_halved(bands, plan.halves, trusts)
+    else:
+        bands = [pixels[start - offset : stop - offset] for pixels in frames]
+        band = merge_band(bands, plan.lights, trusts)
+    if plan.black:
+        lift_black(band.radiance, plan.black)
     return _reduced(band, plan.reduction, start, stop)
 
 

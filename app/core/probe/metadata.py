@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from app.core.errors import ProbeError
+from app.core.image_input import is_unwieldy, open_image, read_start
 from app.core.probe.frame import Exposure, Frame, LensExposure, Pose
 from app.core.probe.makernote import RicohNote, read_ricoh_note
 
@@ -34,8 +35,8 @@ __all__ = [
     "read_header",
 ]
 
-ENDINGS: Final = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".exr", ".hdr")
-"""Endings of the files that are taken from a folder."""
+ENDINGS: Final = (".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".exr", ".hdr")
+"""Endings of the files that are taken from a folder; .insp is Insta360's for unstitched JPEGs."""
 
 MAX_SIDE: Final = 16384
 """Longest side of a frame in pixels; a panorama is then 16384 x 8192."""
@@ -51,6 +52,8 @@ ISO_LIMITS: Final = (0.5, 1e7)
 
 APERTURE_LIMITS: Final = (0.3, 1000.0)
 """F-numbers that are believed; cameras write 0 for a lens that they do not know."""
+
+_MOST_TILED: Final = 1 << 21  # pixels in a row of tiles, of which each frame holds one
 
 _KINDS: Final = {
     "uint8": "uint8",
@@ -123,8 +126,8 @@ def read_frame(path: Path | str) -> Frame:
     Raises
     ------
     ProbeError
-        When the file is missing, a folder, empty, damaged, not a picture of these kinds, not a
-        stitched panorama (fisheye pictures of a Theta), too large or too small.
+        When the file is missing, a folder, empty, damaged, not a picture of these kinds, too large
+        or too small.
     """
     return read_header(path).frame
 
@@ -149,14 +152,8 @@ def read_header(path: Path | str) -> Header:
     """
     file = Path(path)
     jpeg = _check_signature(file).startswith(b"\xff\xd8")
-    import OpenImageIO as oiio
-
-    source = None
-    with contextlib.suppress(UnicodeError):  # Names that are not text, texts of damaged headers.
-        source = oiio.ImageInput.open(str(file))
+    source = open_image(file)
     if source is None:
-        with contextlib.suppress(UnicodeError):
-            oiio.geterror()  # Cleared: it names library internals and would show up at exit.
         raise ProbeError(f"{file.name} is damaged or incomplete.", _COPY_AGAIN)
     try:
         note = read_ricoh_note(file) if jpeg else None
@@ -170,8 +167,7 @@ def _check_signature(file: Path) -> bytes:
     try:
         if file.is_dir():
             raise ProbeError(f"{file} is a folder, not a picture.", "Name its files.")
-        with file.open("rb") as stream:
-            start = stream.read(16)
+        start = read_start(file, 16)
     except FileNotFoundError:
         raise ProbeError(f"There is no file {file}.", "Check the name.") from None
     except (OSError, ValueError) as error:
@@ -196,15 +192,14 @@ def _header(source: ImageInput, file: Path, note: RicohNote | None) -> Header:
     spec = source.spec()
     _check_format(source.format_name(), spec, file)
     _check_size(spec, file)
-    if note is not None and note.equirectangular is False:
-        raise ProbeError(
-            f"{file.name} is a fisheye picture, not a stitched panorama.",
-            "Stitch it in the camera or with its maker's program.",
-        )
     shutter, iso, aperture = _shutter(spec), _iso(spec), _aperture(spec)
+    orientation = int(_number(spec, "Orientation", (1.0, 8.0)) or 1)
+    rows, columns = int(spec.height), int(spec.width)
+    # How a full panorama is held is said by its pose; viewers pass over this tag there.
+    turned = 1 if columns == 2 * rows else orientation
     frame = Frame(
         path=file,
-        shape=(int(spec.height), int(spec.width)),
+        shape=(columns, rows) if turned >= 5 else (rows, columns),
         kind=_KINDS[str(spec.format)],
         exposure=_exposure(shutter, iso, aperture),
         camera=_text(spec, "Model"),
@@ -212,14 +207,15 @@ def _header(source: ImageInput, file: Path, note: RicohNote | None) -> Header:
         zenith_corrected=None if note is None else note.zenith_corrected,
         lenses=() if note is None else _lenses(note, shutter),
         tone_mapped=note is not None and note.tone_mapped,
+        fisheye=note is not None and note.equirectangular is False,
+        orientation=turned,
     )
-    orientation = _number(spec, "Orientation", (1.0, 8.0))
     return Header(
         frame,
         shutter,
         iso,
         aperture,
-        1 if orientation is None else int(orientation),
+        orientation,
         note,
         _apex_doubts(spec, shutter, aperture),
     )
@@ -232,6 +228,11 @@ def _check_format(name: str, spec: ImageSpec, file: Path) -> None:
         raise ProbeError(
             f"{file.name} stores its pixels in a way that is not read ({spec.format}).",
             "Export it with 8 or 16 bits, or as floating point.",
+        )
+    if spec.tile_height * spec.width > _MOST_TILED or is_unwieldy(spec):
+        raise ProbeError(
+            f"{file.name} is stored in blocks or channels too large to read.",
+            "Export it in rows, or in tiles of 64 x 64.",
         )
     window = (spec.x, spec.y, spec.width, spec.height)
     whole = (spec.full_x, spec.full_y, spec.full_width, spec.full_height)

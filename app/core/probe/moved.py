@@ -11,7 +11,7 @@ wherever it agrees, and with it the range that the bracket was shot for.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import cv2
@@ -29,6 +29,7 @@ from app.core.probe.contradiction import (
     contradiction,
     worst,
 )
+from app.core.probe.misfit import fill_hidden, hopeless, misfit
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -53,6 +54,11 @@ _WEAK_VOTE: Final = 0.25
 _EXPOSED: Final = 0.3
 _LOST: Final = 4.0
 _MUCH: Final = 0.15  # share of the sphere beyond which the frames hardly belong together
+# A wide place in which fewer contradict each other is grain and edges, which the gaps join.
+_WIDE: Final = 0.05
+_DENSE: Final = 0.25
+_UNUSUAL: Final = 0.05  # share of the pixels from which on the response is in doubt
+_HOPELESS: Final = 0.35  # share beyond which it is not the scene that changed
 _NAMED: Final = 3  # regions named in the sentence
 
 
@@ -60,16 +66,9 @@ _NAMED: Final = 3  # regions named in the sentence
 class Region:
     """One place in which the frames contradict each other.
 
-    Attributes
-    ----------
-    column, row : float
-        Centre, as shares of the width and the height, 0 to 1.
-    width, height : float
-        Extent, in the same unit.
-    share : float
-        Share of the sphere (panoramas, by solid angle) or of the area (other pictures).
-    frames : tuple[int, ...]
-        Frames that are left out in at least a part of it, by their place in the bracket.
+    Centre and extent are shares of the width and the height, 0 to 1; `share` is of the sphere
+    (panoramas, by solid angle) or of the area; `frames` are left out in at least a part of it, by
+    their place in the bracket.
     """
 
     column: float
@@ -94,18 +93,10 @@ class Region:
 class Moved:
     """Where which frame can be believed.
 
-    Attributes
-    ----------
-    masks : tuple of (h, w) float32 or None
-        For each frame, in the size of the proxies: 1 = use it, 0 = do not. None for a frame that
-        can be used everywhere; all are None when nothing moved. No pixel is 0 in all of them.
-    share : float
-        Share of the sphere (panoramas, by solid angle) or of the area (other pictures) in which
-        at least one frame is left out.
-    where : tuple of Region
-        The places, largest first.
-    sentences : tuple of str
-        For the user; empty when nothing moved.
+    `masks`, (h, w) float32 each in the size of the proxies, are 1 where a frame is to be used and
+    0 where not, None for a frame that can be used everywhere; no pixel is 0 in all of them.
+    `share` is of the sphere or of the area: where frames are left out, or differ too widely for
+    that. `where` has the largest place first.
     """
 
     masks: tuple[Float32 | None, ...] = field(repr=False)
@@ -114,40 +105,49 @@ class Moved:
     sentences: tuple[str, ...] = ()
 
 
-def trust(proxies: Sequence[Bytes], stops: Sequence[float], response: Curve) -> Moved:
-    """Find what moved, and say for every frame where it can be used.
+def trust(
+    proxies: Sequence[Bytes],
+    stops: Sequence[float],
+    response: Curve,
+    *,
+    seen: Sequence[Float32 | None] = (),
+    known: bool = True,
+    sphere: bool = True,
+) -> Moved:
+    """Find what moved, and say for every frame where it can be used; ValueError if sizes differ.
 
-    Parameters
-    ----------
-    proxies : sequence of (h, w, 3) uint8
-        Area means of the coded frames at about an eighth of their size, all aligned, in any
-        order. Twice as wide as high means a panorama: then left and right are neighbours.
-    stops : sequence of float
-        Exposure of each frame in stops.
-    response : Curve
-        Its table, (3, 256): linear light of each code.
-
-    Returns
-    -------
-    Moved
-        In the order of the proxies; all masks None when nothing moved.
-
-    Raises
-    ------
-    ValueError
-        When the proxies differ in shape, or their number is not that of the stops.
+    `proxies`, (h, w, 3) uint8 each, are area means of the coded frames at about an eighth of their
+    size, all aligned, in any order; twice as wide as high means a panorama, whose left and right
+    are neighbours. `response.table` is the linear light of each code, (3, 256) or (K, 3, 256).
+    Where `sphere` is False, 2:1 is no panorama either. `seen`, (h, w) each, is 0 where a frame
+    shows nothing, None for a frame that fills the picture. `known` is False for a recovered curve:
+    what differs widely may be that, and is no reason to shoot again. Where frames differ nearly
+    everywhere it is the curves or the exposures that are wrong: no frame is left out anywhere.
     """
     if len(proxies) != len(stops) or len({proxy.shape for proxy in proxies}) > 1:
         raise ValueError("every frame needs a proxy of the same shape and an exposure")
     order = sorted(range(len(stops)), key=lambda index: -stops[index])
     frames = [np.ascontiguousarray(proxies[index]) for index in order]
-    predictions = Predictions(response.table, [stops[index] for index in order])
-    nothing = Moved((None,) * len(frames))
+    hidden = [seen[index] if seen else None for index in order]
+    outside = tuple(seen) or (None,) * len(frames)
+    table = response.table if response.table.ndim == 2 else response.table[order]
+    predictions = Predictions(table, [stops[index] for index in order])
+    fill_hidden(frames, hidden, predictions)
     evidence = _evidence(frames, predictions)
     if evidence is None:
-        return nothing
+        return Moved(outside)
+    unlike = float(np.count_nonzero(evidence)) / evidence.size
+    if unlike > _UNUSUAL or response.table.ndim > 2:
+        slack = misfit(frames, predictions)
+        predictions = Predictions(table, predictions.stops, slack)
+        evidence = _evidence(frames, predictions)
+        if evidence is None:
+            return Moved(outside)
+        unlike = float(np.count_nonzero(evidence)) / evidence.size
+        if unlike > _HOPELESS:
+            return Moved(outside, unlike, sentences=(hopeless(frames, unlike),))
     height, width = evidence.shape
-    panorama = width == 2 * height
+    panorama = sphere and width == 2 * height
     turn = _quiet_column(evidence) if panorama else 0
     if turn:
         frames = [np.roll(frame, -turn, axis=1) for frame in frames]
@@ -157,13 +157,16 @@ def trust(proxies: Sequence[Bytes], stops: Sequence[float], response: Curve) -> 
     masks = [np.ones(evidence.shape, np.uint8) for _ in frames]
     found = [_handle(place, frames, predictions, masks, area) for place in places]
     regions = [_in_picture(region, order, turn / width) for region in found if region.frames]
-    by_frame: list[Float32 | None] = [None] * len(frames)
+    by_frame: list[Float32 | None] = list(outside)
     for index, mask in zip(order, masks, strict=True):
-        by_frame[index] = None if mask.all() else np.roll(mask, turn, axis=1).astype(np.float32)
+        if not mask.all():
+            there = np.roll(mask, turn, axis=1).astype(np.float32)
+            edge = by_frame[index]
+            by_frame[index] = there if edge is None else there * edge
     touched = np.minimum.reduce(masks) == 0
     share = float(area @ np.count_nonzero(touched, axis=1))
     where = tuple(sorted(regions, key=lambda region: -region.share))
-    return Moved(tuple(by_frame), share, where, _sentences(where, share, panorama))
+    return Moved(tuple(by_frame), share, where, _sentences(where, share, panorama, known))
 
 
 def _adjacent(frames: Sequence[Bytes], predictions: Predictions, tolerance: Tolerance) -> Bytes:
@@ -233,7 +236,11 @@ def _places(
     for label in range(1, count):
         left, top, width, height = (int(value) for value in boxes[label, :4])
         rows, columns = slice(top, top + height), slice(left, left + width)
-        places.append(_Place(rows, columns, np.asarray(labels[rows, columns] == label)))
+        inside = np.asarray(labels[rows, columns] == label)
+        size = np.count_nonzero(inside)
+        dense = np.count_nonzero(inside & (evidence[rows, columns] > 0)) >= _DENSE * size
+        if dense or size < _WIDE * evidence.size:
+            places.append(_Place(rows, columns, inside))
     return places
 
 
@@ -330,12 +337,8 @@ def _clashes(crops: Sequence[Bytes], core: Bools, predictions: Predictions) -> B
 def _outvoted(against: Bools) -> tuple[Bools, float]:
     """Leave out, pixel by pixel, the frame that contradicts most of those left, until none does.
 
-    Returns
-    -------
-    outliers : (K, h, w) bool
-        Frames left out; none where two frames contradict equally many.
-    explained : float
-        Share of the pixels with a contradiction where that does not happen.
+    Returns the frames left out, (K, h, w) bool, none where two contradict equally many, and the
+    share of the pixels with a contradiction where that does not happen.
     """
     number = against.shape[0]
     counts = against.sum(axis=1, dtype=np.uint8)
@@ -407,18 +410,14 @@ def _area(shape: tuple[int, int], panorama: bool) -> Float64:
 
 def _in_picture(region: Region, order: Sequence[int], turn: float) -> Region:
     """Undo the turn of the picture by a share of its width, and the order of the frames."""
-    return Region(
-        column=(region.column + turn) % 1.0,
-        row=region.row,
-        width=region.width,
-        height=region.height,
-        share=region.share,
-        frames=tuple(sorted(order[frame] for frame in region.frames)),
-    )
+    frames = tuple(sorted(order[frame] for frame in region.frames))
+    return replace(region, column=(region.column + turn) % 1.0, frames=frames)
 
 
-def _sentences(where: tuple[Region, ...], share: float, panorama: bool) -> tuple[str, ...]:
-    """Tell the user what moved and what was done about it."""
+def _sentences(
+    where: tuple[Region, ...], share: float, panorama: bool, known: bool
+) -> tuple[str, ...]:
+    """Say what moved and what was done."""
     if not where:
         return ()
     words: Callable[[Region], str] = _sphere_words if panorama else _picture_words
@@ -430,10 +429,10 @@ def _sentences(where: tuple[Region, ...], share: float, panorama: bool) -> tuple
     sentences = [
         f"Something moved between the frames {listed}. Only frames that agree are used there."
     ]
-    if share > _MUCH:
+    if share > _MUCH and known:
         sentences.append(
-            f"The frames differ over {100.0 * share:.0f} % of the picture: the camera or the"
-            " light changed between them. Shoot the bracket again if you can."
+            f"That is {100.0 * share:.0f} % of the picture. Shoot the bracket again when less"
+            " moves, if you can."
         )
     return tuple(sentences)
 

@@ -50,7 +50,8 @@ __all__ = [
     "FrameStack",
     "open_frames",
     "proxy_shape",
-    "rotated",
+    "reduced",
+    "relaid",
     "workers",
 ]
 
@@ -61,6 +62,7 @@ MEMORY_BYTES: Final = 640 << 20
 
 _DECODERS: Final = 4
 _LEAST_FRAMES: Final = 2
+_MOST_UNKNOWN: Final = 0.03
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +88,9 @@ class FrameStack:
         Linear value at which float frames saturate, infinite where they do not.
     sources : tuple[RowSource, ...]
         Where the full pixels come from.
+    seen : tuple[NDArray[np.float32] or None, ...], (h, w) each
+        Of the proxies' size: 1 where a moved frame shows something, 0 where it does not. None for
+        a frame that fills the picture; empty where no frame was moved.
     dropped : tuple[Frame, ...]
         Frames that could not be read.
     warnings : tuple[str, ...]
@@ -99,6 +104,7 @@ class FrameStack:
     sample_places: NDArray[np.intp] = field(repr=False)
     top: float
     sources: tuple[RowSource, ...] = field(repr=False)
+    seen: tuple[NDArray[np.float32] | None, ...] = ()
     dropped: tuple[Frame, ...] = ()
     warnings: tuple[str, ...] = ()
 
@@ -106,6 +112,14 @@ class FrameStack:
     def shape(self) -> tuple[int, int]:
         """Rows and columns of every frame."""
         return self.frames[0].shape
+
+    @property
+    def whole(self) -> tuple[bool, ...]:
+        """Which frames were decoded in full; the others are held at half their size."""
+        return tuple(
+            not isinstance(source, MemoryRows) or source.pixels.shape[:2] == self.shape
+            for source in self.sources
+        )
 
     @property
     def in_memory(self) -> bool:
@@ -141,6 +155,7 @@ def open_frames(
     opener: Opener = open_frame,
     token: Token | None = None,
     report: Report = silent,
+    halves: Sequence[bool] = (),
 ) -> FrameStack:
     """Read the pixels of a bracket once.
 
@@ -157,6 +172,8 @@ def open_frames(
         Checked every few rows.
     report : Report, optional
         Told after each frame.
+    halves : Sequence[bool], optional
+        Frames that may be decoded at half their size.
 
     Returns
     -------
@@ -172,14 +189,20 @@ def open_frames(
     """
     token = token or Token()
     hold = sum(bytes_per_frame(frame) for frame in bracket.frames) <= memory_bytes
+    small = {f.path for f, half in zip(bracket.frames, halves, strict=False) if half and hold}
 
     def first_pass(frame: Frame) -> OpenedFrame | ProbeError:
         try:
-            return opener(frame, hold=hold, token=token)
+            found = opener(frame, hold=hold, token=token, half=frame.path in small)
         except ProbeError as error:
             return error
+        return _unsound(frame, found) or found
 
     results = _in_threads(first_pass, bracket.frames, report)
+    if small and not all(isinstance(result, OpenedFrame) for result in results):
+        # What is left must say by itself what the lost frame was to say.
+        small.clear()
+        results = _in_threads(first_pass, bracket.frames, report)
     good = [index for index, result in enumerate(results) if isinstance(result, OpenedFrame)]
     opened = [result for result in results if isinstance(result, OpenedFrame)]
     warnings = tuple(
@@ -206,21 +229,24 @@ def open_frames(
     return stack
 
 
-def rotated(
+def relaid(
     stack: FrameStack,
-    rotations: Sequence[NDArray[np.float64] | None],
+    ways: Sequence[Callable[[Pixels], Pixels] | None],
     *,
+    seen: Sequence[NDArray[np.float32] | None] = (),
     token: Token | None = None,
     report: Report = silent,
 ) -> FrameStack:
-    """Turn single frames of a stack on the sphere.
+    """Move single frames of a stack, so that they lie on the others.
 
     Parameters
     ----------
     stack : FrameStack
-        The frames; panoramas. It is used up: close the result instead.
-    rotations : Sequence[NDArray[np.float64] or None], (3, 3) each
-        For each frame what `app.core.sphere.remap_frame` takes, None for a frame that stays.
+        The frames. It is used up: close the result instead.
+    ways : Sequence[Callable or None]
+        For each frame what moves its pixels, None for a frame that stays.
+    seen : Sequence[NDArray[np.float32] or None], optional
+        As `FrameStack.seen`.
     token : Token, optional
         Checked for each frame.
     report : Report, optional
@@ -230,7 +256,7 @@ def rotated(
     -------
     FrameStack
         With proxies and samples taken anew; frames that stay are not touched. Where the stack is
-        not in memory a turned frame is kept in a temporary file.
+        not in memory a moved frame is kept in a temporary file.
 
     Raises
     ------
@@ -239,25 +265,52 @@ def rotated(
     Cancelled
         When the token was cancelled.
     """
-    from app.core.sphere import remap_frame
-
     token = token or Token()
     proxies, sources = list(stack.proxies), list(stack.sources)
-    samples = stack.samples
+    samples = stack.samples.copy()
     hold = stack.in_memory
-    for index, rotation in enumerate(rotations):
+    for index, way in enumerate(ways):
         token.check()
-        if rotation is None:
+        if way is None:
             continue
-        pixels = remap_frame(_whole(sources[index], stack.frames[index], token), rotation)
+        pixels = way(_whole(sources[index], stack.frames[index], token))
         sources[index].close()
-        if samples is stack.samples:
-            samples = samples.copy()
         proxies[index] = _coded(shrunk(pixels, proxy_shape(stack.shape)), stack.top)
-        samples[index] = _coded(sampled(pixels, stack.sample_places), stack.top)
+        places = stack.sample_places // (stack.shape[0] // pixels.shape[0])
+        samples[index] = _coded(sampled(pixels, places), stack.top)
         sources[index] = MemoryRows(pixels) if hold else RawRows(pixels)
-        report((index + 1) / len(rotations), "aligning frames")
-    return replace(stack, proxies=tuple(proxies), samples=samples, sources=tuple(sources))
+        report((index + 1) / len(ways), "aligning frames")
+    kept = _seen_by_all(stack, seen)
+    return replace(
+        stack,
+        proxies=tuple(proxies),
+        samples=samples[:, kept],
+        sample_places=stack.sample_places[kept],
+        sources=tuple(sources),
+        seen=tuple(seen),
+    )
+
+
+def _seen_by_all(
+    stack: FrameStack, seen: Sequence[NDArray[np.float32] | None]
+) -> NDArray[np.bool_]:
+    """Find the samples that all frames show; (N,)."""
+    kept = np.ones(len(stack.sample_places), bool)
+    for mask in seen:
+        if mask is not None:
+            small = stack.sample_places * mask.shape // stack.shape
+            kept &= mask[small[:, 0], small[:, 1]] > 0.0
+    return kept
+
+
+def reduced(stack: FrameStack, longest: int, token: Token) -> list[Bytes]:
+    """Every frame, coded, so small that its longer side has no more than so many pixels."""
+    share = min(1.0, longest / max(stack.shape))
+    size = (max(1, round(share * stack.shape[0])), max(1, round(share * stack.shape[1])))
+    return [
+        _coded(shrunk(_whole(source, frame, token), size), stack.top)
+        for source, frame in zip(stack.sources, stack.frames, strict=True)
+    ]
 
 
 def _in_threads(
@@ -269,7 +322,8 @@ def _in_threads(
     results: list[OpenedFrame | ProbeError] = []
     # One thread per frame even on two cores: three frames then end together.
     with ThreadPoolExecutor(min(_DECODERS, len(frames))) as pool:
-        futures = [pool.submit(work, frame) for frame in frames]
+        # The darkest, which is decoded in full, takes longest: it goes first.
+        futures = [pool.submit(work, frame) for frame in reversed(frames)][::-1]
         try:
             for index, future in enumerate(futures):
                 results.append(future.result())
@@ -287,6 +341,18 @@ def _too_few(errors: Sequence[ProbeError], left: int) -> ProbeError:
     rest = "no frame is" if left == 0 else "only one frame is"
     names = " ".join(error.message for error in errors)
     return ProbeError(f"{names} With {rest} left there is nothing to merge.", errors[0].hint)
+
+
+def _unsound(frame: Frame, opened: OpenedFrame) -> ProbeError | None:
+    """Tell whether too much of a frame of floating point is not numbers, by its samples."""
+    share = 1.0 - float(np.isfinite(opened.samples).all(axis=1).mean())
+    if share <= _MOST_UNKNOWN:
+        return None
+    opened.source.close()
+    return ProbeError(
+        f"{frame.path.name} is damaged: {100.0 * share:.0f} % of it is NaN or infinite.",
+        "Export it again.",
+    )
 
 
 def _let_go(future: Future[OpenedFrame | ProbeError]) -> None:

@@ -3,6 +3,8 @@
     files -> bracket -> pixels -> aligned -> response -> what moved -> merged -> levelled
           -> lamps -> sun, gains, meter readings -> clutter filled -> clip audit
 
+Frames of two fisheye circles are not aligned, and stitched between merging and levelling.
+
 Every step is a module beside this one; here is only their order.
 """
 
@@ -20,11 +22,12 @@ from numpy.typing import NDArray
 from app.core.colour import srgb_encode
 from app.core.environment import from_radiance
 from app.core.errors import ProbeError
-from app.core.probe import align, moved
+from app.core.probe import align, handheld, moved
 from app.core.probe.bracket import read_bracket
 from app.core.probe.clutter import foot_of
-from app.core.probe.decoding import MemoryRows
+from app.core.probe.decoding import MemoryRows, halvable, is_whole
 from app.core.probe.display import display_panorama
+from app.core.probe.dual_fisheye import may_be_circles, recognise
 from app.core.probe.finish import Finished, Wishes, finish
 from app.core.probe.first_pass import (
     OpenedFrame,
@@ -34,28 +37,35 @@ from app.core.probe.first_pass import (
     sampled,
     shrunk,
 )
+from app.core.probe.fisheye_stitch import circle_size, to_panorama
 from app.core.probe.frame import Bracket, Exposure, Frame
+from app.core.probe.half_size import anchors
 from app.core.probe.level import Levelling, first_shot, levelling
 from app.core.probe.merge import SIZE, merge
-from app.core.probe.pixels import FrameStack, open_frames, rotated
+from app.core.probe.pixels import FrameStack, open_frames, reduced, relaid
 from app.core.probe.response import ResponseChoice, choose_response
 from app.core.probe.theta_limits import theta_limits
 from app.core.progress import Report, Token, silent, span
-from app.core.sphere import rotate_light
+from app.core.sphere import remap_frame, rotate_light
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.core.environment import Environment
     from app.core.pack import StylePack
+    from app.core.probe.dual_fisheye import Circles
     from app.core.probe.first_pass import Opener
+    from app.core.probe.fisheye_stitch import Stitching
     from app.core.probe.frame import Merged
 
 __all__ = ["Probe", "Wishes", "measure", "rehearse"]
 
 Float64: TypeAlias = NDArray[np.float64]
 
+_MOST_KEPT: Final = 12288 * 6144
 _REHEARSAL: Final = (128, 256)
+# Frames at half size that differ over so much of the sphere are looked at for damage.
+_SUSPICIOUS: Final = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +79,9 @@ class Probe:
     response : ResponseChoice
         Camera curve.
     alignments : tuple[Alignment, ...]
-        Of each frame; empty for pictures that are not panoramas.
+        Of each frame; without a rotation for pictures that are not panoramas.
+    lays : tuple[Lay, ...]
+        How each frame of such pictures was moved; empty for panoramas.
     levelling : Levelling
         How the panorama was levelled.
     moved : Moved
@@ -82,17 +94,21 @@ class Probe:
         Sentences for the user.
     notes : tuple[str, ...]
         What was done, in sentences; nothing to worry about.
+    stitching : Stitching or None
+        How unstitched frames became a panorama; None for all others.
     """
 
     bracket: Bracket
     response: ResponseChoice
     alignments: tuple[align.Alignment, ...]
+    lays: tuple[handheld.Lay, ...]
     levelling: Levelling
     moved: moved.Moved
     finished: Finished
     display: NDArray[np.uint8] = field(repr=False)
     warnings: tuple[str, ...]
     notes: tuple[str, ...]
+    stitching: Stitching | None = None
 
     @property
     def merged(self) -> Merged:
@@ -154,11 +170,8 @@ def measure(
     """
     wishes, token = wishes or Wishes(), token or Token()
     bracket = read_bracket(paths, wishes.times)
-    if not bracket.panorama and (wishes.gains or wishes.lux or wishes.masks):
-        raise ProbeError(
-            "These pictures are not full panoramas (2:1): they have no lamps or directions.",
-            "Leave out what names lamps or masks.",
-        )
+    if bracket.panorama or not may_be_circles(bracket.shape):
+        _check_wishes(bracket, wishes)
     found = _to_light(bracket, wishes, opener, token, span(report, 0.0, 0.9))
     token.check()
     report(0.9, "finding lamps")
@@ -170,12 +183,35 @@ def measure(
         bracket=found.bracket,
         response=found.response,
         alignments=found.alignments,
+        lays=found.lays,
         levelling=found.level,
         moved=found.motion,
         finished=finished,
         display=display.result(),
         warnings=found.warnings,
         notes=tuple(note for note in (found.level.note, *finished.notes) if note),
+        stitching=found.stitching,
+    )
+
+
+def _check_wishes(bracket: Bracket, wishes: Wishes) -> None:
+    """Refuse wishes that only a panorama can fulfil, and pictures too large for memory."""
+    _check_size(bracket, wishes)
+    if not bracket.panorama and (wishes.gains or wishes.lux or wishes.masks):
+        raise ProbeError(
+            "These pictures are not full panoramas (2:1): they have no lamps or directions.",
+            "Leave out what names lamps or masks.",
+        )
+
+
+def _check_size(bracket: Bracket, wishes: Wishes) -> None:
+    """Refuse results that would take more memory than a computer can be expected to have."""
+    rows, columns = bracket.shape
+    if rows * columns <= _MOST_KEPT or (bracket.panorama and not wishes.full):
+        return
+    raise ProbeError(
+        f"At {columns} x {rows} pixels these frames are too large to be merged at their own size.",
+        "Leave out --full." if bracket.panorama else "Scale all of them down by the same factor.",
     )
 
 
@@ -200,9 +236,9 @@ def rehearse(pack: StylePack) -> None:
     display_panorama(found.merged.radiance)
 
 
-def _made_up(frame: Frame, *, hold: bool, token: Token) -> OpenedFrame:
+def _made_up(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
     """Open a frame that is in no file: squares of light at its exposure."""
-    del hold, token
+    del hold, token, half
     assert frame.exposure is not None
     squares = np.random.default_rng(0).random((frame.shape[0] // 8, frame.shape[1] // 8, 3))
     light = 2.0 * frame.exposure.factor * squares.repeat(8, axis=0).repeat(8, axis=1)
@@ -218,44 +254,82 @@ class _Found:
 
     bracket: Bracket
     alignments: tuple[align.Alignment, ...]
+    lays: tuple[handheld.Lay, ...]
     response: ResponseChoice
     motion: moved.Moved
     level: Levelling
     merged: Merged
     warnings: tuple[str, ...]
+    stitching: Stitching | None = None
 
 
 def _to_light(
     bracket: Bracket, wishes: Wishes, opener: Opener, token: Token, report: Report
 ) -> _Found:
+    """Go from files to light, with bright frames at half their size where that is enough."""
+    halves = () if wishes.full else _halves(bracket)
+    found = _light_of(bracket, wishes, opener, token, report, halves)
+    if any(halves) and found.motion.share > _SUSPICIOUS:
+        small = [frame for frame, half in zip(bracket.frames, halves, strict=True) if half]
+        if not all(is_whole(frame, token) for frame in small):
+            return _light_of(bracket, wishes, open_frame, token, report)
+    return found
+
+
+def _light_of(
+    bracket: Bracket,
+    wishes: Wishes,
+    opener: Opener,
+    token: Token,
+    report: Report,
+    halves: Sequence[bool] = (),
+) -> _Found:
     """Go from files to light; what was opened is closed however it ends."""
-    opened = open_frames(bracket, opener=opener, token=token, report=span(report, 0.0, 0.4))
+    opened, circles = _opened(bracket, opener, token, span(report, 0.0, 0.4), halves)
     choose = partial(choose_response, mode=wishes.response)
     with opened, ThreadPoolExecutor(1) as beside:
         early = beside.submit(choose, opened.samples, opened.stops)
-        with _align(opened, token, span(report, 0.4, 0.5)) as aligned:
+        bracket = replace(bracket, unstitched=circles is not None)
+        _check_wishes(bracket, wishes)
+        size = None if wishes.full else SIZE
+        with _align(opened, circles is None, token, span(report, 0.4, 0.5)) as aligned:
             stack = aligned.stack
             used = replace(bracket, frames=stack.frames, stops=stack.stops)
             report(0.5, "checking the exposures")
             # Frames that were turned have other samples.
             same = stack is opened
             response = early.result() if same else choose(stack.samples, stack.stops)
-            motion = moved.trust(stack.proxies, response.stops, response.response)
+            known = response.response.name == "sRGB"
+            motion = moved.trust(
+                stack.proxies,
+                response.stops,
+                response.response,
+                seen=stack.seen,
+                known=known and not response.remarks,
+                sphere=circles is None,
+            )
             level = levelling(used, aligned.first_rotation(used), aligned.picture(used))
             merged = merge(
                 stack,
                 response.response,
                 response.stops,
                 scheme=wishes.weights,
+                known=known,
                 trust=motion.masks,
-                size=None if wishes.full else SIZE,
+                size=size if circles is None else circle_size(stack.shape, circles, size),
+                sphere=circles is None,
                 token=token,
                 report=span(report, 0.55, 1.0),
             )
+    stitching = None
+    if circles is not None:
+        report(1.0, "stitching")
+        merged, stitching = to_panorama(merged, circles, used.frames[0].camera, size, token)
     names = [frame.path.name for frame in stack.frames]
     return _Found(
         bracket=replace(used, stops=tuple(response.stops)),
         alignments=aligned.alignments,
+        lays=aligned.lays,
         response=response,
         motion=motion,
         level=level,
@@ -266,8 +340,46 @@ def _to_light(
             *aligned.sentences,
             *response.sentences(names),
             *motion.sentences,
+            *(stitching.warnings() if stitching is not None else ()),
         ),
+        stitching=stitching,
     )
+
+
+def _opened(
+    bracket: Bracket, opener: Opener, token: Token, report: Report, halves: Sequence[bool]
+) -> tuple[FrameStack, Circles | None]:
+    """Open the frames; those of two circles in full, since half the sphere fills half of them."""
+    opened = open_frames(bracket, opener=opener, token=token, report=report, halves=halves)
+    try:
+        circles = _circles(opened)
+    except ProbeError:
+        opened.close()
+        raise
+    if circles is None or all(opened.whole):
+        return opened, circles
+    return open_frames(bracket, token=token, report=report), circles
+
+
+def _circles(stack: FrameStack) -> Circles | None:
+    """Look at every frame whether it is a panorama, or two fisheye circles."""
+    names = [frame.path.name for frame in stack.frames]
+    circles = recognise(stack.proxies, names)
+    fisheye = [frame.path.name for frame in stack.frames if frame.fisheye]
+    if circles is None and fisheye:
+        raise ProbeError(
+            f"{fisheye[0]} is a fisheye picture, but its two image circles cannot be made out.",
+            "Stitch it in the camera or with its maker's program.",
+        )
+    return circles
+
+
+def _halves(bracket: Bracket) -> tuple[bool, ...]:
+    """Choose the frames that are decoded at half their size, which is still more than is wanted."""
+    fits = bracket.panorama and bracket.shape[0] >= 2 * SIZE[0]
+    if not fits or not all(halvable(frame) for frame in bracket.frames):
+        return ()
+    return tuple(not whole for whole in anchors(bracket.stops))
 
 
 def _finished(found: _Found, pack: StylePack, wishes: Wishes) -> Finished:
@@ -285,6 +397,7 @@ class _Aligned:
     stack: FrameStack
     alignments: tuple[align.Alignment, ...]
     sentences: tuple[str, ...]
+    lays: tuple[handheld.Lay, ...] = ()
 
     def __enter__(self) -> Self:
         return self
@@ -294,25 +407,50 @@ class _Aligned:
 
     def first_rotation(self, bracket: Bracket) -> Float64 | None:
         """Return what was done to the frame that was shot first, whose pose counts."""
-        return self.alignments[first_shot(bracket)].rotation
+        return self.alignments[first_shot(bracket)].rotation if self.alignments else None
 
     def picture(self, bracket: Bracket) -> NDArray[np.uint8] | None:
         """Return a small copy of the frame in which edges can be seen best, if one is needed."""
         poses = [frame.pose for frame in bracket.frames if frame.pose is not None]
-        if not any(pose.pitch_deg or pose.roll_deg for pose in poses):
+        if not self.alignments or not any(pose.pitch_deg or pose.roll_deg for pose in poses):
             return None
         return self.stack.proxies[align.reference_of(self.stack.proxies)]
 
 
-def _align(stack: FrameStack, token: Token, report: Report) -> _Aligned:
-    """Lay the frames on each other where they do not lie so already."""
+def _align(stack: FrameStack, sphere: bool, token: Token, report: Report) -> _Aligned:
+    """Lay panoramas on each other where they do not lie so already."""
     report(0.0, "aligning frames")
+    if not sphere:
+        return _Aligned(stack, (), ())
     found = align.estimate(stack.proxies, stack.stops)
-    words = align.sentences(found, [frame.path.name for frame in stack.frames])
+    names = [frame.path.name for frame in stack.frames]
+    if stack.shape[1] != 2 * stack.shape[0]:
+        return _aligned_by_hand(stack, found, names, token, report)
     turns = [one.rotation for one in found]
     if any(turn is not None for turn in turns):
-        stack = rotated(stack, turns, token=token, report=report)
-    return _Aligned(stack, found, words)
+        ways = [None if turn is None else partial(remap_frame, matrix=turn) for turn in turns]
+        stack = relaid(stack, ways, token=token, report=report)
+    return _Aligned(stack, found, align.sentences(found, names))
+
+
+def _aligned_by_hand(
+    stack: FrameStack,
+    unturned: tuple[align.Alignment, ...],
+    names: Sequence[str],
+    token: Token,
+    report: Report,
+) -> _Aligned:
+    """Undo what a hand did between the frames of ordinary pictures."""
+    small = reduced(stack, handheld.LONGEST, token)
+    scale = max(stack.shape) / max(small[0].shape)
+    home = handheld.reference_of(small)
+    lays = handheld.lay_on_each_other(small, stack.stops, home, scale)
+    moves = [lay.homography if lay.needed else None for lay in lays]
+    seen = handheld.shown(stack.proxies, moves, stack.shape)
+    if any(move is not None for move in moves) or any(mask is not None for mask in seen):
+        ways = [None if m is None else partial(handheld.laid, homography=m) for m in moves]
+        stack = relaid(stack, ways, seen=seen, token=token, report=report)
+    return _Aligned(stack, unturned, handheld.sentences(lays, names), lays)
 
 
 def _levelled(merged: Merged, level: Levelling) -> Merged:

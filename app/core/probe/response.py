@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 import numpy as np
 
 from app.core.probe.code_matches import match_codes
+from app.core.probe.own_curves import recover_own_curves
 from app.core.probe.response_recovery import recover_curve, srgb_table
 from app.core.probe.steps import StepCheck, check_matches, check_steps, reach
 from app.core.probe.tags import TagError, explain_by_tags, recover_with_tag
@@ -53,6 +54,11 @@ _MISFIT: Final = 4.0
 _CHANNELS_DIFFER: Final = 0.6
 _CHANNEL_HOLD: Final = 0.1
 _MID_TONES: Final = slice(64, 193)
+_OWN_FIT: Final = 0.5
+_OWN: Final = (
+    "The camera gave each frame a tone curve of its own, as phones do. They were recovered from "
+    "the bracket; bright and dark places are less exact than from a camera with one curve."
+)
 _TWO_FRAMES: Final = (
     "Two frames cannot tell another tone curve from a wrong exposure tag; "
     "the tags are believed. A third frame would tell."
@@ -70,6 +76,7 @@ class Response:
     table : (3, 256) float64
         Linear light of each code in red, green and blue: strictly rising, 0 -> 0, 255 -> 1.
         Channels of scanned film can end at different values, the highest at 1.
+        (K, 3, 256) where each frame has a curve of its own.
     residual_stops : float
         Spread of the differences of the measured steps from the stated ones with this curve, in
         stops (`StepCheck.residual_stops`); NaN where no frames overlap.
@@ -265,6 +272,9 @@ def _recovered(plain: ResponseChoice, matches: CodeMatches, mode: Mode) -> Respo
         if tagged is not None:
             curve, stops, errors, check = tagged
     table, check = _by_channel(matches, stops, curve, check)
+    own = _each_its_own(plain, matches, check)
+    if own is not None:
+        return own
     if mode == "auto" and not check.disagreement < plain.check.disagreement:
         return replace(plain, remarks=(_hopeless(plain.check.residual_stops),))
     residual = check.residual_stops
@@ -280,6 +290,21 @@ def _recovered(plain: ResponseChoice, matches: CodeMatches, mode: Mode) -> Respo
     note = f"The tone curve was recovered from the bracket, residual {residual:.2f} stops."
     response = Response("recovered", table, residual, note)
     return replace(plain, response=response, stops=stops, tag_errors=errors, remarks=remarks)
+
+
+def _each_its_own(
+    plain: ResponseChoice, matches: CodeMatches, check: StepCheck
+) -> ResponseChoice | None:
+    """Give each frame its own curve where only that makes the frames fit."""
+    if check.disagreement <= _RECOVERED_FITS or len(plain.stops) < 2:
+        return None
+    table, stops = recover_own_curves(matches, plain.stops)
+    better = check_matches(matches, stops, table)
+    if better.disagreement > _OWN_FIT * check.disagreement:
+        return None
+    residual = better.residual_stops
+    response = Response("recovered", table, residual, f"{_OWN} Residual {residual:.2f} stops.")
+    return replace(plain, response=response, stops=stops, remarks=(_OWN,))
 
 
 def _hopeless(residual: float) -> str:

@@ -16,6 +16,7 @@ from app.core.colour import srgb_decode
 from app.core.environment import from_radiance, solid_angles
 from app.core.errors import EnvironmentFileError, ProbeError
 from app.core.probe.decoding import decode
+from app.core.probe.dual_fisheye import find_circles
 from app.core.probe.metadata import read_header
 from app.core.progress import Token
 
@@ -104,14 +105,15 @@ def _by_exposure(frame: tuple[Any, float]) -> float:
 
 
 def _picture(path: Path) -> NDArray[np.uint8] | None:
-    """Codes of a small panorama, None for everything else."""
+    """Codes of a small panorama, None for everything else, unstitched ones among it."""
     try:
         frame = read_header(path).frame
         height, width = frame.shape
         panorama = width == 2 * height and _LEAST_WIDTH <= width <= _MOST_WIDTH
         if not panorama or frame.kind != "uint8":
             return None
-        return np.asarray(decode(frame, Token()), np.uint8)
+        codes = np.asarray(decode(frame, Token()), np.uint8)
+        return None if find_circles(codes) is not None else codes
     except ProbeError:
         return None
 

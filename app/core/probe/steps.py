@@ -162,8 +162,8 @@ def check_matches(matches: CodeMatches, stops: Sequence[float], table: Floats) -
         From `app.core.probe.code_matches.match_codes`.
     stops : Sequence[float]
         Exposure of each frame in stops.
-    table : (256,) or (3, 256) float64
-        Linear light of each code, strictly rising.
+    table : (256,), (3, 256) or (K, 3, 256) float64
+        Linear light of each code, strictly rising; the last is of each frame.
 
     Returns
     -------
@@ -221,15 +221,21 @@ def _measured(matches: CodeMatches, table: Floats) -> tuple[Floats, Floats]:
     """Step that each row measures, and stops per code at its darker code; (R,) each."""
     measured = np.zeros(len(matches))
     slope = np.zeros(len(matches))
-    curves = np.atleast_2d(table)
-    for channel, curve in enumerate(curves):
-        rows = matches.channel == channel if len(curves) > 1 else slice(None)
-        stops = np.log2(np.maximum(curve[1:], 1e-300))
-        dark = matches.dark_code[rows]
-        # Between codes the curve is a power law, as in the recovery.
-        place = np.interp(np.log2(dark), np.log2(np.arange(1, 256)), stops)
-        measured[rows] = stops[matches.code[rows] - 1] - place
-        slope[rows] = np.gradient(stops)[np.clip(dark.astype(np.int64) - 1, 0, 254)]
+    curves = np.asarray(table)
+    if curves.ndim < 3:
+        curves = np.broadcast_to(np.atleast_2d(curves), (1, 3, 256))
+    logs = np.log2(np.maximum(curves[..., 1:], 1e-300))
+    own = len(curves) > 1
+    for channel in range(3):
+        for frame, log in enumerate(logs[:, channel]):
+            rows = matches.channel == channel
+            here = rows & (matches.bright == frame) if own else rows
+            measured[here] += log[matches.code[here] - 1]
+            here = rows & (matches.dark == frame) if own else rows
+            dark = matches.dark_code[here]
+            # Between codes the curve is a power law, as in the recovery.
+            measured[here] -= np.interp(np.log2(dark), np.log2(np.arange(1, 256)), log)
+            slope[here] = np.gradient(log)[np.clip(dark.astype(np.int64) - 1, 0, 254)]
     return measured, slope
 
 

@@ -23,6 +23,11 @@ three codes lies where v is flattest. Weights that rise with t instead of t^2 wo
 but then what adds to black would count in the dark frames: on the memorial church bracket that
 trebles the median error.
 
+A recovered response is wrong by some per cent besides, in every frame in its own way, and these
+weights leave nearly all to one frame. So where the response is not known, a code with a relative
+error e = sqrt(v) / g counts by another d^-2 / (1 + (e / e0)^4): darker frames keep a say. They have
+more to say the closer they are: d grows with the square of the steps between the frames.
+
 **Reinhard's weights**, as the paper: w(z) = 1 - (2 z / 255 - 1)^12 (Reinhard et al. 2010, "High
 Dynamic Range Imaging", 2nd edition), with codes outside 2 to 98 % of the range excluded as
 Matlab's makehdr does.
@@ -30,6 +35,7 @@ Matlab's makehdr does.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
@@ -66,6 +72,11 @@ _RAMP_WIDTH: Final = 40.0
 # What an unclipped channel of a clipped pixel counts, and over which codes that fades.
 _OWN_WEIGHT: Final = 0.7
 _OWN_FADE: Final = (200.0, 240.0)
+# Relative error of a recovered response for steps of one stop, and the relative error at which a
+# code loses its say in that.
+_CURVE_ERROR: Final = 0.065
+_TELLING_ERROR: Final = 0.2
+_LEAST_DOUBT: Final = 0.03
 _HAT_LIMITS: Final = (0.02 * 255.0, 0.98 * 255.0)
 _PLATEAU: Final = 0.9995
 # Weights of last resort: far below every proper weight, so that they matter only where all
@@ -131,6 +142,7 @@ def frame_tables(
     *,
     scheme: Scheme = "noise",
     fine: bool = False,
+    known: bool = True,
 ) -> FrameTables:
     """Make the tables of one frame of a bracket.
 
@@ -148,6 +160,8 @@ def frame_tables(
         Which weights.
     fine : bool, optional
         Tables of 65,536 codes, for 16-bit frames.
+    known : bool, optional
+        Whether the response is known, not recovered from the bracket.
 
     Returns
     -------
@@ -164,7 +178,9 @@ def frame_tables(
         bright, faint = _reinhard(codes)
         own = np.zeros(count)
     else:
-        bright, faint = _ramp(codes, first), _noise(mean, codes, fine) * exposure[index] ** 2
+        step = float(np.median(np.diff(np.sort(stops)))) if len(stops) > 1 else 0.0
+        doubt = math.inf if known else _CURVE_ERROR * step**2
+        bright, faint = _ramp(codes, first), _noise(mean, codes, fine, doubt) * exposure[index] ** 2
         own = _own(codes, first)
     bright = np.where(codes >= first, 0.0, bright)
     floors = _floors(exposure, index)
@@ -209,10 +225,9 @@ def float_tables(
     if scheme == "reinhard":
         bright, faint = _reinhard(codes)
     else:
-        bright, faint = (
-            _ramp(codes, CLIPPED_CODE),
-            _inverse_variance(linear, 0.0) * exposure[index] ** 2,
-        )
+        variance = _variance(linear, 0.0)
+        bright = _ramp(codes, CLIPPED_CODE)
+        faint = np.asarray(variance.min() / variance) * exposure[index] ** 2
         own = _own(codes, CLIPPED_CODE)
     if not clips:
         bright = np.ones_like(bright)
@@ -281,17 +296,22 @@ def _fade(codes: Float64, start: float, stop: float) -> Float64:
     return np.asarray(share * share * (3.0 - 2.0 * share))
 
 
-def _noise(linear: Float64, codes: Float64, fine: bool) -> Float64:
-    """1 / v(z), largest 1; see the top of this page."""
+def _noise(linear: Float64, codes: Float64, fine: bool, doubt: float) -> Float64:
+    """1 / v(z) and what doubt of the response adds, in units of the least v."""
     error = _FINE_CODE_ERROR if fine else _CODE_ERROR
-    return _inverse_variance(linear, np.gradient(linear, codes) * error)
+    variance = _variance(linear, np.gradient(linear, codes) * error)
+    weight = np.asarray(variance.min() / variance)
+    if math.isfinite(doubt):
+        square = np.maximum(linear, 1e-9) ** 2
+        fades = 1.0 + (variance / square / _TELLING_ERROR**2) ** 2
+        weight += variance.min() / (max(doubt, _LEAST_DOUBT) ** 2 * square * fades)
+    return weight
 
 
-def _inverse_variance(linear: Float64, error: Float64 | float) -> Float64:
-    """1 / v for all the errors above and one of its own, largest 1."""
+def _variance(linear: Float64, error: Float64 | float) -> Float64:
+    """v, of all the errors above and one of its own."""
     floor = (_READ_NOISE / _FULL_WELL) ** 2 + _BLACK_ERROR**2
-    variance = linear / _FULL_WELL + np.square(error) + floor
-    return np.asarray(variance.min() / variance)
+    return np.asarray(linear / _FULL_WELL + np.square(error) + floor)
 
 
 def _reinhard(codes: Float64) -> tuple[Float64, Float64]:

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import Final, TypeAlias
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.environment import read_environment
 from app.core.errors import EnvironmentFileError
-from app.core.second_light.captured import CapturedLamp, make_lamp
+from app.core.image_input import clear_error, open_image
+from app.core.second_light.captured import LARGEST, CapturedLamp, make_lamp
 from app.core.second_light.mask import find_mask
 from app.core.second_light.scale import stated_white
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 __all__ = ["read_lamp_file"]
 
 Float32: TypeAlias = NDArray[np.float32]
+_FINE: Final = 4
 
 
 def read_lamp_file(path: Path | str) -> tuple[CapturedLamp, tuple[str, ...]]:
@@ -44,22 +44,29 @@ def read_lamp_file(path: Path | str) -> tuple[CapturedLamp, tuple[str, ...]]:
         When the file cannot be read, or no lamp is in it.
     """
     environment = read_environment(path)
-    said: Sequence[str] = environment.warnings
-    alpha = _alpha(Path(path), environment.shape)
+    name, said = environment.name, list(environment.warnings)
+    white, shape, radiance = stated_white(path), environment.shape, _bounded(environment.radiance)
+    del environment  # It may be a gigabyte larger than what is needed of it.
+    alpha = _alpha(Path(path), shape)
     if alpha is None:
-        mask = find_mask(environment.radiance)
+        mask = find_mask(radiance)
         alpha, said = mask.alpha, [*said, *mask.warnings]
-    lamp = make_lamp(environment.name, environment.radiance, alpha, white_cd_m2=stated_white(path))
+    lamp = make_lamp(name, radiance, alpha, white_cd_m2=white)
     return lamp, tuple(said)
 
 
-def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
-    """(H, 2 H) channel A of the first part; None where there is none."""
-    import OpenImageIO as oiio
+def _bounded(values: Float32) -> Float32:
+    """Average what is several times as fine as a lamp is kept, (H, 2 H) or (H, 2 H, 3)."""
+    if len(values) <= _FINE * LARGEST[0]:
+        return values
+    size = (_FINE * LARGEST[1], _FINE * LARGEST[0])
+    return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float32)
 
-    source = oiio.ImageInput.open(str(path))
+
+def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
+    """(H, 2 H) channel A of the first part, bounded; None where there is none."""
+    source = open_image(path)
     if source is None:
-        oiio.geterror()
         return None
     try:
         spec = source.spec()
@@ -69,7 +76,7 @@ def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
             return None
         values = source.read_image(0, 0, channel, channel + 1, "float")
         if values is None:
-            source.geterror()
+            clear_error(source)
     finally:
         source.close()
     if values is None or np.asarray(values).size != shape[0] * shape[1]:
@@ -77,4 +84,4 @@ def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
             f"The mask in {path.name} cannot be read, or has another size than its light.",
             "Export it again as a whole RGBA panorama.",
         )
-    return np.asarray(values, np.float32).reshape(shape)
+    return _bounded(np.asarray(values, np.float32).reshape(shape))

@@ -73,7 +73,8 @@ def free_name(folder: Path, title: str) -> str:
     CoreError
         If thousands bear it already.
     """
-    taken = set(names(folder))
+    # A picture without its lamp is somebody's file all the same.
+    taken = {*names(folder), *(file.stem for file in folder.glob("*.png"))}
     return _first(each for each in names_like(title, "lamp", KINDS) if each not in taken)
 
 

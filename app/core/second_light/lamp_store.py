@@ -11,7 +11,6 @@ import numpy as np
 
 from app.core.colour import srgb_encode, to_bytes
 from app.core.errors import CoreError
-from app.core.files import atomic_write
 from app.core.images import write_exr, write_png
 from app.core.places.light import fingerprint_of
 from app.core.places.names import words_of
@@ -71,10 +70,9 @@ def write_lamp(folder: Path, lamp: CapturedLamp) -> None:
     target = capture_named(folder, lamp.name, checksum(lamp))
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        atomic_write(target, lambda path: write_exr(path, both, lamp.white_cd_m2))
+        write_exr(target, both, lamp.white_cd_m2)
         with contextlib.suppress(CoreError):  # Only its looks would be lost.
-            picture = picture_of(lamp)
-            atomic_write(folder / f"{lamp.name}.png", lambda path: write_png(path, picture))
+            write_png(folder / f"{lamp.name}.png", picture_of(lamp))
     except OSError as error:
         raise CoreError(f"The lamp was not kept: {words_of(error)}.", _HOLD) from error
     except CoreError as error:

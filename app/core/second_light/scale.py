@@ -9,17 +9,16 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from pathlib import Path
+from typing import Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.environment import solid_angles
 from app.core.errors import CoreError
+from app.core.image_input import open_image
 from app.core.search_light import luminance_of
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 __all__ = ["ASSUMED_LUX", "check_lux", "illuminance", "read_lux", "stated_white"]
 
@@ -117,11 +116,8 @@ def stated_white(path: Path | str) -> float | None:
     float or None
         Cd/m2; None where the file states none, or cannot be read.
     """
-    import OpenImageIO as oiio
-
-    source = oiio.ImageInput.open(str(path))
+    source = open_image(Path(path))
     if source is None:
-        oiio.geterror()
         return None
     value = float(source.spec().get_float_attribute(_ATTRIBUTE, 0.0))
     source.close()

@@ -9,7 +9,7 @@ import numpy as np
 
 from app.core import images
 from app.core.errors import CoreError
-from app.core.files import atomic_write, atomic_write_bytes
+from app.core.files import atomic_write_bytes
 from app.core.setsheet.page import draw
 from app.core.setsheet.pdf import Word, page_of
 from app.core.setsheet.theme import HEIGHT, WIDTH
@@ -42,8 +42,7 @@ def write_png(path: Path, sheet: SetSheet) -> None:
     CoreError
         When the file cannot be written.
     """
-    page = draw(sheet)
-    atomic_write(path, lambda target: images.write_png(target, page, PIXELS_PER_INCH))
+    images.write_png(path, draw(sheet), PIXELS_PER_INCH)
 
 
 def write_pdf(path: Path, sheet: SetSheet) -> None:

@@ -225,6 +225,17 @@ TABLE: Final[tuple[Setting, ...]] = (
         shown=False,
     ),
     Setting(
+        "last_place",
+        "Last place",
+        _REMEMBERED,
+        "text",
+        "",
+        "The place that is opened at the next start.",
+        longest=4096,
+        empty_means="none",
+        shown=False,
+    ),
+    Setting(
         "tour_seen",
         "Tour seen",
         _REMEMBERED,

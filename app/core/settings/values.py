@@ -59,6 +59,7 @@ class Settings:
         "" for ``places`` in the user's data.
     live_source, live_views : str
         As `app.devices.webcam.sources` writes and reads them.
+    last_place : str
     tour_seen : bool
     unknown : Mapping[str, Any]
         What a newer version wrote into the file; it is written back.
@@ -94,6 +95,7 @@ class Settings:
     places_folder: str = _default("places_folder")
     live_source: str = _default("live_source")
     live_views: str = _default("live_views")
+    last_place: str = _default("last_place")
     tour_seen: bool = _default("tour_seen")
     unknown: Mapping[str, Any] = field(default_factory=dict, repr=False, hash=False)
 

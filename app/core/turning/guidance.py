@@ -48,15 +48,20 @@ LOST_AFTER_S: Final = 1.0
 """So long the last number stays when no heading is found."""
 
 _SETTLE_DEG: Final = 0.7  # a shown number stays while the heading is within this of it
-_IN_LIGHT: Final = ("You are in the light", "In the light")
-_AT_GOAL: Final = ("You are at the goal", "At the goal")
+_IN_LIGHT: Final = ("You are in the light", "In the light", "back in the light")
+_AT_GOAL: Final = ("You are at the goal", "At the goal", "back at the goal")
+_FOR_LAMP: Final = (
+    "Right place for the lamp",
+    "Right place for the lamp",
+    "right for the lamp",
+)
 _BEYOND_DEG: Final = 90  # further from the goal than this, nobody has just gone too far
 _FULL_ARROW_DEG: Final = 90.0
 _LEAST_ARROW: Final = 0.12
 
 _POINT: Final = "Point the camera past the sitter at the background."
 _LEFT: Final = "The camera has not moved. Take it along and point it past the sitter."
-_AWAY: Final = "The webcam went away. Plug it in and it goes on by itself."
+_AWAY: Final = "Webcam disconnected. Plug it back in to continue."
 _STARTING: Final = "Starting the webcam."
 
 
@@ -95,10 +100,14 @@ class Goal:
         Tolerance arc, (from, to) clockwise, deg. None, or an arc without the goal on it, where
         somebody chose a turn of their own: then only the goal itself counts, give or take
         `HOLD_DEG`.
+    lamp : str
+        What is to be held there: "hold the LED panel in front, raised 28°, at full power"; empty
+        where the light of the place is enough.
     """
 
     turn_deg: float
     arc_deg: tuple[float, float] | None = None
+    lamp: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,8 +180,8 @@ class Guide:
         goal - now going the way that is shown: positive clockwise, in (-360, 360), and equal to
         goal - now but for whole circles.
     number, number_words : str
-        The large number and what stands beside it: "23", "to go". The number is empty where none
-        may be shown; without a webcam it is the whole turn, and the words are empty.
+        The large number and what stands beside it: "23", "to go" or "back". The number is empty
+        where none may be shown; without a webcam it is the whole turn, and the words are empty.
     direction : str
         Of what is still to go; without a webcam, of the whole turn.
     headline : str
@@ -180,8 +189,7 @@ class Guide:
     walk, company : str
         "Walk to your left", "The sitter turns with you."; empty where nothing is to be done.
     light : str
-        The pill: "In the light in 6°", "You are in the light", "6° too far, back
-        counter-clockwise".
+        The pill: "In the light in 6°", "You are in the light", "Too far: back in the light in 6°".
     best : str
         Inside the arc: "4° to the best", or "Hold it".
     clock : str
@@ -196,6 +204,8 @@ class Guide:
         Whole degrees to the arc on the way shown; 0 inside, and until it has been left.
     spoken : str
         All of it in one sentence or two, for screen readers and voices.
+    lamp : str
+        What is to be held at the goal, as in `Goal`.
     """
 
     phase: Phase
@@ -218,6 +228,7 @@ class Guide:
     arrow: float = 0.0
     until_light: int | None = None
     spoken: str = ""
+    lamp: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -228,6 +239,7 @@ class _Target:
     before: int
     after: int
     words: str
+    lamp: str = ""
 
     @property
     def key(self) -> tuple[int, ...]:
@@ -248,23 +260,9 @@ class _Target:
 def guide(
     goal: Goal, reading: Reading, memory: Memory = FRESH, mode: Mode = Mode.WALK
 ) -> tuple[Guide, Memory]:
-    """Say what to do.
+    """Say what to do, and what to hand to the next call as its `memory`.
 
-    Parameters
-    ----------
-    goal : Goal
-        Where to turn.
-    reading : Reading
-        What is known now.
-    memory : Memory, optional
-        What the last call gave back.
-    mode : Mode, optional
-        Who moves; it changes words only.
-
-    Returns
-    -------
-    tuple[Guide, Memory]
-        What to show, and what to hand to the next call.
+    Who moves, the `mode`, changes words only.
     """
     target = _target(goal)
     if memory.goal != target.key:
@@ -284,6 +282,12 @@ def guide(
 
 
 def _target(goal: Goal) -> _Target:
+    found = _place(goal)
+    arc = found.words.replace("in the light", "right for the lamp") if goal.lamp else found.words
+    return replace(found, words=arc, lamp=goal.lamp)
+
+
+def _place(goal: Goal) -> _Target:
     middle = words.whole(goal.turn_deg)
     if goal.arc_deg is None:
         return _Target(middle, HOLD_DEG, HOLD_DEG, "")
@@ -343,6 +347,7 @@ def _turning(target: _Target, memory: Memory, now: int, mode: Mode) -> tuple[Gui
         beyond=beyond,
         until_light=until,
         arrow=_arrow(way * left),
+        lamp=target.lamp,
     )
     return _worded(shown, mode), next_memory
 
@@ -380,8 +385,13 @@ def _worded(shown: Guide, mode: Mode) -> Guide:
     walk, company = ("", "") if shown.hold else words.walking_words(shown.direction, mode)
     left = shown.number
     # A goal without an arc, of a style out of reach or one's own, is no light to be in.
-    here, to_there = _AT_GOAL if not shown.arc else _IN_LIGHT
-    if shown.hold:
+    here, to_there, again = _AT_GOAL if not shown.arc else _IN_LIGHT
+    if shown.lamp:
+        here, to_there, again = _FOR_LAMP
+    if shown.hold and shown.lamp:
+        headline, light, best = f"Now {shown.lamp}", here, "Hold it"
+        spoken = f"{headline}."
+    elif shown.hold:
         headline, light, best = "Hold it", here, "Hold it"
         spoken = f"Hold it. {here}."
     elif shown.inside:
@@ -390,8 +400,10 @@ def _worded(shown: Guide, mode: Mode) -> Guide:
         spoken = f"{here}. {left}° to the best, {shown.direction}. {walk}."
     elif shown.beyond:
         headline, best = shown.direction, ""
-        light = f"{shown.until_light}° too far, back {shown.direction}"
-        spoken = f"{light}. {walk}."
+        # Every number counts what is still to go: to the best, and to the light before it.
+        light = f"Too far: {again} in {shown.until_light}°"
+        shown = replace(shown, number_words="back", clock="")
+        spoken = f"Too far. {left}° back, {shown.direction}. {walk}."
     else:
         headline, best = shown.direction, ""
         light = f"{to_there} in {shown.until_light}°"
@@ -410,6 +422,7 @@ def _silent(target: _Target, phase: Phase, sentence: str) -> Guide:
         clock=words.clock_words(target.goal),
         arc=target.words,
         spoken=sentence,
+        lamp=target.lamp,
     )
 
 
@@ -421,6 +434,7 @@ def _without(target: _Target, source: Source, mode: Mode) -> Guide:
     direction = words.direction_of(target.goal)
     walk, company = words.walking_words(direction, mode)
     sentence = f"No webcam. {words.goal_words(target.goal)}"
+    then = f"Then {target.lamp}" if target.lamp else ""
     return replace(
         _silent(target, Phase.NO_WEBCAM, sentence),
         number=str(abs(target.goal)),
@@ -428,5 +442,5 @@ def _without(target: _Target, source: Source, mode: Mode) -> Guide:
         walk=walk,
         company=company,
         arrow=_arrow(target.goal),
-        spoken=f"{sentence}. {walk}." if walk else f"{sentence}.",
+        spoken=" ".join(f"{part}." for part in (sentence, walk, then) if part),
     )

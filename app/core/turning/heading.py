@@ -23,9 +23,9 @@ from app.core.angles import wrap
 from app.core.turning import rotation
 from app.core.turning.confidence import LEAST_CONFIDENCE, Evidence, trust
 from app.core.turning.features import Features, describe, pair
-from app.core.turning.field import assumed_fov, lens_factor
+from app.core.turning.field import assumed_fov
 from app.core.turning.heading_index import HeadingIndex, build_index
-from app.core.turning.rotation import Outlook
+from app.core.turning.stand import Matches, Question, find_stand
 from app.core.turning.support import strays, support
 from app.core.turning.views import Lens
 
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from app.core.turning.rotation import Pose
 
 __all__ = [
+    "FINE",
     "SEARCHING",
     "UNSURE",
     "Effort",
@@ -52,32 +53,14 @@ Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 
 _LEAST_SIDE: Final = 32
-
 _SAME: Final = math.radians(1.5)
 _RATIO: Final = 0.9  # generous: the fit and the whole picture decide
 _NEAR_DEG: Final = 60.0
-_TRIES: Final = 1200
-_SITTER_SPREAD: Final = 0.015  # of the picture plane, some 1 deg: how well a face is placed
-_NO_SITTER_SPREAD: Final = 0.04  # more would let the fit step aside to explain depth
-_AIM_DEG: Final = 5.0  # how far beside the sitter a camera is aimed
-_AIM_AWAY_DEG: Final = 6.5  # how far from who carries it, whom nobody looks at meanwhile
 _CARRIER_DEG: Final = 25.0  # who is further to the side carries no camera
 _CERTAIN: Final = 0.8  # ratio of a match that is seldom wrong
-_BESIDE_DEG: Final = 5.0
-_CLEARLY: Final = 1.05  # so many times as many points
-_SITTER_SHARE: Final = 0.3  # of the angle itself, where the lens is not known
-_ZOOM: Final = (0.8, 2.4)  # 1 + d / D, and a field of view that is not quite what is said
-_LIKELY: Final = (1.3, 0.3)
-_ANY_ZOOM: Final = (0.5, 3.2)
-_LIKELY_ANY: Final = (1.3, 0.6)
-_AWAY_ZOOM: Final = (0.3, 1.25)  # 1 - d / D: the camera is nearer to what it sees than the probe
-_LIKELY_AWAY: Final = (0.75, 0.2)
-_AWAY_ANY_ZOOM: Final = (0.2, 1.7)
-_LIKELY_AWAY_ANY: Final = (0.75, 0.4)
-_AWAY_SPREAD: Final = 0.1  # of the picture plane: who carries it is about on that line
-_AWAY_UNSEEN: Final = 0.2
+_STATED: Final = 0.03  # spread of the logarithm of a lens that EXIF states: rounded, steadied
+_ABOUT: Final = 0.1  # of a camera's that somebody has set
 _FIELDS: Final = (25.0, 110.0)
-_LENS_ERROR: Final = 0.07  # of an angle, where the lens is estimated
 
 
 class Effort(NamedTuple):
@@ -91,7 +74,9 @@ SEARCHING: Final = Effort(640 * 480, 1000)
 """For a live picture, anywhere."""
 
 _TRACKING: Final = Effort(320 * 240, 350)  # nearly as exact, and three times as quick
-_FINE: Final = Effort(1200 * 900, 2500)
+
+FINE: Final = Effort(1200 * 900, 2500)
+"""For photographs, which need not be quick."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,10 +133,13 @@ class Sight:
         Its points.
     size : tuple of int
         Columns and rows that they are in.
+    fine : bool
+        Whether it is a photograph's, with a lens that is known well where it is known.
     """
 
     features: Features
     size: tuple[int, int]
+    fine: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -215,7 +203,7 @@ def find_heading(
     -------
     Heading
     """
-    effort = _TRACKING if near_deg is not None else _FINE if fine else SEARCHING
+    effort = _TRACKING if near_deg is not None else FINE if fine else SEARCHING
     if away and sitter_deg is not None and abs(sitter_deg) > _CARRIER_DEG:
         sitter_deg, mask = None, None
     sight = see(frame, mask, effort)
@@ -243,7 +231,8 @@ def see(frame: Bytes, mask: NDArray[np.bool_] | None = None, effort: Effort = SE
     if frame.ndim != 3 or min(frame.shape[:2]) < _LEAST_SIDE:
         return Sight(describe(np.zeros((64, 64), np.uint8), 1), (64, 64))
     small, small_mask = _shrunk(frame, mask, effort.pixels)
-    return Sight(describe(small, effort.points, small_mask), (small.shape[1], small.shape[0]))
+    size = (small.shape[1], small.shape[0])
+    return Sight(describe(small, effort.points, small_mask), size, effort == FINE)
 
 
 def compare(
@@ -280,29 +269,33 @@ def compare(
     lens = _lens(fov_deg, sight.size)
     rays = _rays(sight.features.places, lens)
     asked, there = rays[pairs.first], spots[pairs.second].astype(np.float64)
-    tries = _TRIES if near_deg is None else _TRIES // 3
-    pose, outlook = _fitted(asked, there, _outlooks(fov_deg, sitter_deg, away), tries)
-    factor = 1.0
-    if pose is not None and fov_deg is None:
-        factor = lens_factor(pose.zooms(asked, there)[pose.inside], away=away)
-        pose = rotation.rescaled(pose, asked, there, factor, _narrowed(outlook, factor, away))
-    if pose is None:
+    known_lens = None if fov_deg is None else _STATED if sight.fine else _ABOUT
+    question = Question(known_lens, sitter_deg, away, near_deg is not None)
+    shape = max(sight.size) / min(sight.size)
+    stand = find_stand(Matches(asked, there, pairs.ratio, shape), question)
+    if stand is None:
         return None
-    estimated, certain = fov_deg is None, pairs.ratio < _CERTAIN
+    pose, line, asked = stand.pose, stand.line, stand.rays(asked)
+    certain = pairs.ratio < _CERTAIN
     inside = pose.inside[certain]
     evidence = Evidence(
         # One thing in the panorama that several points look like counts once.
         points=len(np.unique(pairs.second[pose.inside])),
         share=_share(inside),
         spread=_spread(asked[pose.inside], lens),
-        support=support(rays * factor, described, spots, known, pose),
-        error_deg=_error_deg(pose, outlook, estimated, away),
+        support=support(stand.rays(rays), described, spots, known, pose),
+        error_deg=stand.error_deg(question),
         tilt=float(np.linalg.norm(pose.plane[1:])),
         zoom=1.0 / max(pose.zoom, 0.1) if away else pose.zoom,
-        wide=factor * max(lens.size) / 2.0 / lens.focal_px if estimated else None,
-        strays=strays(asked[certain] * factor, there[certain], inside, pose),
+        wide=None if question.lens_known else stand.factor * max(lens.size) / 2.0 / lens.focal_px,
+        strays=strays(asked[certain], there[certain], inside, pose),
+        freed=line.freed if line else 0.0,
+        aside=line.aside if line else 0.0,
+        loose_deg=math.degrees(line.loose_rad) if line else 0.0,
+        flat=line.flat if line and line.loose_rad else 0.0,
+        agree=line.agree if line else 0.0,
     )
-    return Found(pose, evidence, fov_deg or _field(lens, factor))
+    return Found(pose, evidence, fov_deg or _field(lens, stand.factor))
 
 
 def judged(found: Found) -> Heading:
@@ -323,49 +316,6 @@ def judged(found: Found) -> Heading:
     return Heading("found", wrap(heading), pitch, roll, points, confidence, zoom, fov)
 
 
-def _fitted(
-    asked: Float64, there: Float64, outlooks: list[Outlook], tries: int
-) -> tuple[Pose | None, Outlook]:
-    """Fit with the sitter where they are said to be; without, where that fits clearly better.
-
-    A face on a poster is found like one of flesh, and would be taken for the place of the probe.
-    """
-    poses = [rotation.fit(asked, there, outlook, tries) for outlook in outlooks]
-    agree = [0 if p is None else int(p.inside.sum()) for p in poses]
-    best = len(poses) - 1 if agree[-1] > _CLEARLY * agree[0] else 0
-    return poses[best], outlooks[best]
-
-
-def _outlooks(fov_deg: float | None, sitter_deg: float | None, away: bool) -> list[Outlook]:
-    told = _outlook(fov_deg, sitter_deg, away)
-    if away or sitter_deg is None or abs(sitter_deg) < _BESIDE_DEG:
-        return [told]
-    return [told, _outlook(fov_deg, None, away)]
-
-
-def _outlook(fov_deg: float | None, sitter_deg: float | None, away: bool) -> Outlook:
-    sitter = math.tan(math.radians(min(max(sitter_deg or 0.0, -60.0), 60.0)))
-    spread = _SITTER_SPREAD if sitter_deg is not None else _NO_SITTER_SPREAD
-    known = sitter_deg is not None
-    if away:
-        spread = _AWAY_SPREAD if known else _AWAY_UNSEEN
-    if fov_deg is not None:
-        limits = (_AWAY_ZOOM, _LIKELY_AWAY) if away else (_ZOOM, _LIKELY)
-        return Outlook(sitter, spread, *limits, known)
-    spread = math.hypot(spread, _SITTER_SHARE * sitter)
-    limits = (_AWAY_ANY_ZOOM, _LIKELY_AWAY_ANY) if away else (_ANY_ZOOM, _LIKELY_ANY)
-    return Outlook(sitter, spread, *limits, known)
-
-
-def _narrowed(outlook: Outlook, factor: float, away: bool) -> Outlook:
-    """Say what is known of a camera once its lens is."""
-    limits = (_AWAY_ZOOM, _LIKELY_AWAY) if away else (_ZOOM, _LIKELY)
-    sitter, spread = outlook.sitter * factor, outlook.sitter_spread * factor
-    if away and outlook.sitter_known:
-        spread = math.hypot(_AWAY_SPREAD, _LENS_ERROR * sitter)
-    return Outlook(sitter, spread, *limits)
-
-
 def _lens(fov_deg: float | None, size: tuple[int, int]) -> Lens:
     return Lens(assumed_fov(size) if fov_deg is None else min(max(fov_deg, 1.0), 170.0), size)
 
@@ -378,19 +328,6 @@ def _field(lens: Lens, factor: float) -> float:
 def _share(inside: NDArray[np.bool_]) -> float:
     """Return how many of the certain matches agree, as if two more were undecided."""
     return (float(inside.sum()) + 1.0) / (len(inside) + 2.0)
-
-
-def _error_deg(pose: Pose, outlook: Outlook, estimated: bool, away: bool) -> float:
-    """Return the standard error of the heading, of the points and of what is not known.
-
-    With a wrong lens what is behind the sitter stays where it is, and the axis, beside it, moves;
-    and where nobody knows where the sitter is, a step aside looks like a turn of things nearby.
-    """
-    aside = math.degrees(math.atan(float(pose.sitter[0])))
-    lens = _LENS_ERROR * aside if estimated else 0.0
-    aim = _AIM_AWAY_DEG if away else _AIM_DEG
-    step = 0.0 if outlook.sitter_known else aim * abs(pose.zoom - 1.0)
-    return math.hypot(math.degrees(pose.error_rad), lens, step)
 
 
 def _spread(rays: Float64, lens: Lens) -> float:

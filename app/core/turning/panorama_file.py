@@ -16,8 +16,11 @@ from numpy.typing import NDArray
 from app.core import sphere
 from app.core.environment import read_environment
 from app.core.errors import CoreError, EnvironmentFileError
+from app.core.files import open_file
 from app.core.probe.decoding import decode
 from app.core.probe.display import WIDTH, display_panorama
+from app.core.probe.dual_fisheye import find_circles
+from app.core.probe.first_pass import proxy_shape, shrunk
 from app.core.probe.frame import Bracket
 from app.core.probe.level import levelling
 from app.core.probe.metadata import read_header
@@ -67,6 +70,11 @@ def read_shown_panorama(path: Path | str, token: Token | None = None) -> Bytes:
     if pixels.dtype == np.uint16:
         pixels = (pixels >> 8).astype(np.uint8)
     picture = np.asarray(pixels, np.uint8)
+    if frame.fisheye or find_circles(shrunk(picture, proxy_shape(frame.shape))) is not None:
+        raise EnvironmentFileError(
+            f"{file.name} is two fisheye circles, not a stitched panorama.",
+            "Merge its bracket with Turnlight, or stitch it with the camera maker's program.",
+        )
     if frame.shape[1] > _WIDEST:
         small = cv2.resize(picture, (_WIDEST, _WIDEST // 2), interpolation=cv2.INTER_AREA)
         picture = np.asarray(small, np.uint8)
@@ -77,7 +85,7 @@ def read_shown_panorama(path: Path | str, token: Token | None = None) -> Bytes:
 def _is_picture(file: Path) -> bool:
     """Whether it starts as an ordinary picture does; what cannot be read is the reader's to say."""
     try:
-        with file.open("rb") as stream:
+        with open_file(file) as stream:
             return stream.read(8).startswith(_PICTURES)
     except (OSError, ValueError):
         return False

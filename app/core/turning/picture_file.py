@@ -19,6 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.errors import CoreError
+from app.core.image_input import (
+    clear_error,
+    is_unwieldy,
+    open_image,
+    read_rows,
+    read_start,
+    rows_at_once,
+    upright,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -27,12 +36,13 @@ if TYPE_CHECKING:
 
     from app.core.progress import Token
 
-__all__ = ["PictureFile", "picture_size", "read_picture", "upright"]
+__all__ = ["PictureFile", "picture_size", "read_picture"]
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
 _MOST_BYTES: Final = 512 << 20
 _MOST_PIXELS: Final = 160_000_000
+_BAND_PIXELS: Final = 512
 _LEAST_SIDE: Final = 32
 _KINDS: Final = ("jpeg", "png", "tiff", "webp", "bmp")
 _TYPES: Final = ("uint8", "uint16")
@@ -132,10 +142,10 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
         said = _said(source.spec())
         if token is not None:
             token.check()
-        pixels = _pixels(source, path.name)
+        rows, columns = int(source.spec().height), int(source.spec().width)
+        pixels = _pixels(source, path.name, longest)
     if token is not None:
         token.check()
-    rows, columns = pixels.shape[:2]
     orientation = said[_ORIENTATION]
     orientation = orientation if isinstance(orientation, int) and 1 <= orientation <= 8 else 1
     focal = said[_FOCAL]
@@ -149,43 +159,12 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
     )
 
 
-def upright(picture: Bytes, orientation: int) -> Bytes:
-    """Turn a picture as EXIF 2.32 says (tag 0x0112): what its first row and column are.
-
-    Parameters
-    ----------
-    picture : (H, W, C) uint8
-        As stored.
-    orientation : int
-        1 to 8; anything else leaves it.
-
-    Returns
-    -------
-    (H, W, C) or (W, H, C) uint8
-    """
-    if orientation in (5, 6, 7, 8):
-        picture = picture.transpose(1, 0, 2)
-    if orientation in (2, 3, 6, 7):
-        picture = picture[:, ::-1]
-    if orientation in (3, 4, 7, 8):
-        picture = picture[::-1]
-    return np.ascontiguousarray(picture)
-
-
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[ImageInput]:
     """Open a picture whose size and kind are good; nothing of it is decoded yet."""
-    import OpenImageIO as oiio
-
     _check_file(path)
-    # A text that is not UTF-8 in a damaged header must not get further than this.
-    try:
-        source = oiio.ImageInput.open(str(path))
-    except UnicodeError:
-        source = None
+    source = open_image(path)
     if source is None:
-        with contextlib.suppress(UnicodeError):
-            oiio.geterror()
         raise CoreError(f"{path.name} is damaged, or is not a picture that can be read.", _EXPORT)
     try:
         _check(source, path.name)
@@ -199,8 +178,9 @@ def _check_file(path: Path) -> None:
         about = path.stat()
     except (FileNotFoundError, NotADirectoryError) as error:
         raise CoreError(f"There is no file {path}.", "Check the name.") from error
-    except OSError as error:
-        raise CoreError(f"{path} cannot be read: {error.strerror or error}.") from error
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise CoreError(f"{path} cannot be read: {reason.lower()}.") from error
     # A pipe would be waited for, and a device has no end.
     if not stat.S_ISREG(about.st_mode):
         raise CoreError(f"{path.name} is not a picture file.", "Give the name of a picture.")
@@ -214,10 +194,10 @@ def _check_file(path: Path) -> None:
 def _check_head(path: Path) -> None:
     """Say what to do about the pictures of phones that nothing here reads."""
     try:
-        with path.open("rb") as stream:
-            head = stream.read(_HEAD_BYTES)
+        head = read_start(path, _HEAD_BYTES)
     except OSError as error:
-        raise CoreError(f"{path} cannot be read: {error.strerror or error}.") from error
+        reason = (error.strerror or str(error)).lower()
+        raise CoreError(f"{path} cannot be read: {reason}.") from error
     # ISO base media file: a box "ftyp" comes first, with the brands (ISO 23008-12).
     if head[4:8] == b"ftyp" and any(brand in head[8:] for brand in _HEIF):
         raise CoreError(
@@ -232,23 +212,33 @@ def _check(source: ImageInput, name: str) -> None:
     rows, columns = spec.height, spec.width
     if source.format_name() not in _KINDS or str(spec.format) not in _TYPES or spec.depth > 1:
         raise CoreError(f"{name} is not a picture as cameras and screens make them.", _EXPORT)
-    if rows * columns > _MOST_PIXELS:
+    if rows * columns > _MOST_PIXELS or is_unwieldy(spec):
         raise CoreError(f"{name} has too many pixels to be looked at.", "Export it smaller.")
     if min(rows, columns) < _LEAST_SIDE:
         raise CoreError(f"{name} is only {columns} x {rows} pixels.", "Give a larger picture.")
 
 
-def _pixels(source: ImageInput, name: str) -> Bytes:
-    """Decode, (H, W, 3) uint8."""
+def _pixels(source: ImageInput, name: str, longest: int) -> Bytes:
+    """Decode by rows, a whole number of pixels to one where less is enough, (H, W, 3) uint8."""
     spec = source.spec()
-    channels = spec.nchannels
-    pixels = source.read_image("uint8")
-    if source.has_error or pixels is None or not isinstance(pixels, np.ndarray):
-        with contextlib.suppress(UnicodeError):
-            source.geterror()
-        raise CoreError(f"{name} is damaged or ends too early.", _COPY_AGAIN)
-    grid = np.asarray(pixels, np.uint8).reshape(spec.height, spec.width, channels)
-    return np.repeat(grid[..., :1], 3, axis=2) if channels < 3 else grid[..., :3]
+    height, width = int(spec.height), int(spec.width)
+    step = max(max(height, width) // longest, 1) if longest > 0 else 1
+    size = (max(width // step, 1), max(height // step, 1))
+    picture = np.empty((size[1], size[0], 3), np.uint8)
+    channels = 1 if spec.nchannels < 3 else 3
+    rows = max(rows_at_once(spec, _BAND_PIXELS) // step, 1)
+    for start in range(0, size[1], rows):
+        stop = min(start + rows, size[1])
+        band = read_rows(source, (start * step, stop * step), (0, channels), "uint8")
+        if band is None or clear_error(source):
+            clear_error(source)
+            raise CoreError(f"{name} is damaged or ends too early.", _COPY_AGAIN)
+        if step > 1:
+            whole = np.ascontiguousarray(band[:, : size[0] * step])
+            small = cv2.resize(whole, (size[0], stop - start), interpolation=cv2.INTER_AREA)
+            band = small.reshape(stop - start, size[0], channels)
+        picture[start:stop] = band
+    return picture
 
 
 def _small(picture: Bytes, longest: int) -> Bytes:

@@ -108,6 +108,13 @@ class Pose:
         """Heading, pitch up and roll clockwise, deg."""
         return sphere.angles_of(self.rotation @ _AXES)
 
+    def expected(self, rays: Float64) -> Float64:
+        """Where the panorama should show points of `fit`, unit vectors in camera axes, (N, 3)."""
+        spread = np.maximum(1.0 + self.plane[0] + rays @ self.plane[1:], 0.3)
+        there = self.sitter + (rays - self.sitter) * spread[:, None]
+        full = np.concatenate([there, np.ones((len(there), 1))], axis=1)
+        return np.asarray(full / np.linalg.norm(full, axis=1, keepdims=True))
+
     def zooms(self, rays: Float64, bearings: Float64) -> Float64:
         """Return how much each point is enlarged, away from the sitter; nan near them.
 

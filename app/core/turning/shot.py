@@ -1,14 +1,14 @@
 """The photograph that was taken: read within bounds, located, and how far off the light it was.
 
 A photograph is a live picture with more pixels and more to say: EXIF knows which way is up, when it
-was taken and how wide the lens was. Its width is a hint only, since pictures are cropped; a photo
-that is not found with it is looked for without it.
+was taken and how wide the lens was. A photo that is not found with that width is looked for without
+it; then it has been cropped since, for nothing makes a picture wider than its lens.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import cv2
@@ -21,7 +21,17 @@ from app.core.gallery import value_at
 from app.core.progress import Report, Token, silent
 from app.core.turning.field import ASSUMED_DEG
 from app.core.turning.guidance import Goal, Reading, guide
-from app.core.turning.heading import UNSURE, Heading, HeadingIndex, find_heading
+from app.core.turning.heading import (
+    FINE,
+    UNSURE,
+    Found,
+    Heading,
+    HeadingIndex,
+    Sight,
+    compare,
+    judged,
+    see,
+)
 from app.core.turning.headings import offset_angle, turn_of_heading
 from app.core.turning.picture_file import PictureFile, picture_size, read_picture
 from app.core.turning.sitter import background_mask, find_sitter
@@ -62,6 +72,13 @@ _PANORAMA: Final = 2.0
 _PANORAMA_OFF: Final = 0.01
 _NO_SITTER: Final = 0.7
 _SEEN: Final = "Looking for the background"
+_CROPPED: Final = 0.87  # of the width that EXIF states, tangents: less is no lens that was rounded
+_WIDER: Final = 1.15
+_CROP_PROOF: Final = 0.9  # a lens that contradicts EXIF needs more proof
+_OTHER_PROOF: Final = 0.97  # one that is as stated was tried, and nothing makes a picture wider
+_ALIKE: Final = (0.8, 1.0)  # of the points, at the probe's own place and elsewhere
+_AGREE: Final = 25  # points of a mirror image never do
+_NEARER: Final = 0.97  # things never look smaller from the probe: then the lens is narrower
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,11 +123,25 @@ class Sought:
         frame that is not mirrored.
     mirrored : bool
         Whether the picture is a mirror image, as selfies are saved by some phones.
+    stated_deg : float or None
+        The field of view that its EXIF states where that cannot be right, deg.
     """
 
     heading: Heading
     sitter: Sitter | None = None
     mirrored: bool = False
+    stated_deg: float | None = None
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the user should know."""
+        if self.stated_deg is None:
+            return []
+        found = self.heading.fov_deg
+        told = f"it is {found:.0f}° wide, and its EXIF data say {self.stated_deg:.0f}°."
+        if found < self.stated_deg:
+            return [f"The picture seems to be cropped: {told}"]
+        return [f"The picture was taken with another lens than its EXIF data state: {told}"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,27 +282,91 @@ def search_photo(
     Cancelled
     """
     token = token or Token()
-    best = Sought(UNSURE)
+    search = _Search(photo.fov_deg if fov_deg is None else None)
+    first = fov_deg or photo.fov_deg
     for mirrored in (False, True):
+        if search.agree >= _AGREE:
+            break  # from elsewhere, perhaps, but the right way round
         picture = np.ascontiguousarray(photo.picture[:, ::-1]) if mirrored else photo.picture
         report(0.5 * mirrored, _SEEN)
         token.check()
-        first = fov_deg or photo.fov_deg
-        sitter = _sitter_in(picture, first or _assumed_fov(picture))
-        tries = [(first, sitter), (fov_deg, sitter), (fov_deg, None)]
+        assumed = _assumed_fov(picture)
+        sitter = _sitter_in(picture, first or assumed)
+        tries = [(first, sitter), (first, None), (fov_deg, sitter), (fov_deg, None)]
+        sights: dict[Sitter | None, Sight] = {}
         for number, (width, who) in enumerate(dict.fromkeys(tries)):
             token.check()
             report(0.5 * mirrored + 0.1 * (number + 1), _SEEN)
-            heading = _heading_of(picture, index, width, who)
-            if heading.status == "found":
-                roll = -heading.roll_deg if mirrored else heading.roll_deg
-                return Sought(replace(heading, roll_deg=roll), who, mirrored)
-            if (heading.confidence, heading.inliers) > (
-                best.heading.confidence,
-                best.heading.inliers,
-            ):
-                best = Sought(heading)
-    return best
+            if who not in sights:
+                sights[who] = _sight_of(picture, who)
+            found = _found(sights[who], index, width, _angle(who, width or assumed))
+            if found is not None and search.ends(found, width, who, mirrored):
+                return _as_stored(search.best)
+        if search.spare is not None:
+            return _as_stored(search.spare)
+    return search.best
+
+
+@dataclass(slots=True)
+class _Search:
+    """What has been found so far of a photograph whose EXIF states a field of view, or does not."""
+
+    stated_deg: float | None
+    best: Sought = field(default_factory=lambda: Sought(UNSURE))
+    spare: Sought | None = None
+    agree: int = 0  # points, at most
+    most: float = 0.0  # the same of a camera with the stated lens that stands anywhere
+
+    def ends(
+        self, found: Found, width: float | None, sitter: Sitter | None, mirrored: bool
+    ) -> bool:
+        """Take in one more answer, and tell whether it is the last."""
+        sought = Sought(judged(found), sitter, mirrored)
+        evidence = found.evidence
+        if self.stated_deg is not None and width is None:
+            least = _ALIKE[evidence.loose_deg > 0.0] * self.most
+            sought = _agreed(sought, self.stated_deg, evidence.agree >= least)
+        elif width is not None:
+            self.most = max(self.most, evidence.agree + evidence.freed)
+        heading = sought.heading
+        if heading.status == "found":
+            if self.stated_deg is None or width is None or heading.zoom >= _NEARER:
+                self.best = sought
+                return True
+            self.spare = self.spare or sought
+            return False
+        self.agree = max(self.agree, heading.inliers)
+        if (heading.confidence, heading.inliers) > (
+            self.best.heading.confidence, self.best.heading.inliers
+        ):  # fmt: skip
+            self.best = Sought(heading)
+        return False
+
+
+def _agreed(sought: Sought, stated_deg: float, explained: bool) -> Sought:
+    """Hold a field of view that was estimated against what EXIF states.
+
+    That was tried before. So what is found now needs more proof, and no camera with the lens that
+    EXIF states, wherever it stands, may explain the picture better.
+    """
+    heading = sought.heading
+    if heading.heading_deg is None:
+        return sought
+    half, stated = (math.tan(math.radians(d) / 2.0) for d in (heading.fov_deg, stated_deg))
+    cropped, wider = half < _CROPPED * stated, half > _WIDER * stated
+    if not explained or heading.confidence < (_CROP_PROOF if cropped else _OTHER_PROOF):
+        return replace(sought, heading=replace(UNSURE, inliers=heading.inliers))
+    if cropped or wider:
+        return replace(sought, stated_deg=stated_deg)
+    return replace(sought, heading=replace(heading, fov_deg=stated_deg))
+
+
+def _as_stored(sought: Sought) -> Sought:
+    """Give the roll of the picture as it is."""
+    if not sought.mirrored:
+        return sought
+    heading = sought.heading
+    return replace(sought, heading=replace(heading, roll_deg=-heading.roll_deg))
 
 
 def _sitter_in(picture: Bytes, fov_deg: float) -> Sitter | None:
@@ -282,16 +377,19 @@ def _sitter_in(picture: Bytes, fov_deg: float) -> Sitter | None:
         return None
 
 
-def _heading_of(
-    picture: Bytes, index: HeadingIndex, fov_deg: float | None, sitter: Sitter | None
-) -> Heading:
-    angle = _angle(sitter, fov_deg or _assumed_fov(picture))
+def _sight_of(picture: Bytes, sitter: Sitter | None) -> Sight:
     mask = None if sitter is None else background_mask(sitter, picture.shape[:2])
+    return see(picture, mask, FINE)
+
+
+def _found(
+    sight: Sight, index: HeadingIndex, fov_deg: float | None, sitter_deg: float | None
+) -> Found | None:
     try:
-        return find_heading(picture, index, fov_deg, sitter_deg=angle, mask=mask, fine=True)
+        return compare(sight, index, fov_deg, sitter_deg=sitter_deg)
     except cv2.error:
         # A picture that the library cannot work on is one without a heading.
-        return UNSURE
+        return None
 
 
 def _assumed_fov(picture: Bytes) -> float:

@@ -59,7 +59,7 @@ def support(rays: Float64, described: Float32, spots: Float32, known: Float32, p
     if len(near) < _LEAST or len(rays) < _LEAST:
         return 0.0
     likeness = described @ known[near].T
-    ahead = _expected(rays, pose)
+    ahead = pose.expected(rays)
     best = _most_alike(ahead, pose.rotation, spots[near], likeness)
     others = np.full(len(rays), -1.0, np.float32)
     for up, right in _ASIDE:
@@ -94,17 +94,9 @@ def strays(rays: Float64, bearings: Float64, inside: NDArray[np.bool_], pose: Po
     float
         Their share, 0 to 1, of them and those that agree.
     """
-    beside = np.einsum("nk,nk->n", _expected(rays, pose), bearings @ pose.rotation)
+    beside = np.einsum("nk,nk->n", pose.expected(rays), bearings @ pose.rotation)
     count = int((~inside & (beside > math.cos(_STRAY_RAD))).sum())
     return count / (count + int(inside.sum()) + _SOME)
-
-
-def _expected(rays: Float64, pose: Pose) -> Float64:
-    """Where the panorama should show the points, unit vectors in the camera's axes, (N, 3)."""
-    spread = np.maximum(1.0 + pose.plane[0] + rays @ pose.plane[1:], 0.3)
-    there = pose.sitter + (rays - pose.sitter) * spread[:, None]
-    full = np.concatenate([there, np.ones((len(there), 1))], axis=1)
-    return np.asarray(full / np.linalg.norm(full, axis=1, keepdims=True))
 
 
 def _most_alike(ahead: Float64, rotation: Float64, spots: Float32, likeness: Float32) -> Float32:

@@ -18,7 +18,14 @@ from app.core.errors import CoreError
 from app.core.files import atomic_write_bytes
 from app.devices.capture.whole import jpeg_end, sha256_of, whole_picture
 from app.devices.clock import wait
-from app.devices.errors import BadReply, CameraRefused, DeviceError, DownloadFailed, Unreachable
+from app.devices.errors import (
+    LOSSES,
+    BadReply,
+    CameraRefused,
+    DeviceError,
+    DownloadFailed,
+    Unreachable,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -153,7 +160,7 @@ def fetch_file(
         link broke, "bad-answers" when the camera answered wrongly; "damaged",
         "damaged-on-camera" or "too-long" when the file itself is at fault; "disk-full",
         "not-written" or "other-file" when it cannot be put where it belongs.
-    PasswordNeeded, NotACamera, CameraRefused
+    CameraRefused
         At once, where trying again is of no use.
     Cancelled
         When the token was cancelled.
@@ -179,21 +186,8 @@ def fetch_thumbnails(
 ) -> dict[str, Path]:
     """Bring the small pictures over, as far as the camera has them.
 
-    They are only for looking at: what fails is left out and never stops a capture.
-
-    Parameters
-    ----------
-    client : FileSource
-        The camera.
-    wanted : Mapping[str, Path]
-        Where the small picture of each URL shall be.
-    token : Token
-        Stops the work.
-
-    Returns
-    -------
-    dict[str, Path]
-        Those that are there now, by URL.
+    They are only for looking at: what fails is left out and never stops a capture. `wanted` says
+    where the small picture of each URL shall be; those that are there now are returned.
 
     Raises
     ------
@@ -263,7 +257,7 @@ class _Transfer:
             before = self.most
             try:
                 self._attempt()
-            except (Unreachable, BadReply, _NotWhole) as error:
+            except (*LOSSES, _NotWhole) as error:
                 last: Exception = error
             except CameraRefused as error:
                 if not _passing(error):
@@ -285,7 +279,7 @@ class _Transfer:
         """Fetch what is missing; an error is raised only when the file is not whole after it."""
         try:
             self._receive()
-        except (Unreachable, BadReply):
+        except LOSSES:
             # A wrong Content-Length looks like a broken link, too.
             if self._settled(clean=False):
                 return
@@ -396,14 +390,15 @@ class _Transfer:
         free = shutil.disk_usage(self.target.parent).free
         if free < wanted:
             raise DownloadFailed(
-                f"There are only {free >> 20} MB left on the disk for {self.entry.name}.",
+                f"The disk has {free >> 20} MB left; {self.entry.name} and what is made of it"
+                f" need {-(-wanted >> 20)} MB.",
                 "Make room and go on with this session; the picture is still on the camera.",
                 code="disk-full",
             )
 
     def _given_up(self, last: Exception) -> DownloadFailed:
         if isinstance(last, DeviceError):
-            code = "interrupted" if isinstance(last, Unreachable) else "bad-answers"
+            code = "bad-answers" if isinstance(last, BadReply | CameraRefused) else "interrupted"
             message = f"{self.entry.name} did not come over. {last.message}"
             return DownloadFailed(message, _HINT, code)
         return DownloadFailed(

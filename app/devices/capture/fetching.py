@@ -7,19 +7,27 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.errors import ProbeError
 from app.core.probe.bracket import EQUAL_STOPS
+from app.core.probe.damage import disagreeing
 from app.core.probe.metadata import read_header
 from app.core.probe.rough import rough_environment
 from app.core.probe.words import listed
 from app.devices.capture.download import FileProgress, fetch_file, fetch_thumbnails
 from app.devices.capture.status import FrameProgress, Stage
 from app.devices.capture.whole import whole_file, whole_picture
-from app.devices.errors import CameraRefused, DeviceError, DownloadFailed, Unreachable
+from app.devices.errors import (
+    CameraRefused,
+    CaptureFailed,
+    DeviceError,
+    DownloadFailed,
+    Unreachable,
+)
 from app.devices.osc.messages import FileEntry
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
     from pathlib import Path
 
+    from app.core.probe.decoding import Pixels
     from app.core.probe.rough import Rough
     from app.devices.capture.job import Job
     from app.devices.capture.session import SessionFrame
@@ -78,7 +86,71 @@ def fetch(job: Job) -> None:
             error = _again(job, view, number, entries[frame.url])
             if error is not None:
                 failed[frame.url] = error
+    if entries:
+        _compare(job, view, entries, failed)
     _settle(job, failed)
+
+
+def _compare(
+    job: Job, view: _View, entries: Mapping[str, FileEntry], failed: dict[str, DeviceError]
+) -> None:
+    """Fetch frames once more that do not fit the others; leave them out, or ask, if they stay so.
+
+    Damage inside a JPEG that can still be decoded is seen only beside the other frames.
+    """
+    frames = job.session.journal.frames
+    for number in _misfits(job, failed):
+        if frames[number].url in entries:
+            view.show(f"Fetching {frames[number].name} again: it does not fit the others")
+            error = _again(job, view, number, entries[frames[number].url])
+            if error is not None:
+                failed[frames[number].url] = error
+    misfits = _misfits(job, failed) if view.fetched_again else ()
+    if not misfits:
+        return
+    others = [
+        job.session.path_of(frame)
+        for number, frame in enumerate(frames)
+        if number not in misfits and frame.url not in failed
+    ]
+    names = listed([frames[number].name for number in misfits])
+    verb = "does" if len(misfits) == 1 else "do"
+    what = f"{names} {verb} not match the other frames, even when fetched again."
+    if _different(others) < _ENOUGH:
+        raise CaptureFailed(
+            what,
+            "Something changed during the bracket, or the file is damaged on the camera. Open this"
+            " session again to use all frames, or capture again.",
+            "misfit",
+        )
+    for number in misfits:
+        _set_aside(job, frames[number])
+        failed[frames[number].url] = DownloadFailed(what, "Take the bracket again.", "damaged")
+
+
+def _misfits(job: Job, failed: Mapping[str, DeviceError]) -> tuple[int, ...]:
+    """Numbers of the frames that look damaged beside the others."""
+    here: list[int] = []
+    small: list[Pixels] = []
+    stops: list[float] = []
+    for number, frame in enumerate(job.session.journal.frames):
+        path = job.session.path_of(frame)
+        picture = None if frame.url in failed else job.arriving.proxy(path, job.token)
+        exposure = None if picture is None else read_header(path).frame.exposure
+        if picture is None or exposure is None or picture.dtype != "uint8":
+            continue
+        if picture.shape[1] == 2 * picture.shape[0]:
+            here.append(number)
+            small.append(picture)
+            stops.append(exposure.ev)
+    return tuple(here[place] for place in disagreeing(small, stops))
+
+
+def _set_aside(job: Job, frame: SessionFrame) -> None:
+    path = job.session.path_of(frame)
+    job.arriving.discard(path)
+    path.replace(path.with_name(f"{path.name}.damaged"))
+    job.session.set_frame(frame.url, done=False, sha256="")
 
 
 def _settle(job: Job, failed: Mapping[str, DeviceError]) -> None:
@@ -115,6 +187,7 @@ class _View:
     def __init__(self, job: Job, rows: list[FrameProgress]) -> None:
         self.job, self.rows = job, rows
         self.rough: Rough | None = None
+        self.fetched_again = False
 
     def set(self, number: int, **changes: object) -> None:
         """Change a row and say how far everything is."""
@@ -171,9 +244,8 @@ def _entry(frame: SessionFrame) -> FileEntry:
 def _again(job: Job, view: _View, number: int, entry: FileEntry) -> DeviceError | None:
     """Fetch a file once more whose length was right but whose picture is damaged."""
     path = job.session.originals / job.session.local_name(entry)
-    job.arriving.discard(path)
-    path.replace(path.with_name(f"{path.name}.damaged"))
-    job.session.set_frame(entry.url, done=False, sha256="")
+    _set_aside(job, job.session.journal.frames[number])
+    view.fetched_again = True
     view.set(number, done=False)
     error = _one(job, view, number, entry, whole_picture)
     if error is None:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from app.core.probe.planner import Plan
     from app.core.probe.probe import Probe, Wishes
     from app.core.progress import Token
+    from app.devices.capture.debts import Debts
     from app.devices.capture.recovery import Contact
     from app.devices.capture.session import Session
     from app.devices.capture.status import Board
@@ -42,6 +43,8 @@ class Job:
         As given to `app.devices.capture.machine.Capture`.
     arriving : ArrivingFrames
         Reads frames as they come.
+    debts : Debts or None
+        What earlier captures owe to cameras; None where nobody keeps it.
     profile, info : ModelProfile, Info or None
         Of the camera; `info` is None where it was not needed any more.
     exposing : bool
@@ -67,6 +70,7 @@ class Job:
     before_exposing: Callable[[], None]
     arriving: ArrivingFrames
     profile: ModelProfile
+    debts: Debts | None = None
     info: Info | None = None
     exposing: bool = False
     paths: tuple[Path, ...] = ()

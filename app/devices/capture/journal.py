@@ -109,6 +109,8 @@ class SessionJournal:
         The bracket that is to be shot.
     settings_to_restore : Mapping[str, JsonValue]
         Options of the camera as they were; empty when nothing is to be restored.
+    picture_to_delete : SessionFrame or None
+        The picture for metering, while it is still on the camera.
     previous_latest : str
         URL of the camera's newest file before the bracket; "" where it had none.
     command_id : str, int or None
@@ -136,6 +138,7 @@ class SessionJournal:
     metered: Exposure | None = None
     plan: Plan | None = None
     settings_to_restore: Mapping[str, JsonValue] = field(default_factory=dict)
+    picture_to_delete: SessionFrame | None = None
     previous_latest: str = ""
     command_id: str | int | None = None
     group_id: str = ""
@@ -146,6 +149,11 @@ class SessionJournal:
     finished: str = ""
     seconds: Mapping[str, float] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+
+    @property
+    def owes(self) -> bool:
+        """Whether the camera has not been given back as it was."""
+        return bool(self.settings_to_restore) or self.picture_to_delete is not None
 
 
 def text_of(journal: SessionJournal) -> str:
@@ -214,6 +222,8 @@ def journal_of(text: str) -> SessionJournal:
         metered=top.optional("metered", _exposure),
         plan=top.optional("plan", _plan),
         settings_to_restore=_settings(top.raw("settings_to_restore")),
+        # Journals of earlier versions do not have it.
+        picture_to_delete=top.optional("picture_to_delete", _frame, missing=True),
         previous_latest=top.text("previous_latest"),
         command_id=_command_id(top.raw("command_id")),
         group_id=top.text("group_id"),
@@ -293,7 +303,9 @@ class _Reader:
             raise Damaged(f"{name} of {self.where} is not a list")
         return value
 
-    def optional(self, name: str, read: Callable[[Any], Any]) -> Any:
+    def optional(self, name: str, read: Callable[[Any], Any], *, missing: bool = False) -> Any:
+        if missing and isinstance(self.facts, dict) and name not in self.facts:
+            return None
         value = self.raw(name)
         return None if value is None else read(value)
 

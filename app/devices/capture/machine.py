@@ -14,7 +14,6 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Final
 
 from app.core.errors import Cancelled, CoreError
-from app.core.files import atomic_write
 from app.core.images import write_exr
 from app.core.probe.arriving import ArrivingFrames
 from app.core.probe.finish import Wishes
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
     from app.core.probe.planner import Plan
     from app.core.probe.probe import Probe
     from app.core.progress import Token
+    from app.devices.capture.debts import Debts
     from app.devices.capture.session import Session
     from app.devices.capture.status import Status
     from app.devices.clock import Clock
@@ -113,6 +113,8 @@ class Capture:
         Stops it.
     before_exposing : Callable, optional
         Called before anything is asked of the camera: closes a live preview.
+    debts : Debts, optional
+        Knows which other captures owe this camera something: that is put right first.
     """
 
     def __init__(
@@ -128,6 +130,7 @@ class Capture:
         on_status: Callable[[Status], None],
         token: Token,
         before_exposing: Callable[[], None] = lambda: None,
+        debts: Debts | None = None,
     ) -> None:
         board = Board(on_status)
         contact = Contact(client, clock, token, board.say)
@@ -146,6 +149,7 @@ class Capture:
             before_exposing=before_exposing,
             arriving=ArrivingFrames(),
             profile=profile_named("generic"),
+            debts=debts,
         )
 
     def run(self) -> CaptureResult:
@@ -209,7 +213,10 @@ class Capture:
         with job.arriving:
             ready.connect(job)
             ready.wait_until_idle(job, _IDLE_S)
-            return settings.untaken_words(settings.restore(job.contact, job.session))
+            untaken = settings.restore(job.contact, job.session)
+            metering.delete_picture(job.contact, job.session)
+            _settle(job, job.session)
+            return settings.untaken_words(untaken)
 
 
 def _stages(job: Job) -> tuple[Callable[[Job], None], ...]:
@@ -228,10 +235,21 @@ def _connect(job: Job) -> None:
 
 
 def _restore_first(job: Job) -> None:
-    """Put back what an interrupted capture has changed, before it is taken for the user's own."""
-    if job.session.journal.settings_to_restore:
-        ready.wait_until_idle(job, _IDLE_S)
-        job.warn(settings.restore_or_say(job.contact, job.session))
+    """Put back what interrupted captures have changed, before it is taken for the user's own."""
+    others = [] if job.debts is None else job.debts.of(job.contact.serial, job.session)
+    for session in (*others, job.session):
+        if session.owes:
+            ready.wait_until_idle(job, _IDLE_S)
+            job.warn(settings.restore_or_say(job.contact, session))
+            metering.delete_picture(job.contact, session)
+            _settle(job, session)
+    if job.debts is not None:
+        job.debts.note(job.session)
+
+
+def _settle(job: Job, session: Session) -> None:
+    if job.debts is not None:
+        job.debts.settle(session)
 
 
 def _meter(job: Job) -> None:
@@ -294,7 +312,7 @@ def _merge(job: Job) -> None:
         )
         target = job.session.folder / ENVIRONMENT
         merged = probe.merged
-        atomic_write(target, lambda path: write_exr(path, merged.radiance, merged.cd_m2))
+        write_exr(target, merged.radiance, merged.cd_m2)
         job.environment = target
     job.session.update(environment=ENVIRONMENT, seconds=dict(job.seconds))
 
@@ -309,13 +327,19 @@ def _stop(job: Job) -> None:
 
 def _give_back(job: Job) -> str:
     """Put the camera's settings back as far as it can be reached; a sentence about what failed."""
-    if not job.session.journal.settings_to_restore:
+    if not job.session.owes:
+        _settle(job, job.session)
         return ""
     try:
-        return settings.restore_or_say(job.contact.unstoppable(_LAST_REJOIN_S), job.session)
+        contact = job.contact.unstoppable(_LAST_REJOIN_S)
+        unrestored = settings.restore_or_say(contact, job.session)
+        if not job.session.journal.settings_to_restore:
+            metering.delete_picture(contact, job.session)
+        _settle(job, job.session)
     except CoreError as error:
         # The camera has them, only the journal does not know; they may be put back twice.
         return error.message
+    return unrestored
 
 
 def _end(job: Job, stage: Stage, error: DeviceError | CoreError | None = None) -> None:

@@ -8,6 +8,7 @@ mean is what counts.
 from __future__ import annotations
 
 import contextlib
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from app.core.errors import ProbeError
@@ -15,15 +16,17 @@ from app.core.probe.exposures import metered_exposure
 from app.core.probe.metadata import read_header
 from app.core.probe.planner import CameraLimits, Plan, plan
 from app.devices.capture import settings
-from app.devices.capture.journal import EXPOSURE_LIMITS
+from app.devices.capture.journal import EXPOSURE_LIMITS, SessionFrame
 from app.devices.capture.recovery import NOT_NOW, newest_address
-from app.devices.capture.single import take_picture
+from app.devices.capture.single import Forgotten, take_picture
 from app.devices.capture.status import Stage
-from app.devices.errors import BadReply, CaptureFailed, DeviceError, Unreachable
+from app.devices.errors import BadReply, CameraRefused, CaptureFailed, DeviceError, Unreachable
 
 if TYPE_CHECKING:
     from app.core.probe.frame import Exposure
     from app.devices.capture.job import Job
+    from app.devices.capture.recovery import Contact
+    from app.devices.capture.session import Session
 
 __all__ = ["make_plan", "meter", "read_limits"]
 
@@ -32,11 +35,12 @@ HEAD_BYTES: Final = 128 << 10
 
 _AUTOMATIC: Final = 2
 _MANUAL: Final = 1
-_ROUNDS: Final = 3
+_ROUNDS: Final = 4
 _LONGEST_S: Final = 15.0
 _FILE: Final = ".metering.jpg"
 _MOST_VALUES: Final = 400
 _LISTED: Final = 8
+_MOST_LISTED: Final = 100
 _SUPPORT: Final = {
     "shutterSpeedSupport": "shutter_s",
     "isoSupport": "iso",
@@ -47,34 +51,28 @@ _SUPPORT: Final = {
 def make_plan(job: Job) -> None:
     """Set the camera up, meter, and plan the bracket.
 
-    All of it is done again when the connection was lost in between, since a camera may have
-    forgotten its settings then.
+    All of it is done again when the camera has forgotten its settings in between.
 
     Raises
     ------
     DeviceError
-        When the camera does not allow it, or the connection is lost again and again.
+        When the camera does not allow it, or forgets again and again.
     """
-    for number in range(_ROUNDS):
-        losses = job.contact.losses
-        with contextlib.suppress(_Lost):
+    for _ in range(_ROUNDS):
+        forgotten = job.contact.forgotten
+        with contextlib.suppress(Forgotten):
             made = _metered_plan(job)
-            if job.contact.losses == losses:
+            if job.contact.forgotten == forgotten:
                 job.session.update(plan=made)
                 for note in made.notes:
                     job.warn(note)
                 return
-        if number:
-            job.board.say("The connection is weak; setting up again")
+        job.board.say("The camera has forgotten its settings; setting it up again")
     raise Unreachable(
         "The connection to the camera is lost again and again.",
         "Go nearer to it, then try again.",
         "weak",
     )
-
-
-class _Lost(Exception):
-    """The link broke at a place where all must be done again."""
 
 
 def _metered_plan(job: Job) -> Plan:
@@ -95,8 +93,8 @@ def _metered_plan(job: Job) -> Plan:
 def meter(job: Job) -> Exposure:
     """Take a picture in the automatic program and read its exposure.
 
-    The picture is deleted on the camera afterwards, if the camera named it as the one just taken
-    and it was not there before.
+    The picture is deleted on the camera afterwards, if the camera itself named it as its newest and
+    it was not there before.
 
     Returns
     -------
@@ -108,22 +106,53 @@ def meter(job: Job) -> Exposure:
     DeviceError
         When no picture comes, or it does not state its exposure.
     """
+    delete_picture(job.contact, job.session)
     settings.change(job.contact, {"exposureProgram": _AUTOMATIC})
     if "exposureCompensation" in job.profile.saved:
         settings.change_if_known(job.contact, {"exposureCompensation": 0})
     settings.settle(job.contact, job.profile)
     listed = job.contact.ask(lambda: job.client.list_files(_LISTED))
     latest = job.contact.ask(job.client.state).latest_file_url
-    try:
-        taken = take_picture(job, _LONGEST_S, newest_address(listed, latest))
-    except Unreachable:
-        job.contact.reconnect()
-        raise _Lost from None
-    exposure = job.contact.ask(lambda: _exposure_of(job, taken.url))
+    taken = take_picture(job, _LONGEST_S, newest_address(listed, latest))
     if taken.named and taken.url != latest and taken.url not in {entry.url for entry in listed}:
-        with contextlib.suppress(DeviceError):  # It stays there; that does no harm.
-            job.contact.ask(lambda: job.client.delete([taken.url]), NOT_NOW)
+        job.session.update(picture_to_delete=_listed(job.contact, taken.url))
+    exposure = job.contact.ask(lambda: _exposure_of(job, taken.url))
+    delete_picture(job.contact, job.session)
     return exposure
+
+
+def delete_picture(contact: Contact, session: Session) -> None:
+    """Delete the picture for metering that the journal names, if it is still that picture.
+
+    Cameras use their names again: only a file of the same date and length is deleted. Where the
+    camera does not do it, the journal keeps it for the next time.
+    """
+    owed = session.journal.picture_to_delete
+    if owed is None:
+        return
+    with contextlib.suppress(DeviceError):
+        url = contact.client.link.endpoint.rewrite(owed.url)
+        there = _listed(contact, url)
+        if there is not None and (there.taken, there.size) == (owed.taken, owed.size):
+            try:
+                contact.ask(lambda: contact.client.delete([url]), NOT_NOW)
+            except CameraRefused:
+                # It may have been deleted by a command whose answer was lost.
+                if _listed(contact, url) is not None:
+                    raise
+        session.update(picture_to_delete=None)
+
+
+def _listed(contact: Contact, url: str) -> SessionFrame | None:
+    """Look a file up in the camera's list, among the newest first."""
+    for count in (_LISTED, _MOST_LISTED):
+        listed = contact.ask(partial(contact.client.list_files, count))
+        for entry in listed:
+            if entry.url == url:
+                return SessionFrame(entry.name, url, max(entry.size, 0), entry.taken)
+        if len(listed) < count:
+            break
+    return None
 
 
 def read_limits(job: Job) -> CameraLimits:
@@ -182,7 +211,7 @@ def _exposure_of(job: Job, url: str) -> Exposure:
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise CaptureFailed(
-            f"{path} cannot be written: {reason}.", "Make room on the disk.", "disk"
+            f"Cannot write into {path.parent}: {reason}.", "Make room on the disk.", "disk"
         ) from error
     finally:
         with contextlib.suppress(OSError):

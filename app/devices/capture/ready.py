@@ -70,10 +70,11 @@ def connect(job: Job) -> None:
     job.contact.pause(_PREVIEW_S)
     journal = job.session.journal
     job.contact.serial = journal.serial
-    job.info = info = job.contact.ask(job.contact.hello)
+    job.info = info = job.contact.meet()
     job.contact.serial = info.serial_number
     job.profile = profile_for(info)
-    job.contact.switches_api = job.profile.api_switch
+    job.contact.forgets = job.profile.forgets
+    job.client.most_listed = job.profile.listed
     _check_firmware(info, job.profile)
     job.session.update(model=info.model, serial=info.serial_number, firmware=info.firmware_text)
 

@@ -1,27 +1,29 @@
 """What is tried again, where, and how a bracket is found after the link was lost.
 
+A *loss* is a question without a usable answer: silence, a broken connection, garbage, and, once the
+camera has answered, a router's page, a redirect or a 401 in its place.
+
 ============================= ============================= ======================================
 error                         while                         what is done
 ============================= ============================= ======================================
-`Unreachable`                 asking (info, state, options, the connection is sought again (up to
-                              status, list)                 a minute; S and SC are switched to
-                                                            API 2.1 anew) and the question is put
-                                                            once more, four times at most
-`Unreachable`                 changing options              the same; `Contact.losses` tells the
-                                                            caller, who sets up everything from
-                                                            the start, since an SC2 forgets it
-`Unreachable`                 metering                      set up and meter again; a picture that
-                                                            may have been taken stays on the camera
-`Unreachable`                 starting an exposure          never simply repeated: the camera may
+a loss                        first contact                 again: a page or a password three
+                                                            times, silence for a minute
+a loss                        asking (info, state, options, the camera greets again, is sought for
+                              status, list), changing       three minutes if need be, and this one
+                              options, deleting             question is put again, six times at most
+a loss                        the same, on a camera that    `Contact.forgotten` tells the caller,
+                              forgets (SC2; S and SC when   who sets up everything from the start
+                              they are back at API 2.0; any
+                              that was switched off and on)
+a loss                        starting an exposure          never simply repeated: the camera may
                                                             have heard it. State and file list tell;
                                                             only if nothing happened, start again,
-                                                            three times at most
-`Unreachable`                 fetching a file               `download` continues it by itself; then
+                                                            four times at most
+a loss                        fetching a file               `download` continues it by itself; then
                                                             the connection is sought and it is
                                                             continued twice more
-`Unreachable`                 putting settings back         for 20 s; else the journal keeps them
+a loss                        putting settings back         for 20 s; else the journal keeps them
                                                             and the message says so
-`BadReply`                    asking, changing options      again after a pause, three times
 `CameraRefused`: busy         anything                      again after pauses that grow, 30 s long
 (serviceUnavailable, 503,
 unexpected)
@@ -40,10 +42,8 @@ command or parameter                                        off, and the questio
 `CameraRefused`:              switching an S or SC to       again as long as it shoots, ten minutes
 disabledCommand               API 2.1                       at most, at the end of a capture one
 `CameraRefused`: others       anything                      never
-`NotACamera`                  seeking the connection again  goes on: the computer has joined another
-                                                            network. On first contact: never
-`PasswordNeeded`,             anything                      never
-`CameraNotReady`, `CoreError`
+`PasswordNeeded`              three greetings in a row      ends the capture
+`CameraNotReady`, `CoreError` anything                      never
 `Cancelled`                   anything                      never; exposing is stopped, settings are
                                                             put back, files stay
 ============================= ============================= ======================================
@@ -54,14 +54,17 @@ All waiting for a lost camera together is at most `PATIENCE_S`, so that a captur
 from __future__ import annotations
 
 from collections import Counter
+from copy import copy
 from typing import TYPE_CHECKING, Final, TypeVar
 
+from app.devices.capture.status import SEEKING
 from app.devices.clock import wait
 from app.devices.errors import (
-    BadReply,
+    LOSSES,
     CameraNotReady,
     CameraRefused,
-    NotACamera,
+    DeviceError,
+    PasswordNeeded,
     Unreachable,
 )
 
@@ -90,27 +93,30 @@ BUSY: Final = frozenset({"serviceUnavailable", "unexpected", "serverError"})
 NOT_NOW: Final = frozenset({"disabledCommand"})
 """Codes of a camera that cannot do this yet."""
 
-REJOIN_S: Final = 60.0
+REJOIN_S: Final = 180.0
 """How long a lost connection is sought, in seconds."""
 
-PATIENCE_S: Final = 240.0
+PATIENCE_S: Final = 420.0
 """How long lost connections are sought in one capture, all together, in seconds."""
 
 _OLD_API: Final = frozenset({"unknownCommand", "missingParameter", "invalidParameterName"})
-_ROUNDS: Final = 4
+_FIRST_S: Final = 60.0
+_TRIES: Final = 6
+_STRANGERS: Final = 3
 _SWITCHES: Final = 2
-_BAD_REPLIES: Final = 3
 _BUSY_S: Final = 30.0
 _NOT_NOW_S: Final = 8.0
 _PAUSES_S: Final = (0.5, 1.0, 2.0, 4.0)
+_UNSAID_S: Final = 4.0
+_RESTARTED_S: Final = 5.0
 _SPARE: Final = 12
 _MOST_LISTED: Final = 100
 _SHOOTING_S: Final = 600.0
 _LAST_SHOOTING_S: Final = 60.0
 _JPEG: Final = (".jpg", ".jpeg")
 _REJOIN: Final = (
-    "Stay near the camera and join its Wi-Fi again; if it does not answer then, switch it off and"
-    " on. The files on it are safe: open this session again to go on."
+    "Stay near the camera and join its Wi-Fi again; if it does not answer then, restart it. The"
+    " pictures on it are safe: open this session again to continue."
 )
 
 _T = TypeVar("_T")
@@ -121,25 +127,19 @@ class Contact:
 
     Parameters
     ----------
-    client : OscClient
-        The camera.
-    clock : Clock
-        For every pause.
-    token : Token or None
-        Stops every wait; None where nothing may be stopped any more.
-    say : Callable[[str], None]
-        Told when the connection is sought.
+    say : Callable[[str, float or None], None]
+        Told when the connection is sought, with the seconds left for it, and when it is back.
     rejoin_s : float, optional
         How long a lost connection is sought, in seconds.
 
     Attributes
     ----------
-    losses : int
-        How often the connection was lost and found again.
+    forgotten : int
+        How often the camera may have forgotten its settings.
     serial : str
         Number of the camera, "" before it is known: another one is not taken for it.
-    switches_api : bool
-        Whether the camera falls back to API 2.0 with every new connection.
+    forgets : bool
+        Whether the camera forgets its settings with every lost connection.
     changed_at : float
         When options were last changed, on the clock.
     """
@@ -149,25 +149,27 @@ class Contact:
         client: OscClient,
         clock: Clock,
         token: Token | None,
-        say: Callable[[str], None],
+        say: Callable[[str, float | None], None],
         rejoin_s: float = REJOIN_S,
     ) -> None:
         self.client, self.clock, self.token, self.say = client, clock, token, say
-        self.losses = 0
+        self.forgotten = 0
         self.serial = ""
-        self.switches_api = False
+        self.forgets = False
         self.changed_at = -1e9
+        self._met = False
+        self._stranger = 0
+        self._started_s = -1e9
+        self._switches_api = False
         self._rejoin_s = rejoin_s
         self._patience_s = PATIENCE_S
         self._shooting_s = _SHOOTING_S
 
     def unstoppable(self, rejoin_s: float) -> Contact:
         """Return the same camera for what must be done at the end, with less patience."""
-        other = Contact(self.client, self.clock, None, self.say, rejoin_s)
+        other = copy(self)
+        other.token, other._rejoin_s, other._patience_s = None, rejoin_s, PATIENCE_S
         other._shooting_s = _LAST_SHOOTING_S
-        other.serial = self.serial
-        other.switches_api = self.switches_api
-        other.changed_at = self.changed_at
         return other
 
     def pause(self, seconds: float) -> None:
@@ -183,12 +185,7 @@ class Contact:
     def ask(self, call: Callable[[], _T], passing: Collection[str] = ()) -> _T:
         """Do what may be done twice, until it is answered.
 
-        Parameters
-        ----------
-        call : Callable
-            One call of the client.
-        passing : Collection[str], optional
-            Codes of refusals that pass, besides those of a busy camera.
+        `passing` are codes of refusals that pass, besides those of a busy camera.
 
         Raises
         ------
@@ -197,20 +194,17 @@ class Contact:
         Cancelled
             When the token was cancelled.
         """
-        bad = lost = 0
+        lost = 0
         while True:
             try:
                 return self.once(call, passing)
-            except Unreachable:
+            except LOSSES:
                 lost += 1
-                if lost >= _ROUNDS:
+                if lost >= _TRIES:
                     raise
                 self.reconnect()
-            except BadReply:
-                bad += 1
-                if bad >= _BAD_REPLIES:
-                    raise
-                self.pause(1.0)
+                if lost > 1:
+                    self.pause(_PAUSES_S[min(lost - 2, len(_PAUSES_S) - 1)])
 
     def once(self, call: Callable[[], _T], passing: Collection[str] = ()) -> _T:
         """Do what must not be done twice; only a camera that is busy is asked again.
@@ -239,6 +233,10 @@ class Contact:
             number += 1
             self.pause(pause)
 
+    def meet(self) -> Info:
+        """Make the first contact, with less patience: what answers may be no camera at all."""
+        return self._greet(_FIRST_S)
+
     def reconnect(self) -> None:
         """Seek the camera until it answers, and make it speak API 2.1.
 
@@ -249,24 +247,18 @@ class Contact:
         CameraNotReady
             When another camera answers.
         PasswordNeeded
-            When it wants a password now.
+            When it keeps asking for a password.
         Cancelled
             When the token was cancelled.
         """
-        began, number = self.clock.now(), 0
-        until = began + min(self._rejoin_s, self._patience_s)
-        self.say("The connection was lost; looking for the camera")
-        try:
-            while not self._answers():
-                pause = _PAUSES_S[min(number, len(_PAUSES_S) - 1)]
-                if self.clock.now() + pause > until:
-                    raise Unreachable("The connection to the camera was lost.", _REJOIN, "lost")
-                number += 1
-                self.pause(pause)
-        finally:
-            self._patience_s = max(self._patience_s - (self.clock.now() - began), 0.0)
-        self.losses += 1
-        self.say("The camera is back")
+        if not self._met:
+            self.meet()
+            return
+        began, patience = self.clock.now(), self._patience_s
+        self._patience_s = 0.0  # Whoever has waited in vain does not wait again.
+        self._greet(min(self._rejoin_s, patience))
+        self._patience_s = max(patience - (self.clock.now() - began), 0.0)
+        self.forgotten += self.forgets
 
     def hello(self) -> Info:
         """Ask who the camera is, and make it speak API 2.1.
@@ -283,41 +275,82 @@ class Contact:
                 "Join the Wi-Fi of the camera that took this place, or use a new folder.",
                 "other-camera",
             )
-        self._switch_api()
+        if info.uptime_s is not None:
+            started = self.clock.now() - info.uptime_s
+            self.forgotten += self._met and started > self._started_s + _RESTARTED_S
+            self._started_s = max(started, self._started_s)
+        self._met, self._stranger = True, 0
+        self._switches_api = 1 in info.api_level
+        self._leave_old_api()
         return info
 
-    def _switch_api(self) -> bool:
-        """Make an S or SC speak API 2.1; it cannot be told so while it shoots."""
+    def _greet(self, longest_s: float) -> Info:
+        """Say hello until the camera answers; the time left is said once it takes a while."""
+        began, number = self.clock.now(), 0
+        until = began + longest_s
+        while True:
+            try:
+                info = self.hello()
+                break
+            except LOSSES as error:
+                self._strange(error)
+            except CameraRefused as error:
+                if _patience(error, NOT_NOW) <= 0.0:
+                    raise
+            pause = _PAUSES_S[min(number, len(_PAUSES_S) - 1)]
+            number += 1
+            if self.clock.now() + pause > until:
+                raise Unreachable("The connection to the camera was lost.", _REJOIN, "lost")
+            self._count_down(pause, until, silent=self.clock.now() - began < _UNSAID_S)
+        if self.clock.now() - began >= _UNSAID_S:
+            self.say("The camera is back", None)
+        return info
+
+    def _strange(self, error: DeviceError) -> None:
+        """Raise what a stranger says the third time: a password, or before the first contact."""
+        if isinstance(error, Unreachable):
+            self._stranger = 0
+            return
+        self._stranger += 1
+        final = isinstance(error, PasswordNeeded) or not self._met
+        if final and self._stranger >= _STRANGERS:
+            raise error
+
+    def _count_down(self, seconds: float, until: float, *, silent: bool) -> None:
+        end = self.clock.now() + seconds
+        while (left := end - self.clock.now()) > 0.0:
+            if not silent:
+                self.say(SEEKING, until - self.clock.now())
+            self.pause(min(left, 1.0))
+
+    def _leave_old_api(self) -> bool:
+        """Make an S or SC speak API 2.1 again; whether it had fallen back to the old one."""
+        if not self._switches_api or self.client.state().api_version != 1:
+            return False
+        self.forgotten += self._met
+        self._switch_api()
+        return True
+
+    def _switch_api(self) -> None:
+        """Switch the API, which is refused while the camera shoots."""
         until, idle = self.clock.now() + self._shooting_s, 0
         while True:
             try:
-                return self.client.use_api_2()
+                self.client.use_api_2()
             except CameraRefused as error:
                 busy = self.client.state().capture_status not in ("", "idle")
                 idle = 0 if busy else idle + 1
                 late = idle > _NOT_NOW_S or self.clock.now() > until
                 if error.code not in NOT_NOW or late:
                     raise
-            self.say("Waiting until the camera has finished shooting")
+            else:
+                return
+            self.say("Waiting until the camera has finished shooting", None)
             self.pause(1.0)
 
     def _fell_back(self, error: CameraRefused) -> bool:
         """Whether an S or SC was lost unnoticed and speaks API 2.0 again; it is switched then."""
-        if not self.switches_api or error.code not in _OLD_API or not self._switch_api():
-            return False
-        self.losses += 1
-        return True
-
-    def _answers(self) -> bool:
-        try:
-            self.hello()
-        except (Unreachable, BadReply, NotACamera):
-            return False
-        except CameraRefused as error:
-            if _patience(error, NOT_NOW) <= 0.0:
-                raise
-            return False
-        return True
+        return error.code in _OLD_API and self._leave_old_api()
 
 
 def _patience(error: CameraRefused, passing: Collection[str]) -> float:
@@ -337,23 +370,9 @@ def find_frames(
 ) -> tuple[FileEntry, ...]:
     """Find the frames of a bracket among the camera's files.
 
-    Parameters
-    ----------
-    contact : Contact
-        The camera.
-    wanted : int
-        How many frames there should be.
-    urls : Sequence[str], optional
-        Their addresses, where the camera has named them.
-    group_id : str, optional
-        What their entries share, where that is known.
-    previous : str, optional
-        Address of the newest file before the bracket.
-
-    Returns
-    -------
-    tuple[FileEntry, ...]
-        In the order of shooting, `wanted` at most; fewer where there are fewer.
+    They are told by their addresses `urls`, where the camera has named them, by the `group_id` of
+    their entries, or by being newer than `previous`, the newest file before the bracket. Returned
+    are `wanted` at most, in the order of shooting; fewer where there are fewer.
     """
     count = min(wanted + _SPARE, _MOST_LISTED)
     listed = contact.ask(lambda: contact.client.list_files(count))
@@ -368,19 +387,10 @@ def find_frames(
 
 
 def newest_address(entries: Sequence[FileEntry], stated: str) -> str:
-    """Choose the address that later files are compared with.
+    """Choose the address that later files are compared with, "" where there is none.
 
-    Parameters
-    ----------
-    entries : Sequence[FileEntry]
-        Of the camera, the newest first.
-    stated : str
-        What the camera's state calls its newest file; may be deleted, or "".
-
-    Returns
-    -------
-    str
-        "" where there is none.
+    `entries` come the newest first; `stated` is what the camera's state calls its newest file,
+    which may be deleted.
     """
     if any(_path(entry.url) == _path(stated) for entry in entries):
         return stated

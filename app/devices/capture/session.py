@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlsplit
 
 from app.core.errors import CoreError
-from app.core.files import atomic_write_text, check_target
+from app.core.files import atomic_write_text, check_target, open_file
 from app.devices.capture.journal import (
     Damaged,
     Newer,
@@ -161,6 +161,11 @@ class Session:
     def unfinished(self) -> bool:
         """Whether a capture was begun here and did not come to its end."""
         return self._journal.stage not in ("idle", "done")
+
+    @property
+    def owes(self) -> bool:
+        """Whether the camera has not been given back as it was."""
+        return self._journal.owes
 
     @property
     def complete(self) -> bool:
@@ -340,7 +345,7 @@ def _read(folder: Path) -> tuple[SessionJournal, list[str]]:
     path = folder / JOURNAL
     fresh = SessionJournal(started=_now())
     try:
-        with path.open("rb") as stream:
+        with open_file(path) as stream:
             # A longer one is cut off here, and so no JSON.
             data = stream.read(_MAX_BYTES)
         return journal_of(data.decode("utf-8")), []

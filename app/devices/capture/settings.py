@@ -35,7 +35,9 @@ __all__ = [
 ]
 
 _NEVER: Final = 65535
+_AFTER_FILTER_S: Final = 1.0  # Ricoh asks for it between `_filter` and `captureMode`
 _MANUAL: Final = 1
+_WIDEST: Final = 8192
 _EXPOSING: Final = ("shutterSpeed", "iso", "aperture")
 _UNKNOWN: Final = frozenset({"invalidParameterName", "invalidParameterValue", "missingParameter"})
 _TOGETHER: Final = ("fileFormat", "exposureDelay", "_imageStitching", "_topBottomCorrection")
@@ -148,12 +150,42 @@ def save(contact: Contact, session: Session, profile: ModelProfile) -> ModelProf
     if missing:
         known |= keepable(read(contact, missing))
         session.update(settings_to_restore=known)
+    if profile.asks_support:
+        profile = _learned(contact, profile)
     return replace(
         profile,
         saved=tuple(name for name in profile.saved if name in known),
         extra=tuple(each for each in profile.extra if each[0] in known),
         stitching=profile.stitching and known.keys() >= _SEAMS,
     )
+
+
+def _learned(contact: Contact, profile: ModelProfile) -> ModelProfile:
+    """Take over what an unknown Theta says of itself."""
+    said = read(contact, ("fileFormatSupport", "apertureSupport", "_shootingMethodSupport"))
+    methods, apertures = said.get("_shootingMethodSupport"), said.get("apertureSupport")
+    by_method = isinstance(methods, list) and "bracket" in methods
+    keys = list(profile.shot_keys)
+    if isinstance(apertures, list) and len(apertures) > 1:
+        keys.append("aperture")
+    return replace(
+        profile,
+        picture=_panorama(said.get("fileFormatSupport")),
+        needs_method=by_method,
+        sends_mode=not by_method,
+        shot_keys=tuple(dict.fromkeys(keys)),
+    )
+
+
+def _panorama(stated: Any) -> tuple[int, int] | None:
+    """Choose among the formats of a camera: the largest JPEG panorama that is not very large."""
+    sizes = set()
+    for each in stated if isinstance(stated, list) else ():
+        if isinstance(each, dict) and each.get("type") == "jpeg" and "_mode" not in each:
+            width, height = each.get("width"), each.get("height")
+            if isinstance(width, int) and isinstance(height, int) and width == 2 * height > 0:
+                sizes.add((width, height))
+    return max((size for size in sizes if size[0] <= _WIDEST), default=min(sizes, default=None))
 
 
 def prepare(contact: Contact, profile: ModelProfile) -> None:
@@ -177,7 +209,9 @@ def prepare(contact: Contact, profile: ModelProfile) -> None:
     for options in _plain_pictures(profile):
         change_if_known(contact, {name: options[name] for name in options if name in known})
     for name, value in profile.extra:
-        change_if_known(contact, {name: value})
+        choices = read(contact, (f"{name}Support",)).get(f"{name}Support")
+        if not isinstance(choices, list) or value in choices:
+            change_if_known(contact, {name: value})
 
 
 def _plain_pictures(profile: ModelProfile) -> Iterable[dict[str, Any]]:
@@ -224,9 +258,11 @@ def restore(contact: Contact, session: Session) -> tuple[str, ...]:
     saved = dict(session.journal.settings_to_restore)
     if not saved:
         return ()
-    contact.ask(contact.hello)  # An S that was lost unnoticed would take nothing.
+    contact.reconnect()  # An S that was lost unnoticed would take nothing.
     refused: dict[str, str] = {}
     for options in _in_order(saved):
+        if "captureMode" in options:
+            contact.pause(_AFTER_FILTER_S - (contact.clock.now() - contact.changed_at))
         refused |= _refusals(contact, options)
     later = {name: saved[name] for name, code in refused.items() if code in NOT_NOW}
     session.update(settings_to_restore=later)

@@ -9,9 +9,17 @@ from typing import TYPE_CHECKING, Any, Final
 from app.core.errors import CoreError
 from app.devices.capture import settings
 from app.devices.capture.recovery import NOT_NOW, find_frames, newest_address
-from app.devices.capture.single import FRAME_S, as_sent, ask_how_far, set_timer, shoot_singly
+from app.devices.capture.single import (
+    FRAME_S,
+    STARTS,
+    as_sent,
+    ask_how_far,
+    set_timer,
+    shoot_singly,
+    unheard,
+)
 from app.devices.capture.status import Stage
-from app.devices.errors import CameraRefused, CaptureFailed, DeviceError, Unreachable
+from app.devices.errors import LOSSES, CameraRefused, CaptureFailed, DeviceError
 from app.devices.profiles import KELVIN
 
 if TYPE_CHECKING:
@@ -32,7 +40,6 @@ __all__ = [
     "watch_if_busy",
 ]
 
-_STARTS: Final = 3
 _WATCH_S: Final = 3.0
 _UNSEEN_S: Final = 10.0
 _GATHERINGS: Final = 6
@@ -40,6 +47,8 @@ _GATHER_S: Final = 2.0
 _STOP_S: Final = 30.0
 _ENOUGH: Final = 3
 _LISTED: Final = 8
+_TELLING: Final = 0.2  # share of a bracket from which on its rate is taken for known
+_SLOW: Final = 1.25
 _REFUSED: Final = frozenset(
     {
         "invalidParameterName",
@@ -255,30 +264,24 @@ def _shoot(job: Job, plan: Plan) -> tuple[str, ...]:
 
 def _by_itself(job: Job, plan: Plan) -> tuple[str, ...]:
     """Let the camera take the bracket; its addresses, or nothing where it does not name them."""
-    for attempt in range(_STARTS):
-        if attempt:
+    prepared = job.contact.forgotten
+    for _ in range(STARTS):
+        if job.contact.forgotten != prepared:
+            prepared = job.contact.forgotten
             settings.prepare(job.contact, job.profile)
-        losses = job.contact.losses
         _arm(job, plan)
-        if job.contact.losses != losses:
+        if job.contact.forgotten != prepared:
             continue
         settings.settle(job.contact, job.profile)
         run = Run(job.clock.now(), job.clock.now() + deadline_s(plan, job.delay_s))
-        try:
+        with suppress(*LOSSES):
             command = _start(job)
             job.session.update(command_id=command.id)
             return _follow(job, command, run)
-        except Unreachable:
-            job.contact.reconnect()
-        try:
+        job.contact.reconnect()
+        with suppress(_NotHeard):
             return _after_silence(job, run)
-        except _NotHeard:
-            continue
-    raise Unreachable(
-        "The connection is lost again and again when the camera is to shoot.",
-        "Go nearer to it, then try again.",
-        "weak",
-    )
+    raise unheard()
 
 
 def _arm(job: Job, plan: Plan) -> None:
@@ -378,7 +381,11 @@ def _tell(job: Job, completion: float | None, run: Run) -> None:
     total = max(plan.expected_s, 0.1)
     share = max(completion or 0.0, min(spent / total, 0.99))
     shots = len(plan.shots)
-    left = max(total - max(spent, 0.0), 0.0)
+    # A camera slower than planned says so by its share; by the clock alone nothing is known then.
+    if completion is not None and completion >= _TELLING:
+        slower = spent / min(completion, 1.0)
+        total = slower if slower > _SLOW * total else total
+    left = total - max(spent, 0.0) if spent < total else None
     shot = min(int(share * shots) + 1, shots)
     words = f"Exposure {shot} of {shots}" if spent >= 0.0 else "Self-timer"
     job.board.show(Stage.EXPOSING, words, share, shot=shot, shots=shots, seconds_left=left)

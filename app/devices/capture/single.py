@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from app.devices.capture import settings
 from app.devices.capture.recovery import NOT_NOW, find_frames
 from app.devices.capture.status import Stage
-from app.devices.errors import CameraRefused, CaptureFailed, Unreachable
+from app.devices.errors import LOSSES, CameraRefused, CaptureFailed, Unreachable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,13 +18,15 @@ if TYPE_CHECKING:
     from app.devices.capture.job import Job
     from app.devices.osc.messages import Command
 
-__all__ = ["Taken", "as_sent", "shoot_singly", "take_picture"]
+__all__ = ["Forgotten", "Taken", "as_sent", "shoot_singly", "take_picture"]
 
 FRAME_S: Final = 15.0
 """Time that any camera needs for a picture besides its exposure, at most, in seconds."""
 
+STARTS: Final = 4
+"""How often a camera is asked to shoot that has not heard it."""
+
 _MANUAL: Final = 1
-_STARTS: Final = 3
 _LOOKS: Final = 5
 _LATE_FILE_S: Final = 6.0
 _OVERDUE_S: Final = 9.0
@@ -53,30 +56,55 @@ class Taken:
     named: bool
 
 
+class Forgotten(Exception):
+    """The camera has not begun to shoot, and may have lost its settings."""
+
+
 def take_picture(job: Job, longest_s: float, previous: str) -> Taken:
     """Take a picture and wait until it is stored.
 
+    Where nobody knows whether the camera has heard it, its state and its files tell; only a picture
+    that was not taken is asked for again.
+
     Parameters
     ----------
-    job : Job
-        The capture.
     longest_s : float
         Longest time the picture may need besides `FRAME_S`, in seconds.
     previous : str
         Address of the newest file before it.
 
-    Returns
-    -------
-    Taken
-        Where it is.
-
     Raises
     ------
     Unreachable
-        When nobody knows whether the camera has heard it.
+        When the camera never hears it.
+    Forgotten
+        When it was not heard, and the settings must be made again first.
     CaptureFailed
         When it takes too long, or the camera was stopped.
     """
+    for _ in range(STARTS):
+        forgotten = job.contact.forgotten
+        with suppress(*LOSSES):
+            return _taken(job, longest_s, previous)
+        job.contact.reconnect()
+        found = _taken_anyway(job, longest_s, previous)
+        if found is not None:
+            return found
+        if job.contact.forgotten != forgotten:
+            raise Forgotten
+    raise unheard()
+
+
+def unheard() -> Unreachable:
+    """Say that starting fails again and again."""
+    return Unreachable(
+        "The connection is lost again and again when the camera is to shoot.",
+        "Go nearer to it, then try again.",
+        "weak",
+    )
+
+
+def _taken(job: Job, longest_s: float, previous: str) -> Taken:
     began, idle = job.clock.now(), 0
     command = job.contact.once(job.client.take_picture, NOT_NOW)
     while command.state != "done":
@@ -113,12 +141,12 @@ def take_picture(job: Job, longest_s: float, previous: str) -> Taken:
 
 
 def ask_how_far(job: Job, command: Command) -> Command:
-    """Ask for a command's state once.
+    """Ask for a command's state once; its id is that of the first reply.
 
     Raises
     ------
     Unreachable
-        When the camera does not know the command any more.
+        When the camera gave no id, or does not know the command any more.
     CaptureFailed
         When the shot was cancelled at the camera.
     """
@@ -126,7 +154,8 @@ def ask_how_far(job: Job, command: Command) -> Command:
     if number is None:
         raise Unreachable("The camera does not say which picture it takes.")
     try:
-        return job.contact.ask(lambda: job.client.status(number), NOT_NOW)
+        # Ricoh's own examples of status replies have no id.
+        return replace(job.contact.ask(lambda: job.client.status(number), NOT_NOW), id=number)
     except CameraRefused as error:
         if error.code == "canceledShooting":
             raise CaptureFailed(
@@ -182,48 +211,40 @@ def set_timer(job: Job) -> None:
 
 def _one(job: Job, shot: PlannedShot, number: int, taken: tuple[str, ...]) -> str:
     previous = taken[-1] if taken else job.session.journal.previous_latest
-    for attempt in range(_STARTS):
+    for attempt in range(STARTS):
         if attempt:
             settings.prepare(job.contact, job.profile)
-        losses = job.contact.losses
+        forgotten = job.contact.forgotten
         _set_exposure(job, shot)
         if job.profile.stitching:
             _keep_seams(job, first=number == 0)
         if number == 0 and job.delay_s:
             set_timer(job)
         delay = job.delay_s if number == 0 else 0
-        if job.contact.losses != losses:
+        if job.contact.forgotten != forgotten:
             continue
         settings.settle(job.contact, job.profile)
-        try:
+        with suppress(Forgotten):
             return take_picture(job, shot.exposure.shutter_s * 2 + delay, previous).url
-        except Unreachable:
-            job.contact.reconnect()
-        found = _taken_anyway(job, shot, previous)
-        if found:
-            return found
-    raise Unreachable(
-        "The connection is lost again and again while the camera shoots.",
-        "Go nearer to it, then try again.",
-        "weak",
-    )
+    raise unheard()
 
 
-def _taken_anyway(job: Job, shot: PlannedShot, previous: str) -> str:
-    """Look for a picture that was taken although nobody heard of it."""
-    until = job.clock.now() + shot.exposure.shutter_s * 2 + job.delay_s + FRAME_S
+def _taken_anyway(job: Job, longest_s: float, previous: str) -> Taken | None:
+    """Look for a picture that was taken although nobody heard of it.
+
+    It counts as named where it alone is new and the camera's state calls it the newest.
+    """
+    until = job.clock.now() + longest_s + FRAME_S
     quiet = 0.0
-    while job.clock.now() < until:
-        busy = job.contact.ask(job.client.state).capture_status not in ("", "idle")
+    while job.clock.now() < until and quiet <= _LATE_FILE_S:
+        state = job.contact.ask(job.client.state)
+        busy = state.capture_status not in ("", "idle")
         quiet = 0.0 if busy else quiet + 1.0
-        if not busy:
-            newer = find_frames(job.contact, 1, previous=previous)
-            if newer:
-                return newer[0].url
-        if quiet > _LATE_FILE_S:
-            return ""
+        newer = () if busy else find_frames(job.contact, 2, previous=previous)
+        if newer:
+            return Taken(newer[0].url, len(newer) == 1 and newer[0].url == state.latest_file_url)
         job.contact.pause(1.0)
-    return ""
+    return None
 
 
 def _set_exposure(job: Job, shot: PlannedShot) -> None:

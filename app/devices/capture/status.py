@@ -12,7 +12,10 @@ if TYPE_CHECKING:
 
     from app.core.probe.rough import Rough
 
-__all__ = ["Board", "FrameProgress", "Stage", "Status"]
+__all__ = ["SEEKING", "Board", "FrameProgress", "Stage", "Status", "time_left"]
+
+SEEKING: Final = "The camera is out of reach. Looking for it"
+"""What is said, with the time left, while a lost camera is sought."""
 
 
 class Stage(StrEnum):
@@ -70,8 +73,8 @@ class Status:
     shot, shots : int
         The exposure that is being made, counted from 1, and how many there will be; 0 before.
     seconds_left : float or None
-        Until the last exposure while exposing, until the last byte while downloading; None where
-        that cannot be said.
+        Until the last exposure while exposing, until the last byte while downloading, until the
+        end of the search while the camera is out of reach; None where that cannot be said.
     may_move : bool
         All exposures have been made: people may walk about again.
     frames : tuple[FrameProgress, ...]
@@ -90,7 +93,30 @@ class Status:
     frames: tuple[FrameProgress, ...] = ()
     rough: Rough | None = None
 
+    @property
+    def left_words(self) -> str:
+        """The time left: "4 s left", "almost done", or nothing where it cannot be said."""
+        left = self.seconds_left
+        if left is None:
+            return ""
+        # A wait for the camera that ends without it is not almost done.
+        almost = left < _ALMOST_S and self.message != SEEKING
+        return "almost done" if almost else time_left(left)
 
+
+def time_left(seconds: float) -> str:
+    """Say how long something will take.
+
+    Examples
+    --------
+    >>> time_left(167.4), time_left(47.0)
+    ('2:47 left', '47 s left')
+    """
+    whole = max(round(seconds), 1)
+    return f"{whole} s left" if whole < 60 else f"{whole // 60}:{whole % 60:02d} left"
+
+
+_ALMOST_S: Final = 1.5
 _SPANS: Final = {
     Stage.IDLE: (0.0, 0.0),
     Stage.CONNECTING: (0.0, 0.05),
@@ -138,7 +164,7 @@ class Board:
         )
         self._tell(self.status)
 
-    def say(self, message: str) -> None:
-        """Change the phrase only."""
-        self.status = replace(self.status, message=message)
+    def say(self, message: str, seconds_left: float | None = None) -> None:
+        """Change the phrase and the time left only."""
+        self.status = replace(self.status, message=message, seconds_left=seconds_left)
         self._tell(self.status)

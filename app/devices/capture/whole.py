@@ -7,6 +7,7 @@ import re
 from typing import TYPE_CHECKING, Final
 
 from app.core.errors import ProbeError
+from app.core.files import open_file
 from app.core.probe.decoding import READ_ROWS, FileRows, row_bands
 from app.core.probe.metadata import read_header
 from app.core.progress import Token
@@ -78,7 +79,8 @@ def whole_file(path: Path) -> bool:
         False also for files that cannot be read.
     """
     try:
-        return jpeg_end(path.read_bytes()) is not None
+        with open_file(path) as stream:
+            return jpeg_end(stream.read()) is not None
     except OSError:
         return False
 
@@ -123,7 +125,7 @@ def whole_picture(path: Path, token: Token | None = None) -> bool:
 def sha256_of(path: Path) -> str:
     """Checksum of a file in hexadecimal digits."""
     digest = hashlib.sha256()
-    with path.open("rb") as stream:
+    with open_file(path) as stream:
         while block := stream.read(_CHUNK):
             digest.update(block)
     return digest.hexdigest()

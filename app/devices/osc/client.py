@@ -7,7 +7,7 @@ from contextlib import ExitStack, contextmanager
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from app.devices.clock import wait
-from app.devices.errors import BadReply, CameraNotReady, CameraRefused, DeviceError
+from app.devices.errors import BadReply, CameraNotReady, CameraRefused, DeviceError, Unreachable
 from app.devices.osc.failures import timeout
 from app.devices.osc.messages import (
     Command,
@@ -47,8 +47,21 @@ _REMEMBERED: Final = 2000
 _NEWEST_API: Final = 2
 _OK: Final = 200
 _JPEG: Final = b"\xff\xd8\xff"
+_INFO: Final = "/osc/info"
+_STATE: Final = "/osc/state"
 _EXECUTE: Final = "/osc/commands/execute"
 _STATUS: Final = "/osc/commands/status"
+# How long each question is waited for, the first time: cameras answer these within a second, and
+# a shorter wait makes a lost reply cheap. What is not named here has the link's own patience.
+_PATIENCE_S: Final = {
+    _INFO: 5.0,
+    _STATE: 5.0,
+    _STATUS: 8.0,
+    "camera.getOptions": 6.0,
+    "camera.setOptions": 8.0,
+    "camera.startSession": 8.0,
+    "camera.delete": 10.0,
+}
 _UPDATE: Final = "Update the camera's firmware with Ricoh's app."
 
 _T = TypeVar("_T")
@@ -58,7 +71,8 @@ class OscClient:
     """One camera.
 
     All methods raise what `Link.get` raises; `CameraRefused` also for an error object inside a
-    good reply. A camera that says it is busy is asked again after `BUSY_PAUSES_S`.
+    good reply. A camera that says it is busy is asked again after `BUSY_PAUSES_S`. A question that
+    was not answered in time is given twice the time when it is put again.
 
     Parameters
     ----------
@@ -71,20 +85,22 @@ class OscClient:
     """
 
     def __init__(self, link: Link, clock: Clock, token: Token | None = None) -> None:
+        self.most_listed = MAX_LISTED  # Entries asked for at once; the rest comes page by page.
         self.link = link
         self.clock = clock
         self._token = token
         # Cameras know their files under the URLs they gave, which may name another host.
         self._originals: OrderedDict[str, str] = OrderedDict()
+        self._late: dict[str, int] = {}
 
     def info(self) -> Info:
         """Ask what the camera is."""
-        return self._patiently(lambda: parse_info(self.link.get("/osc/info")))
+        return self._patiently(lambda: parse_info(self._put(_INFO, "", None)))
 
     def state(self) -> State:
         """Ask how the camera is."""
         endpoint = self.link.endpoint
-        return self._patiently(lambda: parse_state(self.link.post("/osc/state", None), endpoint))
+        return self._patiently(lambda: parse_state(self._put(_STATE, "", None), endpoint))
 
     def get_options(self, names: Sequence[str]) -> dict[str, JsonValue]:
         """Read options.
@@ -193,7 +209,7 @@ class OscClient:
                 {
                     "fileType": kind,
                     "startPosition": start + passed,
-                    "entryCount": min(count - passed, MAX_LISTED),
+                    "entryCount": min(count - passed, self.most_listed),
                     "maxThumbSize": 0,
                     "_detail": True,
                 },
@@ -330,7 +346,7 @@ class OscClient:
 
     def _command(self, path: str, body: Mapping[str, Any]) -> Command:
         def ask() -> Command:
-            reply = self.link.post(path, body)
+            reply = self._put(path, str(body.get("name", "")), body)
             command = parse_command(reply, self.link.endpoint)
             if command.error is not None:
                 raise refusal(command.error.code, _OK, command.error.message)
@@ -338,6 +354,20 @@ class OscClient:
             return command
 
         return self._patiently(ask)
+
+    def _put(self, path: str, name: str, body: Mapping[str, Any] | None) -> JsonValue:
+        """Put a question with its own patience, which grows while it stays unanswered."""
+        what = name or path
+        late = self._late.pop(what, 0)
+        patience = _PATIENCE_S.get(what, self.link.timeouts.read_s) * 2.0**late
+        try:
+            if path == _INFO:
+                return self.link.get(path, patience)
+            return self.link.post(path, body, patience)
+        except Unreachable as error:
+            if error.code == "timeout":
+                self._late[what] = late + 1
+            raise
 
     @contextmanager
     def _streaming(self, path: str, **how: Any) -> Iterator[Incoming]:

@@ -91,18 +91,15 @@ class Link:
         self._streams: set[Watch] = set()
         self._used_s = clock.now()
 
-    def get(self, path: str) -> JsonValue:
+    def get(self, path: str, patience_s: float | None = None) -> JsonValue:
         """Ask for JSON.
 
         Parameters
         ----------
         path : str
             From the root.
-
-        Returns
-        -------
-        JsonValue
-            The whole reply.
+        patience_s : float, optional
+            Longest silence, where that is less than `Timeouts.read_s`.
 
         Raises
         ------
@@ -117,29 +114,13 @@ class Link:
         BadReply
             When the reply is too large or cannot be read.
         """
-        return self._exchange("GET", path, b"")
+        return self._exchange("GET", path, b"", patience_s)
 
-    def post(self, path: str, body: Mapping[str, Any] | None) -> JsonValue:
-        """Send JSON, or nothing, and read JSON.
-
-        Parameters
-        ----------
-        path : str
-            From the root.
-        body : Mapping or None
-            What to send; None for an empty body.
-
-        Returns
-        -------
-        JsonValue
-            The whole reply.
-
-        Raises
-        ------
-        DeviceError
-            As `get`.
-        """
-        return self._exchange("POST", path, b"" if body is None else write_json(body))
+    def post(
+        self, path: str, body: Mapping[str, Any] | None, patience_s: float | None = None
+    ) -> JsonValue:
+        """Send JSON, or nothing where the body is None, and read JSON; as `get`."""
+        return self._exchange("POST", path, b"" if body is None else write_json(body), patience_s)
 
     @contextmanager
     def stream(
@@ -199,9 +180,10 @@ class Link:
             watch.close()
         self._session.close()
 
-    def _exchange(self, method: str, path: str, body: bytes) -> JsonValue:
+    def _exchange(self, method: str, path: str, body: bytes, patience_s: float | None) -> JsonValue:
+        quiet_s = min(self.timeouts.read_s, patience_s or self.timeouts.read_s)
         with self._turn():
-            reply = self._open(method, path, body, Watch(self._clock), {}, self.timeouts.read_s)
+            reply = self._open(method, path, body, Watch(self._clock), {}, quiet_s)
             try:
                 data = reply.whole(MAX_BYTES)
             finally:

@@ -88,6 +88,8 @@ class SimulatedCamera:
         When options were last set.
     log : list[Request]
         The requests so far, the newest 5000.
+    host, port : str, int
+        Where the last client asked for it: the address in its URLs. Else where it believes to be.
     epoch : int
         Counts how often connections were lost; a connection of an older epoch is dead.
 
@@ -134,6 +136,7 @@ class SimulatedCamera:
         self.options_set_at = float("-inf")
         self.log: list[Request] = []
         self.epoch = 0
+        self.host = person.address
         self._lock = threading.RLock()
         self._guard = Guard(user or person.user, password, person.model, seed) if password else None
         self._fingerprint = 0
@@ -205,6 +208,7 @@ class SimulatedCamera:
             marked by chunked transfer or the end of the connection.
         """
         with self._lock:
+            self.host = request.host
             self.log.append(request)
             del self.log[:-_KEPT_REQUESTS]
             if not self.trouble.reachable(self):
@@ -216,8 +220,14 @@ class SimulatedCamera:
             return self.trouble.after(self, request, self._route(request))
 
     def url(self, file: StoredFile) -> str:
-        """URL of a file, at the address that the camera believes it has."""
-        return f"http://{self.personality.address}{file.path}"
+        """URL of a file."""
+        return f"http://{self.host}{file.path}"
+
+    @property
+    def port(self) -> int:
+        """The port of its address."""
+        digits = self.host.rpartition("]")[2].rpartition(":")[2]
+        return int(digits) if digits.isdecimal() and len(digits) < 6 and ":" in self.host else 80
 
     def state(self) -> dict[str, JsonValue]:
         """Make the words of /osc/state; the fingerprint changes with them."""
@@ -321,8 +331,6 @@ class SimulatedCamera:
 def _json_of(request: Request) -> dict[str, JsonValue]:
     if not request.body:
         return {}
-    if not request.headers.get("content-type", "").lower().startswith("application/json"):
-        raise CommandRefused("unexpected", "The body must be application/json.")
     if len(request.body) > _MOST_BODY:
         raise CommandRefused("unexpected", "The body is too large.")
     try:

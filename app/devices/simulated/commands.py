@@ -83,7 +83,10 @@ def command_status(camera: SimulatedCamera, body: Parameters) -> Reply:
     if job.cancelled:
         return refusal(job.name, "canceledShooting")
     if not job.done or job.watched or camera.trouble.hides_end(camera, job):
-        return json_reply(started(camera, job))
+        answer = started(camera, job)
+        if not camera.personality.status_ids:
+            del answer["id"]
+        return json_reply(answer)
     return json_reply(finished(camera, job))
 
 
@@ -222,7 +225,8 @@ def _delete(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
     if not isinstance(urls, list):
         raise CommandRefused("invalidParameterValue")
     camera.storage.delete(urls)
-    return {}
+    # The protocol lists those that could not be deleted; Ricoh's cameras do all or nothing.
+    return {} if camera.personality.ricoh else {"results": {"fileUrls": []}}
 
 
 def _get_metadata(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
@@ -283,6 +287,30 @@ def _old_take_picture(camera: SimulatedCamera, parameters: Parameters) -> Parame
     return _take_picture(camera, parameters)
 
 
+def _list_images(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
+    """List files as API 2.0 does: by their place in the storage, and page by page with a token."""
+    count, token = parameters.get("entryCount"), str(parameters.get("continuationToken", "0"))
+    thumbs = parameters.get("includeThumb", True) is not False
+    if count is None or (thumbs and parameters.get("maxSize") is None):
+        raise CommandRefused("missingParameter")
+    if not _counting(count) or not token.isdecimal() or len(token) > 9:
+        raise CommandRefused("invalidParameterValue")
+    files = camera.storage.files[::-1]
+    start = int(token)
+    stop = start + (1 if thumbs else int(str(count)))
+    entries: list[JsonValue] = []
+    for file in files[start:stop]:
+        entry = camera.storage.entry(file, "", detail=True, thumb_size=160 if thumbs else 0)
+        kept = {"name", "size", "dateTimeZone", "width", "height", "thumbnail"}
+        shown: dict[str, JsonValue] = {"uri": file.path.removeprefix("/files/")}
+        shown |= {name: value for name, value in entry.items() if name in kept}
+        entries.append(shown)
+    results: Parameters = {"entries": entries, "totalEntries": len(files)}
+    if stop < len(files):
+        results["continuationToken"] = str(stop)
+    return {"results": results}
+
+
 def _nothing(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
     _old_session(camera, parameters)
     return {}
@@ -325,5 +353,8 @@ OLD_COMMANDS: Final = {
     "camera.getOptions": Command(_old_get_options, _SESSION | {"optionNames"}),
     "camera.setOptions": Command(_old_set_options, _SESSION | {"options"}),
     "camera.takePicture": Command(_old_take_picture, _SESSION),
+    "camera.listImages": Command(
+        _list_images, frozenset({"entryCount", "maxSize", "continuationToken", "includeThumb"})
+    ),
 }
 """Web API v2.0, as far as somebody needs it to leave it."""

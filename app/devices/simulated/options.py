@@ -33,6 +33,22 @@ _MENUS: Final[dict[str, tuple[JsonValue, ...]]] = {
     "offDelay": (600, 1800, 3600, 65535),
 }
 """Lists that are shorter than what is accepted."""
+_X_MENUS: Final[dict[str, tuple[JsonValue, ...]]] = {
+    "sleepDelay": (180, 300, 420, 600, 65535),
+    "offDelay": (0, 3600, 7200, 14400, 28800, 43200, 64800, 86400, 172800),
+}
+_FURTHER: Final[dict[str, tuple[JsonValue, ...]]] = {
+    "_language": ("en-US", "en-GB", "ja", "fr", "de", "zh-TW", "zh-CN", "it", "ko"),
+    "_gain": ("normal", "megavolume"),
+    "_maxRecordableTime": (300, 1500),
+    "_latestEnabledExposureDelayTime": (5, *range(1, 5), *range(6, 11)),
+    "_bluetoothPower": ("OFF", "ON"),
+    "_bitrate": ("Auto", "Fine"),
+    "_microphone": ("AUTO", "Internal", "External"),
+    "_wlanFrequency": (2.4, 5),
+    "videoStitching": ("none", "ondevice"),
+}
+"""What other people's clients ask the newer models for; the first is the default."""
 _READ_ONLY: Final = frozenset(
     {"remainingPictures", "remainingSpace", "remainingVideoSeconds", "totalSpace"}
 )
@@ -157,11 +173,14 @@ class OptionStore:
         option = name.removesuffix("Support")
         if name != option and option in self.values:
             if option in _MENUS:
-                return list(_MENUS[option])
+                menus = _X_MENUS if "_shootingMethod" in self.values else _MENUS
+                return list(menus[option])
             if option in (ranges := _ranges(self._person)):
                 return copy.deepcopy(ranges[option])
             if found := self.support(option):
                 return copy.deepcopy(list(found))
+        if name == "_shootingMethodSupport" and self._person.digest:
+            return []
         if name == "_bracketNumberSupport" and self._person.bracket is not None:
             return {"minNumber": 2, "maxNumber": self._person.bracket.most, "stepSize": 1}
         raise CommandRefused("invalidParameterName")
@@ -321,12 +340,19 @@ def _ricoh_defaults(person: Personality) -> dict[str, JsonValue]:
             shot["exposureProgram"] = MANUAL
         if "whiteBalance" in person.bracket.required:
             shot["whiteBalance"] = "auto"
+        if "exposureCompensation" in person.bracket.optional:
+            shot["exposureCompensation"] = 0.0
+        if "aperture" in person.bracket.optional:
+            shot["aperture"] = person.apertures[0]
         values["_autoBracket"] = {
             "_bracketNumber": 2, "_bracketParameters": [dict(shot), dict(shot)],
         }  # fmt: skip
     if person.camera.lens_words == 1:
         values["_shootingMethod"] = "normal"
         values["_function"] = "normal"
+        values["offDelay"] = 43200
+        # It can be read, and not be set.
+        values["previewFormat"] = _preview(1024, 512, 15)
     if 3 in person.programs:
         values["_function"] = "normal"
     if person.stitching:
@@ -334,6 +360,7 @@ def _ricoh_defaults(person: Personality) -> dict[str, JsonValue]:
         values["_topBottomCorrection"] = "ApplyAuto"
     if person.digest:
         values.update({"_networkType": "AP", "_username": "", "_password": ""})
+        values.update({name: choices[0] for name, choices in _FURTHER.items()})
     return values
 
 
@@ -365,6 +392,7 @@ def _supports(person: Personality) -> dict[str, tuple[JsonValue, ...]]:
         "_shootingMethod": tuple(methods),
         "_function": tuple(functions),
         "_networkType": ("AP", "CL"),
+        **_FURTHER,
     }
 
 

@@ -104,6 +104,9 @@ class Personality:
         Whether it can be in somebody's network and ask for a password.
     numeric_ids : bool
         Whether commands have numbers for ids instead of texts.
+    status_ids : bool
+        Whether the id is repeated when it is asked for a command's state; Ricoh's own examples of
+        API 2.1 do not have it.
     ranges : bool
         Whether a part of a file can be asked for.
     snaps : bool
@@ -156,6 +159,7 @@ class Personality:
     sleep_delays: tuple[int, ...] = (60, 65534, 65535)
     digest: bool = False
     numeric_ids: bool = False
+    status_ids: bool = True
     ranges: bool = False
     snaps: bool = True
     lens_stops: float = 0.0
@@ -205,6 +209,7 @@ _S: Final = Personality(
     apertures=(2.0,),
     overhead_s=6.5,
     bracket=BracketRules(13, _OLD_KEYS, grouped=True),
+    status_ids=False,
     api_levels=(1, 2),
     folder="7d414c4e5448535d2f08c10201a2b300/100RICOH",
     previews=((640, 320, 10),),
@@ -244,6 +249,7 @@ _SC2: Final = Personality(
     apertures=(2.0,),
     overhead_s=7.5,
     bracket=BracketRules(13, _OLD_KEYS, watched=True),
+    status_ids=False,
     folder="thetasc25ca1ab1e0ddba11000c0ffee0/100RICOH",
     previews=(),
     filters=("off", "Noise Reduction", "hdr"),
@@ -265,6 +271,7 @@ _V: Final = Personality(
     apertures=(2.0,),
     overhead_s=3.0,
     bracket=BracketRules(19, _NEW_KEYS, _ALL_KEYS, programs=(1, 2, 4, 9), grouped=True),
+    status_ids=False,
     folder="150100524436344d42013d00a5b1c800/100RICOH",
     previews=_V_PREVIEWS,
     filters=("off", "DR Comp", "Noise Reduction", "hdr", "Hh hdr"),
@@ -321,7 +328,7 @@ _X: Final = Personality(
     bracket=BracketRules(
         13,
         frozenset({"exposureProgram"}),
-        _OLD_KEYS | {"whiteBalance"},
+        _ALL_KEYS | {"whiteBalance"},
         method=True,
         grouped=True,
     ),
@@ -342,7 +349,7 @@ _X_OLD: Final = replace(
     name="X-old",
     firmware="2.20.1",
     camera=replace(THETA_X, name="X-old", software="RICOH THETA X Ver 2.20.1"),
-    bracket=BracketRules(13, frozenset({"exposureProgram"}), _OLD_KEYS, method=True, grouped=True),
+    bracket=BracketRules(13, frozenset({"exposureProgram"}), _ALL_KEYS, method=True, grouped=True),
     previews=((1024, 512, 30), (512, 512, 30)),
     numeric_ids=False,
     ranges=False,

@@ -226,9 +226,9 @@ def _span(asked: str, size: int) -> tuple[int, int] | None:
     """Understand ``bytes=first-`` and ``bytes=first-last``; None for anything else."""
     unit, _, span = asked.partition("=")
     first, dash, last = span.strip().partition("-")
-    if unit.strip() != "bytes" or not dash or not first.isdigit():
+    if unit.strip() != "bytes" or not dash or not (first.isdecimal() and len(span) < 64):
         return None
     start = int(first)
-    stop = int(last) + 1 if last.isdigit() else size
+    stop = int(last) + 1 if last.isdecimal() else size
     stop = min(stop, size)
     return (start, stop) if start < stop else None

@@ -15,6 +15,7 @@ from app.core.probe.frame import Exposure
 from app.core.simulation.bracket_maker import meter
 from app.core.simulation.exif import with_segments
 from app.core.simulation.exposure_maker import Options, Shot, develop, jpeg, segments_of, tags_of
+from app.devices.simulated.unstitched import circles
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -58,6 +59,8 @@ class Take:
         Whether the camera states that it rendered for high range.
     loose : bool
         Whether it is stitched and levelled by itself, and so a little differently each time.
+    unstitched : bool
+        Whether it is stored as two image circles.
     """
 
     exposure: Exposure
@@ -69,6 +72,7 @@ class Take:
     fixed_balance: bool = True
     hdr: bool = False
     loose: bool = False
+    unstitched: bool = False
 
 
 class Scene:
@@ -105,6 +109,7 @@ class Scene:
         self._frames: OrderedDict[tuple[object, ...], bytes] = OrderedDict()
         self._kept = 0
         self._metered: dict[str, Exposure] = {}
+        self._circles: dict[int, FloatImage] = {}
 
     @property
     def scale(self) -> float:
@@ -163,14 +168,17 @@ class Scene:
             take.lens_gain,
             take.fixed_balance,
             take.loose,
+            take.unstitched,
         )
         data = self._cached(key)
         if data is None:
             seed = int(np.random.SeedSequence([self._seed, take.number]).generate_state(1)[0])
-            picture = develop(self.environment, camera, take.exposure, seed=seed, **options)
+            picture = develop(self._seen(take), camera, take.exposure, seed=seed, **options)
             data = self._keep(key, jpeg(picture, shot.quality))
         tags = tags_of(camera, take.exposure, shot, take.shape)
         tags = replace(tags, program=take.program, hdr_rendering=take.hdr)
+        if take.unstitched:
+            tags = replace(tags, panorama=False, pose=None)
         return with_segments(data, segments_of(tags))
 
     def thumbnail(self, camera: CameraModel, take: Take, shape: tuple[int, int]) -> bytes:
@@ -190,10 +198,24 @@ class Scene:
         bytes
             A JPEG file.
         """
-        options = self._shot_options(replace(take, shape=shape))
+        take = replace(take, shape=shape)
+        options = self._shot_options(take)
         options["noise"] = False
-        picture = develop(self.environment, camera, take.exposure, **options)
+        picture = develop(self._seen(take), camera, take.exposure, **options)
         return jpeg(picture, _THUMB_QUALITY)
+
+    def _seen(self, take: Take) -> FloatImage:
+        """Return the light that falls on the picture, as it is stored."""
+        if not take.unstitched:
+            return self.environment
+        rows = take.shape[0]
+        with self._lock:
+            known = self._circles.get(rows)
+        if known is None:
+            known = circles(self.environment, rows)
+            with self._lock:
+                self._circles[rows] = known
+        return known
 
     def _shot_options(self, take: Take) -> Options:
         balance = (1.0, 1.0, 1.0)
@@ -207,7 +229,7 @@ class Scene:
             "white_balance": balance,
             "taken": take.taken,
         }
-        if take.loose and self._jitter:
+        if take.loose and self._jitter and not take.unstitched:
             angles = np.random.default_rng([self._seed, take.number, 1]).normal(size=3)
             options["shift"] = cv2.Rodrigues(angles * self._jitter)[0].astype(np.float64)
         return options

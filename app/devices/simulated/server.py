@@ -7,12 +7,14 @@ that is not that of the body, a connection that is reset in the middle, nothing 
 from __future__ import annotations
 
 import contextlib
+import re
 import socket
 import struct
 import sys
 import threading
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, HTTPServer
+from ipaddress import ip_address
 from typing import TYPE_CHECKING, Any, Final, Protocol, Self
 
 from app.core.errors import Cancelled
@@ -34,7 +36,7 @@ MAX_BODY_BYTES: Final = 1 << 20
 
 _HOST: Final = "127.0.0.1"
 _IDLE_S: Final = 60.0  # of a connection that is kept open
-_MAX_HOST: Final = 255
+_LOCAL: Final = re.compile(r"(?:\[([0-9A-Fa-f:.]{2,45})\]|([A-Za-z0-9.]{1,45}))(?::\d{1,5})?")
 _LINGER: Final = struct.pack("ii", 1, 0)  # closing resets instead of saying goodbye
 _JOIN_S: Final = 5.0
 _LAG_S: Final = 0.05
@@ -175,6 +177,20 @@ class _Http(HTTPServer):
             thread.join(_JOIN_S)
 
 
+def _is_here(host: str) -> bool:
+    """Whether a Host header names this machine, or is an address in numbers; with or without port.
+
+    Only such a host goes into the camera's URLs.
+    """
+    match = _LOCAL.fullmatch(host)
+    if match is None:
+        return False
+    with contextlib.suppress(ValueError):
+        ip_address(match[1] or match[2])
+        return True
+    return match[2] is not None and match[2].lower() in ("localhost", "camera.local")
+
+
 class _Handler(BaseHTTPRequestHandler):
     """One connection: requests after each other, until an answer ends it."""
 
@@ -214,7 +230,12 @@ class _Handler(BaseHTTPRequestHandler):
         self.send_error(status)
 
     def _exchange(self, body: bytes) -> None:
-        request = Request(self.command, self.path, self._headers(), body, self._host())
+        host = self.headers.get("Host", "").strip() or f"{_HOST}:{self.server.server_port}"
+        if not _is_here(host):
+            # A web page whose name was made to lead here.
+            self._refuse(HTTPStatus.FORBIDDEN)
+            return
+        request = Request(self.command, self.path, self._headers(), body, host)
         reply = self.server.camera.answer(request)
         self.log_request(reply.status)
         if reply.delay_s > 0.0:
@@ -233,11 +254,6 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _headers(self) -> dict[str, str]:
         return {name.lower(): value for name, value in self.headers.items()}
-
-    def _host(self) -> str:
-        host = self.headers.get("Host", "").strip()
-        good = 0 < len(host) <= _MAX_HOST and host.isascii() and host.isprintable()
-        return host if good and " " not in host else f"{_HOST}:{self.server.server_port}"
 
     def _play(self, reply: Reply, pieces: Iterator[Piece]) -> None:
         stated = next((v for n, v in reply.headers if n.lower() == "content-length"), None)

@@ -275,6 +275,9 @@ class Shooter:
             lens_gain=self.manual_gains if manual else gains,
             fixed_balance=settings.get("whiteBalance") != "auto",
             hdr=options.get("_filter", "off") in {"hdr", "Hh hdr", "DR Comp"},
+            # Insta360's stitch nothing but what their HDR mode makes.
+            unstitched=self._person.insta
+            and (options.get("hdr"), options.get("photoStitching")) != ("hdr", "ondevice"),
         )
 
     def _write(self, frame: PlannedFrame, job: Job | None) -> StoredFile:

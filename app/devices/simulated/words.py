@@ -40,7 +40,7 @@ def info_of(camera: SimulatedCamera) -> dict[str, JsonValue]:
         "gyro": not person.switches_api,
         "uptime": int(camera.clock.now() - camera.started) + 30,
         "api": [f"/osc/{path}" for path in _PATHS],
-        "endpoints": {"httpPort": 80, "httpUpdatesPort": 80},
+        "endpoints": {"httpPort": camera.port, "httpUpdatesPort": camera.port},
         "apiLevel": list(person.api_levels),
     }
     if person.ricoh and not person.switches_api:
@@ -68,7 +68,7 @@ def state_of(camera: SimulatedCamera) -> dict[str, JsonValue]:
     folder = person.folder.rpartition("/")[0]
     state: dict[str, JsonValue] = {
         "batteryLevel": camera.trouble.battery(camera.battery),
-        "storageUri": f"http://{person.address}/files/{folder + '/' if folder else ''}",
+        "storageUri": f"http://{camera.host}/files/{folder + '/' if folder else ''}",
     }
     if person.ricoh:
         state |= _ricoh_state(camera)
@@ -106,6 +106,7 @@ def _ricoh_state(camera: SimulatedCamera) -> dict[str, JsonValue]:
 
 
 def _old_state(camera: SimulatedCamera) -> dict[str, JsonValue]:
+    latest = camera.storage.files[-1:]
     return {
         "sessionId": camera.session or "SID_0000",
         "batteryLevel": camera.trouble.battery(camera.battery),
@@ -114,7 +115,7 @@ def _old_state(camera: SimulatedCamera) -> dict[str, JsonValue]:
         "_recordedTime": 0,
         "_recordableTime": 0,
         "_compositeShootingElapsedTime": 0,
-        "_latestFileUri": "",
+        "_latestFileUri": latest[0].path.removeprefix("/files/") if latest else "",
         "_batteryState": "disconnect",
         "_apiVersion": 1,
     }

@@ -11,7 +11,7 @@ from app.devices.osc.digest import Credentials, Digest, wants_digest
 from app.devices.preview import PreviewFrame, decode
 from app.devices.webcam.pictures import fitted
 from app.devices.webcam.protocol import WebcamError
-from app.devices.webcam.stream import LOST_S, Manner, WebcamStream
+from app.devices.webcam.stream import Manner, WebcamStream
 from app.devices.webcam.wire import FAILURES, Wire, gone, unreachable
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ NETWORK: Final = Manner(
     revive="Look whether its app still runs and is in the same Wi-Fi",
     quicken="Go nearer to the Wi-Fi, or choose a smaller picture in its app.",
     pauses_s=(0.5, 1.0, 2.0, 5.0, 10.0),
+    silence_s=6.0,
 )
 """How patient one is with a camera in the network."""
 
@@ -114,7 +115,7 @@ class _Stream:
         wire, response = self._wire, self._response
         if wire is None or response is None:
             raise gone()
-        wire.watch.allow(LOST_S)
+        wire.watch.allow(NETWORK.silence_s)
         newest = b""
         for _ in range(_MOST_CHUNKS):
             data = _chunk(response)

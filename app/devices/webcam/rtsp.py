@@ -35,7 +35,7 @@ __all__ = ["OPEN_S", "READ_S", "RtspWebcam", "open_url"]
 OPEN_S: Final = 6.0
 """Longest time that FFmpeg may take to open a stream, real seconds."""
 
-READ_S: Final = 3.0
+READ_S: Final = 6.5
 """Longest time that FFmpeg may wait for a picture, real seconds."""
 
 _FAILED_READS: Final = 3
@@ -195,5 +195,7 @@ def open_url(url: str) -> Capture:
         cv2.CAP_PROP_READ_TIMEOUT_MSEC,
         round(READ_S * 1000),
     ]
+    # Not even that a read took too long is for the terminal.
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
     with quiet():
         return cv2.VideoCapture(url, cv2.CAP_FFMPEG, limits)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
+from app.core.image_input import open_image
 from app.devices.webcam.pictures import fitted
 from app.devices.webcam.protocol import WebcamError
 from app.devices.webcam.stream import Manner, WebcamStream
@@ -195,16 +196,13 @@ def _place(names: list[str], shown: str, by: int) -> int:
 
 def _read(path: Path) -> Bytes | None:
     """Decode a picture as it is to be looked at, (H, W, 3) uint8 sRGB; None where none is."""
-    import OpenImageIO as oiio
-
     try:
         size = path.stat().st_size
         if not path.is_file() or not 0 < size <= _MOST_BYTES:
             return None
         # What a file says of its size is looked at before memory is asked for.
-        opened = oiio.ImageInput.open(str(path))
+        opened = open_image(path)
         if opened is None:
-            oiio.geterror()
             return None
         spec = opened.spec()
         opened.close()

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import threading
+import time
 from collections import deque
+from collections.abc import Callable  # noqa: TC003 - of a table at run time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -17,8 +20,6 @@ from app.devices.mailbox import Mailbox
 from app.devices.webcam.protocol import WebcamError, WebcamFrame, WebcamState
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from app.devices.clock import Clock
     from app.devices.webcam.protocol import Bytes, Source
 
@@ -35,6 +36,7 @@ _BLACK: Final = 12
 _SLOW_FPS: Final = 5.0
 _SLOW_AFTER_S: Final = 4.0
 _FINAL: Final = frozenset({"password", "password-refused"})
+_LEAVING_S: Final = 12.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +56,9 @@ class Manner:
         so on; the last one from then on.
     still : bool
         Whether one and the same picture over and over is as it should be.
+    silence_s : float
+        Seconds without a picture after which it is closed and opened again. It counts as lost
+        before; but a camera that serves one client may not let the next one in at once.
     """
 
     noun: str = "webcam"
@@ -61,6 +66,7 @@ class Manner:
     quicken: str = "More light makes it quicker; so does another USB socket."
     pauses_s: tuple[float, ...] = (0.5, 1.0, 2.0)
     still: bool = False
+    silence_s: float = LOST_S
 
 
 WEBCAM: Final = Manner()
@@ -172,6 +178,7 @@ class WebcamStream:
             self._thread = threading.Thread(
                 target=self._run, args=(self._token,), name="webcam", daemon=True
             )
+            _RUNNING[self._thread] = (self._token, self._cut)
             self._thread.start()
 
     def close(self, wait_s: float = 0.5) -> None:
@@ -193,6 +200,12 @@ class WebcamStream:
                 self._times.clear()
 
     def _run(self, token: Token) -> None:
+        try:
+            self._serve(token)
+        finally:
+            _RUNNING.pop(threading.current_thread(), None)
+
+    def _serve(self, token: Token) -> None:
         failures = 0
         with contextlib.suppress(Cancelled), self._using:
             while True:
@@ -230,7 +243,7 @@ class WebcamStream:
                 last = now
                 self._put(picture, now, token)
                 continue
-            if now - last > LOST_S:
+            if now - last > self._manner.silence_s:
                 raise self._silent()
             wait(self._clock, _NOTHING_S, token)
 
@@ -287,3 +300,18 @@ class WebcamStream:
             f"{self._manner.revive}; it goes on by itself.",
             "silent",
         )
+
+
+_RUNNING: dict[threading.Thread, tuple[Token, Callable[[], None]]] = {}
+
+
+@atexit.register
+def _leave() -> None:
+    """Wait for threads in a read: one that comes back while the program ends would abort it."""
+    running = dict(_RUNNING)
+    for token, cut in running.values():
+        token.cancel()
+        cut()
+    until = time.monotonic() + _LEAVING_S
+    for thread in running:
+        thread.join(max(until - time.monotonic(), 0.0))

@@ -14,6 +14,7 @@ from app.ui.widgets.buttons import Button
 from app.ui.widgets.keys import KeyHint
 from app.ui.widgets.labels import Text
 from app.ui.widgets.progress import Bar
+from app.ui.widgets.tips import describe
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,6 +38,7 @@ class JobLineBar(QWidget):
 
     cancel_asked = Signal(str)
     """Key of the job."""
+    messages_asked = Signal()
 
     def __init__(self, compact: bool, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -62,6 +64,10 @@ class JobLineBar(QWidget):
             row.addWidget(widget)
         row.addStretch(1)
         row.addWidget(self._hints)
+        self._bell = Button("", "bell", kind="quiet", size="small")
+        self._bell.clicked.connect(self.messages_asked)
+        row.addWidget(self._bell)
+        self.show_unread(0)
         self._cancel.clicked.connect(lambda: self.cancel_asked.emit(self._key))
         self.show_job(None)
 
@@ -96,10 +102,16 @@ class JobLineBar(QWidget):
             ``check``, or another that fits the words.
         """
         t = theme()
-        colour = t.c.ok if icon == "check" else t.c.dim
+        colour = {"check": t.c.ok, "error": t.c.err}.get(icon, t.c.dim)
         self._mark.setPixmap(icon_pixmap(icon, t.px(16), colour, self.devicePixelRatioF()))
         self._words.set_text(words)
         self.show_job(None)
+
+    def show_unread(self, count: int) -> None:
+        """Say how many messages were not read yet; the bell opens all of them."""
+        self._bell.set_text(str(count) if count else "")
+        name = f"Messages, {count} unread" if count else "Messages"
+        describe(self._bell, name, tip=name)
 
     def show_hints(self, hints: Sequence[tuple[str, str]]) -> None:
         """Show the screen's shortcuts.

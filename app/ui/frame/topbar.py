@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
 
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.buttons import IconButton, Pressable
+from app.ui.widgets.buttons import IconButton, Pressable, name_step
 from app.ui.widgets.chips import Chip
 from app.ui.widgets.paint import put_text, text_width
 
@@ -124,8 +124,8 @@ class TopBar(QWidget):
         self._camera.set("theta", words, warning=state.camera_warning)
         self._camera.setAccessibleName(f"Camera: {state.camera}")
         self._camera.setToolTip(f"Camera: {state.camera}")
-        _enable(self.undo_button, "Undo", state.undo, "Ctrl Z")
-        _enable(self.redo_button, "Redo", state.redo, "Ctrl Shift Z")
+        name_step(self.undo_button, "Undo", state.undo, "Ctrl Z")
+        name_step(self.redo_button, "Redo", state.redo, "Ctrl Shift Z")
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw it."""
@@ -137,8 +137,3 @@ class TopBar(QWidget):
 
     def _ask_sitter(self) -> None:
         self.sitter_asked.emit(self._sitter.mapToGlobal(QPoint(0, self._sitter.height())))
-
-
-def _enable(button: IconButton, verb: str, what: str, shortcut: str) -> None:
-    button.set_tip(f"{verb} {what}", shortcut)
-    button.set_available(bool(what), f"There is nothing to {verb.lower()}.")

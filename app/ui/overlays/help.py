@@ -14,9 +14,12 @@ from app.ui.widgets.labels import Text
 from app.ui.widgets.surfaces import Scroll
 
 if TYPE_CHECKING:
-    from app.ui.commands import Commands
+    from collections.abc import Sequence
 
-__all__ = ["HelpBody"]
+    from app.ui.commands import Commands
+    from app.ui.presenters.actions import Action
+
+__all__ = ["HelpBody", "key_lines"]
 
 _WORDS: Final = (
     (
@@ -42,6 +45,16 @@ _WORDS: Final = (
 )
 
 
+def key_lines(actions: Sequence[Action]) -> list[tuple[str, str]]:
+    """List keys with what each does: one line for each key, with its own words."""
+    lines: dict[str, str] = {}
+    for one in actions:
+        keys = written(one.shortcut) if one.shortcut else one.keys
+        if keys:
+            lines.setdefault(keys, one.words)
+    return list(lines.items())
+
+
 class HelpBody(QWidget):
     """Shortcuts of this screen and of all, and words.
 
@@ -64,11 +77,11 @@ class HelpBody(QWidget):
         grid.setVerticalSpacing(t.px(8))
         grid.setColumnStretch(0, 1)
         grid.setColumnStretch(1, 1)
-        bound = [one for one in commands.all_actions() if one.shortcut]
+        bound = key_lines(commands.all_actions())
         rows = -(-len(bound) // 2)
         hints: list[KeyHint] = []
-        for number, action in enumerate(bound):
-            hint = KeyHint(action.keys or written(action.shortcut), action.words)
+        for number, (keys, words) in enumerate(bound):
+            hint = KeyHint(keys, words)
             hints.append(hint)
             grid.addWidget(hint, number % rows, number // rows, Qt.AlignmentFlag.AlignLeft)
         for side in (hints[:rows], hints[rows:]):
@@ -83,9 +96,7 @@ class HelpBody(QWidget):
             pair.addWidget(Text(meaning, 14, role="dim", wrap=True))
             column.addLayout(pair)
         column.addStretch(1)
-        area = Scroll()
-        area.setWidget(inside)
-        area.setMinimumHeight(t.px(440))
+        area = Scroll(inside, height=440)
         whole = QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
         whole.addWidget(area)

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from app.ui.theme import theme
+from app.ui.widgets.buttons import Button
 from app.ui.widgets.icons import Icon
 from app.ui.widgets.labels import Role, Text
 from app.ui.widgets.surfaces import Scroll
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from app.ui.commands import Commands
+    from app.ui.notify import Message
 
 __all__ = ["MessagesBody"]
 
@@ -35,6 +40,7 @@ class MessagesBody(QWidget):
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()
+        self._commands = commands
         t = theme()
         inside = QWidget()
         column = QVBoxLayout(inside)
@@ -47,9 +53,14 @@ class MessagesBody(QWidget):
             row = QHBoxLayout()
             row.setSpacing(t.px(12))
             name, role = _ICONS[message.kind]
-            row.addWidget(Icon(name, 20, role, says=message.kind))
-            row.addWidget(Text(f"{message.moment:%H:%M}", 12, role="dim"))
-            row.addWidget(Text(message.text, 14, wrap=True), 1)
+            top = Qt.AlignmentFlag.AlignTop
+            row.addWidget(Icon(name, 20, role, says=message.kind), 0, top)
+            row.addWidget(Text(f"{message.moment:%H:%M}", 12, role="dim"), 0, top)
+            said = QVBoxLayout()
+            said.setSpacing(t.px(8))
+            said.addWidget(Text(message.text, 14, wrap=True))
+            said.addLayout(self._buttons(message))
+            row.addLayout(said, 1)
             column.addLayout(row)
         column.addStretch(1)
         area = Scroll()
@@ -57,3 +68,19 @@ class MessagesBody(QWidget):
         whole = QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
         whole.addWidget(area)
+
+    def _buttons(self, message: Message) -> QHBoxLayout:
+        """Offer again what could be done about it."""
+        line = QHBoxLayout()
+        line.setSpacing(theme().px(8))
+        for words, do in message.actions:
+            button = Button(words, size="small")
+            button.setAccessibleName(f"{words}: {message.text}")
+            button.clicked.connect(lambda _on=False, do=do: self._act(do))
+            line.addWidget(button)
+        line.addStretch(1)
+        return line
+
+    def _act(self, do: Callable[[], None]) -> None:
+        self._commands.close_overlay()
+        QTimer.singleShot(0, do)

@@ -118,15 +118,23 @@ class PlacesBody(QWidget):
                 detail.addWidget(Icon("warning", 16, says="warning"))
             detail.addWidget(Text(row.detail, 12, role="dim", wrap=True), 1)
             words.addLayout(detail)
-        opener = Button("Open again" if row.current else "Open", size="small")
-        opener.setAccessibleName(f"Open {row.name}")
-        opener.clicked.connect(lambda: self._leave(lambda: self._presenter.open(row.folder)))
-        line.addWidget(opener)
+        self._add_opener(row, line)
         more = IconButton("more", f"More about {row.name}", kind="quiet", size="small")
         more.clicked.connect(lambda: self._more(row, more))
         line.addWidget(more)
-        self._stops += [opener, more]
+        self._stops.append(more)
         return frame
+
+    def _add_opener(self, row: ShelfRow, line: QHBoxLayout) -> None:
+        """Offer to open or to finish it; of one without any frame nothing can be made."""
+        if row.left is not None and not row.left.can_finish:
+            return
+        words = "Finish" if row.left is not None else "Open again" if row.current else "Open"
+        opener = Button(words, size="small")
+        opener.setAccessibleName(f"{words.split()[0]} {row.name}")
+        opener.clicked.connect(lambda: self._leave(lambda: self._presenter.open(row.folder)))
+        line.addWidget(opener)
+        self._stops.append(opener)
 
     def _deleted_line(self, row: DeletedRow) -> QWidget:
         frame = PictureLine(row.name, None, _PICTURE)

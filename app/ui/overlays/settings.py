@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from shiboken6 import isValid
 
 from app.core.errors import CoreError
 from app.core.settings import SECTIONS, TABLE, Setting
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.fields import ListField, TextField
+from app.ui.widgets.file_dialogs import ask_folder
 from app.ui.widgets.labels import Text
 from app.ui.widgets.sliders import LabelledSlider
 from app.ui.widgets.surfaces import Scroll
@@ -37,6 +40,7 @@ class SettingsBody(QWidget):
     def __init__(self, commands: Commands) -> None:
         super().__init__()
         self._commands = commands
+        self._controls: dict[str, QWidget] = {}
         t = theme()
         inside = QWidget()
         column = QVBoxLayout(inside)
@@ -55,9 +59,7 @@ class SettingsBody(QWidget):
         foot.addStretch(1)
         column.addLayout(foot)
         column.addStretch(1)
-        area = Scroll()
-        area.setWidget(inside)
-        area.setMinimumHeight(t.px(480))
+        self._area = area = Scroll(inside, height=480)
         whole = QVBoxLayout(self)
         whole.setContentsMargins(0, 0, 0, 0)
         whole.addWidget(area)
@@ -75,9 +77,24 @@ class SettingsBody(QWidget):
         column = QVBoxLayout(line)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(theme().px(4))
-        column.addWidget(makers[entry.kind](entry, value))
+        self._controls[entry.key] = control = makers[entry.kind](entry, value)
+        column.addWidget(control)
         column.addWidget(Text(entry.help, 12, role="dim", wrap=True))
         return line
+
+    def reveal(self, key: str) -> None:
+        """Bring a setting into sight and give it the keyboard, once everything has its place."""
+
+        def show() -> None:
+            control = self._controls[key]
+            self._area.ensureWidgetVisible(control)
+            stop = control.focusProxy() or control
+            if stop.focusPolicy() == Qt.FocusPolicy.NoFocus:
+                parts = (one for one in control.findChildren(QWidget) if one.focusPolicy())
+                stop = next(parts, control)
+            stop.setFocus(Qt.FocusReason.ShortcutFocusReason)
+
+        QTimer.singleShot(0, self, show)
 
     def _toggle(self, entry: Setting, value: Value) -> QWidget:
         toggle = Toggle(entry.title)
@@ -123,10 +140,10 @@ class SettingsBody(QWidget):
         choose.setAccessibleName(f"Choose: {entry.title}")
 
         def ask() -> None:
-            name = QFileDialog.getExistingDirectory(self, entry.title, field.text())
-            if name:
-                field.set_text(name)
-                self._change(entry, name, field)
+            folder = ask_folder(self, entry.title, field.text())
+            if folder is not None and isValid(field):
+                field.set_text(str(folder))
+                self._change(entry, str(folder), field)
 
         choose.clicked.connect(ask)
         line = QWidget()

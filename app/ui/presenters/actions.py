@@ -38,6 +38,8 @@ class Action:
         One or two words for the line at the foot of the window; empty = not shown there.
     keys : str
         How the shortcut is written in that line, when it is not `shortcut` itself.
+    about : str
+        What it would act on now, to be read after `words`: "Undo" "delete My Rembrandt".
     """
 
     key: str
@@ -48,3 +50,4 @@ class Action:
     enabled: Callable[[], bool] = always
     hint: str = ""
     keys: str = ""
+    about: str = ""

@@ -7,7 +7,7 @@ of the one before, and the presenter looks into it from time to time.
 from __future__ import annotations
 
 import contextlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import cv2
@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from app.core.environment import reduce
 from app.core.errors import CoreError
-from app.core.files import atomic_write
 from app.core.images import write_exr
 from app.core.pack import load_named_pack
 from app.core.places import (
@@ -29,6 +28,8 @@ from app.core.portrait.again import Registered, register_again
 from app.core.probe.probe import measure
 from app.core.solve import solve_all
 from app.core.turning.words import turn_words
+from app.devices.capture.debts import FILE as OWED
+from app.devices.capture.debts import Debts
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import Session
 from app.devices.found import described
@@ -37,12 +38,15 @@ from app.devices.osc.client import OscClient
 from app.devices.osc.endpoint import ACCESS_POINT
 from app.devices.osc.messages import Info
 from app.devices.profiles import profile_for
+from app.ui.presenters.measuring import capture_facts, location_of, merged_light
 
 if TYPE_CHECKING:
     from datetime import datetime
     from pathlib import Path
 
+    from app.core.light_here import LightHere
     from app.core.pack import StylePack
+    from app.core.places import Place
     from app.core.probe.planner import PlannedShot
     from app.core.probe.rough import Rough
     from app.core.progress import Report, Token
@@ -147,15 +151,18 @@ class Captured:
     ----------
     folder : Path
         Of the place.
-    name : str
-        For the place.
+    place : Place
+        What is known of it.
+    light : LightHere
+        Its light, ready to be shown.
     result : CaptureResult
     registered : Registered or None
         How it lies on the place that was captured again; None where there was none.
     """
 
     folder: Path
-    name: str
+    place: Place
+    light: LightHere = field(repr=False)
     result: CaptureResult
     registered: Registered | None = None
 
@@ -266,6 +273,7 @@ def capture(
             delay_s=order.delay_s,
             on_status=on_status,
             token=token,
+            debts=Debts(order.places.with_name(OWED)),
         ).run()
     return _finished(order, recording, folder, name, result)
 
@@ -289,7 +297,7 @@ def merge_kept(order: Order, recording: Recording, token: Token, report: Report)
     probe = measure(paths, pack, token=token, report=report)
     target = session.folder / ENVIRONMENT
     merged = probe.merged
-    atomic_write(target, lambda path: write_exr(path, merged.radiance, merged.cd_m2))
+    write_exr(target, merged.radiance, merged.cd_m2)
     session.update(environment=ENVIRONMENT)
     result = CaptureResult(
         profile=profile_for(Info(journal.model)),
@@ -323,7 +331,17 @@ def _finished(
     if order.first is not None and result.probe.bracket.panorama:
         with contextlib.suppress(ValueError):
             registered = register_again(order.first, result.probe.display)
-    recording.captured = Captured(folder, name, result, registered)
+    probe = result.probe
+    kept = read_place(folder)
+    place = replace(
+        kept,
+        # When it was begun: one time for the head line, the list and the frames.
+        measured_at=kept.made_at,
+        location=location_of(probe),
+        capture=capture_facts(probe, result.profile.title, result.plan.kind),
+    )
+    light = merged_light(probe, name)
+    recording.captured = Captured(folder, place, light, result, registered)
     return recording.captured
 
 

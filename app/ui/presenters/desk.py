@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
@@ -9,15 +10,22 @@ from app.core.angles import wrap
 from app.core.errors import CoreError
 from app.core.pack import load_named_pack, load_transport_of, pack_names
 from app.core.painting import list_user_styles, solve_user_styles
-from app.core.places import Asked, Place, read_place
 from app.core.sheet.words import head_words
 from app.core.solve import Objective, solve_all
 from app.ui.presenters.in_turn import InTurn
 from app.ui.presenters.intake import sort_out
-from app.ui.presenters.keeping import Keeper
-from app.ui.presenters.measuring import capture_facts, location_of, merged_light
 from app.ui.presenters.model import Head, Step
-from app.ui.presenters.opening import Opened, kept_anew, read_kept, take_anew
+from app.ui.presenters.observe import Event
+from app.ui.presenters.opening import (
+    NotFinished,
+    Opened,
+    finish_files,
+    last_opened,
+    read_kept,
+    take_anew,
+)
+from app.ui.presenters.own_styles import OwnStyles
+from app.ui.presenters.saving import Saving
 from app.ui.presenters.undo import Undoable
 
 if TYPE_CHECKING:
@@ -29,8 +37,9 @@ if TYPE_CHECKING:
     from app.core.progress import Report, Token
     from app.core.settings import Settings
     from app.core.solve import StyleResult
-    from app.devices.capture.machine import CaptureResult
+    from app.ui.presenters.capturing import Captured
     from app.ui.presenters.services import Services
+    from app.ui.presenters.unfinished import Unfinished
 
 __all__ = ["Desk"]
 
@@ -45,45 +54,69 @@ _FALLBACK_HEAD: Final = "generic"
 class Desk:
     """Opens places, has them solved, and keeps them.
 
-    Parameters
-    ----------
-    services : Services
-        The window's.
-
     Attributes
     ----------
     file_work : InTurn
         For whatever changes the user's files, on any screen.
+    saving : Saving
+        Keeps the open place.
+    own_styles : OwnStyles
+        Renames them, puts them away, takes them in, on any screen.
+    places_changed : Event
+        A place was renamed, deleted or brought back.
     photo_taker : callable or None
         Takes files that may be photographs of the sitter, while a screen in front has a use for
         them; gives whether it did.
+    finisher : callable or None
+        Goes on with a capture that was interrupted.
     """
 
     def __init__(self, services: Services) -> None:
         self._services = services
         self._asked: tuple[object, ...] = ()
-        self._keeper = Keeper(services)
+        self._head_wanted = ""
         self._arrivals = InTurn(services, "open-arrived")
         self.file_work = InTurn(services, "files")
+        self.saving = Saving(services, self.file_work)
+        self.own_styles = OwnStyles(services, self.file_work)
+        self.places_changed = Event()
         self.photo_taker: Callable[[Sequence[Path]], bool] | None = None
+        self.finisher: Callable[[Unfinished], None] | None = None
         services.model.changed.connect(self._model_changed)
 
     # -- start and end -------------------------------------------------------------------------
 
-    def begin(self) -> None:
-        """Load the head that is set and the user's own styles."""
+    def begin(self, *, reopen: bool = False) -> None:
+        """Load the head that is set and the user's own styles; open the last place again."""
         self.load_head(self._services.model.settings.head)
         self.refresh_user_styles()
+        if reopen:
+            self._reopen()
+
+    def _reopen(self) -> None:
+        services = self._services
+        last, places = services.model.settings.last_place, services.folders.places
+        unkept = self.saving.unkept
+
+        def work(token: Token, report: Report) -> Opened | None:
+            folder = last_opened(last, places)
+            return None if folder is None else read_kept(folder, unkept(folder))
+
+        services.model.update(opening="the last place")
+        services.runner.submit(
+            "open", work, done=self._reopened, failed=self._open_failed, cancelled=self._no_longer
+        )
+
+    def _reopened(self, opened: Opened | None) -> None:
+        if opened is None:
+            self._no_longer()
+            return
+        # Whoever has gone on to another step meanwhile stays there.
+        self._opened(opened, self._services.model.step)
 
     def keep_all(self) -> bool:
-        """Write what is not yet on the disk, before going on.
-
-        Returns
-        -------
-        bool
-            Whether all of it is kept; why not has been told.
-        """
-        return self._keep_now()
+        """Write what is not yet on the disk; give whether all is kept. Why not has been told."""
+        return self.saving.keep_all()
 
     # -- who is lit ----------------------------------------------------------------------------
 
@@ -92,13 +125,8 @@ class Desk:
         return tuple((name, _title(name)) for name in pack_names())
 
     def load_head(self, name: str) -> None:
-        """Light another head.
-
-        Parameters
-        ----------
-        name : str
-            Of `heads`; one that is gone gives way to the generic one.
-        """
+        """Light another head of `heads`; one that is gone gives way to the generic one."""
+        self._head_wanted = name
         known = pack_names()
         wanted = name if name in known or name.endswith(".npz") else _FALLBACK_HEAD
         self._services.runner.submit(
@@ -147,8 +175,40 @@ class Desk:
         paths : sequence of Path
             Nothing that a screen has another use for.
         """
-        work, title = self._reading(paths)
-        self._services.runner.submit("open", work, title=title, done=self._opened)
+        self._open(*self._reading(paths))
+
+    def _open(self, work: Callable[[Token, Report], Opened], title: str) -> None:
+        self._services.model.update(opening=title.removeprefix("Opening "))
+        self._services.runner.submit(
+            "open",
+            work,
+            title=title,
+            done=self._opened,
+            failed=self._open_failed,
+            cancelled=self._no_longer,
+        )
+
+    def _no_longer(self) -> None:
+        # A newer one may have taken the place of the one that ended.
+        if not self._services.runner.running("open"):
+            self._services.model.update(opening="")
+
+    def _open_failed(self, error: Exception) -> None:
+        self._no_longer()
+        actions = []
+        if isinstance(error, NotFinished):
+            left = error.left
+            actions.append(("Finish it", lambda: self.finish(left)))
+        self._services.notify.tell_error(error, actions=actions, about="open")
+
+    def finish(self, left: Unfinished) -> None:
+        """Finish a place: merge the photographs that are here, or go on with its capture."""
+        if left.session is not None:
+            if self.finisher is not None:
+                self._services.model.update(step=Step.PROBE)
+                self.finisher(left)
+            return
+        self._open(lambda token, report: finish_files(left, token, report), f"Opening {left.name}")
 
     def take_in(self, paths: Sequence[Path]) -> None:
         """Open what has arrived by itself; the next that arrives waits until this is done.
@@ -159,67 +219,41 @@ class Desk:
             As for `open_paths`.
         """
         work, title = self._reading(paths)
-        self._arrivals.submit(work, title=title, done=self._opened)
+        self._arrivals.submit(work, title=title, done=self._opened, failed=self._open_failed)
 
     def open_demo(self) -> None:
         """Make a place of the demo location's panorama, without any camera."""
-        work, title = self._reading([self._services.folders.demo / "probe-1.exr"], _DEMO)
-        self._services.runner.submit("open", work, title=title, done=self._opened)
+        self._open(*self._reading([self._services.folders.demo / "probe-1.exr"], _DEMO))
 
     def open_place(self, folder: Path) -> None:
-        """Open a place that was kept.
-
-        Parameters
-        ----------
-        folder : Path
-            Of the place.
-        """
-        self._services.runner.submit(
-            "open",
-            lambda token, report: read_kept(folder, self._keeper.unkept(folder)),
-            title="Opening the place",
-            done=self._opened,
+        """Open a place that was kept."""
+        self._open(
+            lambda token, report: read_kept(folder, self.saving.unkept(folder)),
+            "Opening the place",
         )
 
-    def take_capture(self, folder: Path, name: str, result: CaptureResult) -> None:
-        """Make a place of what a camera measured; the originals are in its folder already.
+    def take_capture(self, captured: Captured) -> None:
+        """Show what a camera measured, at once; it is kept while it is looked at.
 
         Parameters
         ----------
-        folder : Path
-            Of the capture's session.
-        name : str
-            Of the new place.
-        result : CaptureResult
-            What the capture gave.
+        captured : Captured
+            The originals are in its folder already.
         """
-        now = self._services.today()
-        head = self._services.model.settings.head
-
-        def work(token: Token, report: Report) -> Opened:
-            del token, report
-            probe = result.probe
-            light = merged_light(probe, name)
-            place = replace(
-                read_place(folder),
-                measured_at=now,
-                head=head,
-                location=location_of(probe),
-                capture=capture_facts(probe, result.profile.title, result.plan.kind),
-            )
-            return kept_anew(folder, place, light)
-
-        # Nothing that is opened meanwhile takes its place: it would be measured, and not kept.
-        self._arrivals.submit(work, title="Saving the place", done=self._opened)
+        place = replace(captured.place, head=self._services.model.settings.head)
+        opened = Opened(captured.folder, place, captured.light)
+        self._opened(opened)
+        self.saving.store(opened)
 
     def close(self) -> None:
         """Keep the open place and put it away; none is open then."""
-        self._keep_now()
-        self._services.undo.clear()
+        self.saving.keep_now()
+        self._services.undo.forget_places()
         self._services.model.update(
             place_folder=None,
             place=None,
             light=None,
+            unkept="",
             front_deg=0.0,
             results=(),
             chosen=None,
@@ -242,7 +276,13 @@ class Desk:
 
         call(name)
         self._services.undo.push(
-            Undoable("renaming", lambda: call(before), lambda: call(name), len(name))
+            Undoable(
+                f"rename {before}",
+                lambda: call(before),
+                lambda: call(name),
+                len(name),
+                model.place_folder,
+            )
         )
 
     def note(self, notes: str) -> None:
@@ -278,7 +318,12 @@ class Desk:
 
         move(after)
         self._services.undo.push(
-            Undoable("move of the marker", lambda: move(before), lambda: move(after))
+            Undoable(
+                "move the marker",
+                lambda: move(before),
+                lambda: move(after),
+                place=model.place_folder,
+            )
         )
 
     # -- opening and solving -------------------------------------------------------------------
@@ -289,7 +334,7 @@ class Desk:
         """Prepare to read what there is; give it with its title."""
         given, services = tuple(paths), self._services
         places, now = services.folders.places, services.today()
-        head, unkept = services.model.settings.head, self._keeper.unkept
+        head, unkept = services.model.settings.head, self.saving.unkept
 
         def work(token: Token, report: Report) -> Opened:
             intake = sort_out(given)
@@ -301,16 +346,21 @@ class Desk:
 
         return work, f"Opening {name or (given[0].name if given else '')}"
 
-    def _opened(self, opened: Opened) -> None:
-        self._keep_now()
-        place = opened.place
-        self._services.undo.clear()
+    def _opened(self, opened: Opened, step: Step = Step.PROBE) -> None:
+        if opened.folder is not None and not opened.folder.is_dir():
+            # It was deleted while it was read.
+            self._no_longer()
+            return
+        self.saving.keep_now()
+        place, notify = opened.place, self._services.notify
+        self._services.undo.forget_places()
         self._asked = ()
-        head = self._services.model.head
-        if head is None or head.name != place.head:
-            # Before the light is there: else it would be solved with the other head.
-            self.load_head(place.head)
+        self._want_head(place.head)
+        for about in ("open", "keep"):
+            notify.mended(about)
         self._services.model.update(
+            opening="",
+            unkept="",
             place_folder=opened.folder,
             place=place,
             light=opened.light,
@@ -320,16 +370,32 @@ class Desk:
             needle_deg=place.needle_deg,
             goal_deg=place.goal_deg,
             painting=None,
-            step=Step.PROBE,
+            step=step,
         )
         for remark in place.remarks:
-            self._services.notify.tell(remark, kind="warning")
+            notify.tell(remark, kind="warning")
+        self._remember(opened.folder)
+        self.saving.hold(opened)
+
+    def _want_head(self, name: str) -> None:
+        """Load the head of a place before its light is there: else another would be lit."""
+        model, runner = self._services.model, self._services.runner
+        coming = runner.running("head") and self._head_wanted == name
+        if not coming and (model.head is None or model.head.name != name):
+            self.load_head(name)
+
+    def _remember(self, folder: Path | None) -> None:
+        """Note which place is opened at the next start."""
+        model, last = self._services.model, "" if folder is None else str(folder)
+        if last and last != model.settings.last_place:
+            with suppress(CoreError):
+                model.update(settings=model.settings.with_("last_place", last))
 
     def _model_changed(self, names: frozenset[str]) -> None:
         if names & _SOLVED_ANEW:
             self._solve()
         if names & _KEPT and "place_folder" not in names:
-            self._keep()
+            self.saving.keep()
 
     def _solve(self) -> None:
         model = self._services.model
@@ -361,48 +427,6 @@ class Desk:
         else:
             # Another style's goal is no goal for this one.
             model.update(results=results, chosen=_best(results), needle_deg=None, goal_deg=None)
-
-    # -- keeping -------------------------------------------------------------------------------
-
-    def _keep(self) -> None:
-        kept = self._current()
-        if kept is None:
-            return
-        folder, place = kept
-        self._keeper.keep(folder, place)
-
-    def _keep_now(self) -> bool:
-        kept = self._current()
-        if kept is None:
-            return True
-        try:
-            self._keeper.keep_now(*kept)
-        except (CoreError, OSError) as error:
-            self._services.notify.tell_error(error)
-            return False
-        return True
-
-    def _current(self) -> tuple[Path, Place] | None:
-        model = self._services.model
-        if model.place is None or model.place_folder is None or model.head is None:
-            return None
-        settings = model.settings
-        place = replace(
-            model.place,
-            front_deg=model.front_deg,
-            head=model.head.name,
-            asked=Asked(
-                model.head.name,
-                "paper" if settings.objective == "paper" else "picture",
-                settings.match_limit,
-                settings.strength_limit,
-            ),
-            results=model.results,
-            chosen=model.chosen,
-            needle_deg=model.needle_deg,
-            goal_deg=model.goal_deg,
-        )
-        return model.place_folder, place
 
 
 def _load_head(name: str) -> Head:

@@ -10,10 +10,13 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-__all__ = ["Findable", "best", "score"]
+__all__ = ["SEARCHED", "Findable", "best", "nothing_words", "score"]
 
 _WORDS: Final = re.compile(r"[^\W_]+")
 _MOST: Final = 50
+
+SEARCHED: Final = "an action, a style, a place, a lamp, a head or a setting"
+"""What can be found."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +109,11 @@ def best(wanted: str, things: Iterable[Findable]) -> Sequence[Findable]:
     ]
     fitting = [pair for pair in rated if pair[0] > 0.0]
     return [one for _, one in sorted(fitting, key=lambda pair: -pair[0])][:_MOST]
+
+
+def nothing_words(wanted: str) -> str:
+    """Say that nothing fits, and what could."""
+    return f"Nothing found for “{wanted.strip()}”. Type a few letters of {SEARCHED}."
 
 
 def _plain(text: str) -> str:

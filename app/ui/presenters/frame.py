@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Protocol
 
 from app.ui.presenters.model import Step
+from app.ui.presenters.sounds import sound_words
 
 if TYPE_CHECKING:
     from datetime import datetime
@@ -22,15 +23,18 @@ _SHOWN: Final = frozenset(
         "step",
         "place",
         "light",
+        "unkept",
         "head",
         "camera",
         "results",
         "chosen",
         "goal_deg",
+        "plan",
         "painting",
         "settings",
     }
 )
+_LEAVES: Final = frozenset({"step", "painting", "place_folder"})
 _MONTHS: Final = tuple(  # of English, whatever the system speaks
     "Jan Feb Mar Apr May Jun Jul Aug Sep Oct Nov Dec".split()  # noqa: SIM905
 )
@@ -98,7 +102,9 @@ class FramePresenter:
         self._services = services
         self._view: FrameView | None = None
         services.model.changed.connect(self._model_changed)
-        services.undo.changed.connect(self._refresh)
+        services.undo.changed.connect(lambda: self._undone(""))
+        services.undo.told.connect(self._undone)
+        self._said = ""
 
     def attach(self, view: FrameView) -> None:
         """Show everything in `view` from now on."""
@@ -110,7 +116,7 @@ class FramePresenter:
         model, undo = self._services.model, self._services.undo
         camera = model.camera
         place = model.place
-        status, icon = _status(model)
+        status, icon = (self._said, "undo") if self._said else self._status(model)
         return FrameState(
             step=model.step,
             done=_done(model),
@@ -126,9 +132,21 @@ class FramePresenter:
             status_icon=icon,
         )
 
+    def _status(self, model: Model) -> tuple[str, str]:
+        if model.step is Step.TURN:
+            return sound_words(model.settings.sounds, self._services.sounds)
+        return _status(model)
+
     def _model_changed(self, names: frozenset[str]) -> None:
+        if names & _LEAVES:
+            self._said = ""
         if names & _SHOWN:
             self._refresh()
+
+    def _undone(self, sentence: str) -> None:
+        """Say at the foot what was undone, until something else is done or comes to the front."""
+        self._said = sentence
+        self._refresh()
 
     def _refresh(self) -> None:
         if self._view is not None:
@@ -167,20 +185,21 @@ def _done(model: Model) -> frozenset[Step]:
         done.add(Step.PROBE)
     if model.goal_deg is not None:
         done.add(Step.STYLES)
+    if model.lamp_plan is not None:
+        done.add(Step.LIGHT)
     return frozenset(done)
 
 
 def _status(model: Model) -> tuple[str, str]:
     """Say what is to be known on this screen while nothing runs, and with which icon."""
-    if model.step is Step.TURN:
-        loud = model.settings.sounds
-        return (
-            ("Sound on: quicker as you get near", "sound") if loud else ("Sound off", "sound-off")
-        )
     if model.step is Step.STYLES and model.painting is not None:
         return "Every stroke is kept. Leave at any time.", "check"
     if model.light is None or not model.results:
         return "", "check"
+    if model.step is Step.PROBE and model.unkept:
+        return f"This place is not saved: {model.unkept}.", "warning"
+    if model.step is Step.PROBE and model.place is not None and not model.place.environment:
+        return "Saving this place…", "clock"
     if model.step is Step.PROBE:
         return "The place is kept with its answers.", "check"
     out = sum(not result.attainable for result in model.results)

@@ -11,10 +11,11 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-__all__ = ["Intake", "sort_out"]
+__all__ = ["FRAMES", "Intake", "sort_out"]
 
 _HDR: Final = frozenset({".exr", ".hdr", ".pic"})
-_FRAMES: Final = frozenset({".jpg", ".jpeg", ".png", ".tif", ".tiff", ".dng"})
+FRAMES: Final = frozenset({".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".dng"})
+"""Endings of photographs that may be frames of a bracket."""
 _PLACE_FILE: Final = "place.json"
 _MOST_LISTED: Final = 2000
 _MOST_FRAMES: Final = 64
@@ -67,7 +68,7 @@ def sort_out(paths: Sequence[Path]) -> Intake:
             return Intake(path.parent.name, place=path.parent)
     files = [file for path in paths for file in _files_of(path)]
     panoramas = [file for file in files if file.suffix.lower() in _HDR]
-    frames = [file for file in files if file.suffix.lower() in _FRAMES]
+    frames = [file for file in files if file.suffix.lower() in FRAMES]
     name = _name_of(paths, panoramas or frames)
     if len(panoramas) > 1:
         raise CoreError(

@@ -6,13 +6,17 @@ import threading
 from typing import TYPE_CHECKING, Final
 
 from app.core.places import PlaceError, write_place
+from app.core.places.encoding import to_json
 from app.devices.clock import wait
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from app.core.places import Place
+    from app.core.places.place import Source
     from app.core.progress import Report, Token
+    from app.core.settings.json_file import Facts
     from app.ui.presenters.services import Services
 
 __all__ = ["Keeper"]
@@ -29,14 +33,23 @@ class Keeper:
     ----------
     services : Services
         The window's.
+    done, failed : callable
+        Called when what was handed over is on the disk, or cannot be.
     """
 
-    def __init__(self, services: Services) -> None:
+    def __init__(
+        self,
+        services: Services,
+        done: Callable[[object], None],
+        failed: Callable[[Exception], None],
+    ) -> None:
         self._services = services
+        self._done, self._failed = done, failed
         self._lock = threading.Lock()
         self._writing = threading.Lock()
         self._waiting: dict[Path, Place] = {}
         self._begun = False
+        self._last: dict[Path, tuple[Source | None, Facts]] = {}
 
     def keep(self, folder: Path, place: Place) -> None:
         """Write a place soon; what is handed over until then takes its place.
@@ -52,7 +65,7 @@ class Keeper:
             begun, self._begun = self._begun, True
             self._waiting[folder] = place
         if not begun:
-            self._services.runner.submit("keep", self._soon)
+            self._services.runner.submit("keep", self._soon, done=self._done, failed=self._failed)
 
     def keep_now(self, folder: Path, place: Place) -> None:
         """Write a place before going on, as at the end; and whatever else still waits.
@@ -72,6 +85,11 @@ class Keeper:
         with self._lock:
             return self._waiting.get(folder)
 
+    def forget(self, folder: Path) -> None:
+        """Write nothing more of a place, as when it was kept elsewhere."""
+        with self._lock:
+            self._waiting.pop(folder, None)
+
     def _soon(self, token: Token, report: Report) -> None:
         del report
         try:
@@ -89,7 +107,8 @@ class Keeper:
             trouble: PlaceError | None = None
             for folder, place in waiting:
                 try:
-                    write_place(folder, place)
+                    if not self._holds(folder, place):
+                        write_place(folder, place)
                 except PlaceError as error:
                     # It waits on: a disk that is full now may have room later.
                     trouble = trouble or error
@@ -98,7 +117,17 @@ class Keeper:
         if trouble is not None:
             raise trouble
 
+    def _holds(self, folder: Path, place: Place) -> bool:
+        """Whether the file is as the place: it was read so, or written so since."""
+        source, facts = place.source, to_json(place)
+        before, last = self._last.get(folder, (None, None))
+        if source is None or before is not source:
+            # What was found damaged is written whole.
+            last = None if source is None or place.remarks else source.found
+        return facts == last
+
     def _written(self, folder: Path, place: Place) -> None:
+        self._last[folder] = (place.source, to_json(place))
         with self._lock:
             if self._waiting.get(folder) is place:
                 del self._waiting[folder]

@@ -25,7 +25,7 @@ from app.ui.presenters.light_state import (
     LightState,
     LightView,
 )
-from app.ui.presenters.light_words import lamp_name
+from app.ui.presenters.light_words import lamp_name, way_icon
 from app.ui.presenters.light_work import Held, Question, best_held, powers_for
 from app.ui.presenters.model import Step
 
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from app.core.solve import Objective
     from app.ui.presenters.desk import Desk
     from app.ui.presenters.light_lamps import Source
+    from app.ui.presenters.light_pictures import LampPlan
     from app.ui.presenters.light_work import Lamp
     from app.ui.presenters.services import Services
 
@@ -82,6 +83,7 @@ class LightPresenter:
         self._stop = nearest_stop(0.3)
         self._arm, self._floor = False, True
         self._held: Held | None = None
+        self._going = False
         self.work = LightWork(services, self._worked, self._answered)
         services.model.changed.connect(self._model_changed)
 
@@ -108,22 +110,27 @@ class LightPresenter:
 
     def left(self) -> None:
         """Nobody looks: nothing new is begun."""
-        self._in_front = False
+        self._in_front = self._going = False
 
     def actions(self) -> Sequence[Action]:
         """List what can be done here; what has hints comes first."""
         works = self._works
+        way = "turn" if self.front is None else way_icon(self.front.turn_refined_deg)
+        # Without a lamp there is nothing to move.
+        move, best, turn = (
+            ("move lamp", "best place", "turn first") if self.shelf.key else ("",) * 3
+        )
         return (
             Action("lamp-move", "Move the lamp", self.focus_lamp, "bulb", "", works,
-                   hint="move lamp", keys="Arrows"),
+                   hint=move, keys="Arrows"),
             Action("lamp-best", "Back to the best place of the lamp", self.go_best, "target", "",
-                   works, hint="best place", keys="Home"),
-            Action("lamp-turn", "Turn first, then hold the lamp", self.turn, "turn",
-                   "T; Return; Enter", works, hint="turn first", keys="T"),
+                   works, hint=best, keys="Home"),
+            Action("lamp-turn", "Turn first, then hold the lamp", self.turn, way,
+                   "T; Return; Enter", works, hint=turn, keys="T"),
             Action("lamp-weaker", "Turn the lamp down", lambda: self.step_power(-1), "minus", "",
                    lambda: self._may_step(-1), keys="PgDn"),
             Action("lamp-stronger", "Turn the lamp up", lambda: self.step_power(1), "plus", "",
-                   lambda: self._may_step(1)),
+                   lambda: self._may_step(1), keys="PgUp"),
             Action("lamp-own", "Capture a lamp of your own", self.shelf.begin, "plus"),
             Action("lamp-bright", "How bright is it here?", self.scale.ask, "sun", "",
                    lambda: self._services.model.light is not None),
@@ -212,17 +219,34 @@ class LightPresenter:
         self._hold(None)
 
     def _hold(self, held: Held | None) -> None:
-        self._held = held
+        self._held, self._going = held, False
         self._pursue_view()
         self._refresh()
 
     def turn(self) -> None:
         """Go to the turn that belongs to the lamp."""
-        one = self.front
-        if one is not None:
-            self._services.model.update(
-                chosen=one.name, needle_deg=None, goal_deg=one.turn_refined_deg, step=Step.TURN
-            )
+        self._going = True
+        self._go()
+
+    def _go(self) -> None:
+        """Take the lamp along, as soon as it is known what it gives where it is held."""
+        one, answers, held = self.front, self.work.answers, self._now
+        if not self._going or one is None or answers is None or held is None:
+            return
+        shown = Shown(answers, one, held, self._distance_m(), self.work.view)
+        match = self._resolver.match(shown)
+        if match is None:
+            return
+        self._going = False
+        hold = self._resolver.hold(shown, self._resolver.heads(shown))
+        self.work.plan(shown, match, hold, self._turn_with)
+
+    def _turn_with(self, plan: LampPlan) -> None:
+        model, held = self._services.model, self._held
+        name, front = plan.result.name, plan.answers.question.front_deg
+        goal = wrap(plan.result.turn_refined_deg - front)
+        model.update(chosen=name, needle_deg=None, goal_deg=goal, plan=plan, step=Step.TURN)
+        self._held = held
 
     def focus_lamp(self) -> None:
         """Give the keyboard to the lamp."""
@@ -334,6 +358,7 @@ class LightPresenter:
 
     def _worked(self) -> None:
         self._pursue_view()
+        self._go()
         self._refresh()
 
     # -- what it is about ----------------------------------------------------------------------

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from app.core.errors import CoreError
 from app.core.second_light.numbers import NEAREST_M, NumbersLamp
 from app.ui.presenters.light_lamps import nearest_stop
-from app.ui.presenters.light_pictures import look, targets
+from app.ui.presenters.light_pictures import LampPlan, look, result_with, targets
 from app.ui.presenters.light_state import DISTANCES_M
 from app.ui.presenters.light_words import lamp_name, rescued
 from app.ui.presenters.light_work import ask, closer, take_in_hand
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
     from app.core.second_light.search import Placed
     from app.ui.presenters.light_pictures import View
-    from app.ui.presenters.light_state import Bytes, Size
+    from app.ui.presenters.light_resolve import Shown
+    from app.ui.presenters.light_state import Bytes, HoldState, Size
     from app.ui.presenters.light_work import Answers, Held, InHand, Lamp, Question
     from app.ui.presenters.model import Head
     from app.ui.presenters.services import Services
@@ -30,6 +31,7 @@ _PLACES: Final = "light-places"
 _VIEW: Final = "light-view"
 _CLOSER: Final = "light-closer"
 _ROWS: Final = "light-rows"
+_PLAN: Final = "light-plan"
 _LITTLE_M: Final = 0.02
 
 
@@ -234,6 +236,21 @@ class LightWork:
             done=done,
             failed=lambda error: None,
         )
+
+    # -- the way to the turn -------------------------------------------------------------------
+
+    def plan(
+        self, shown: Shown, match: float, hold: HoldState, done: Callable[[LampPlan], None]
+    ) -> None:
+        """Make the plan of turning first and then holding the lamp; `done` is called with it."""
+        answers, name, held = shown.answers, shown.one.name, shown.held
+
+        def work() -> LampPlan:
+            result = result_with(answers, name, held, match)
+            lamp = lamp_name(answers.hand.lamp)
+            return LampPlan(answers, held, lamp, hold.hold, hold.hold_line, result)
+
+        self._services.runner.submit(_PLAN, lambda token, report: work(), done=done)
 
     # -- pictures ------------------------------------------------------------------------------
 

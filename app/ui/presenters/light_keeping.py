@@ -12,12 +12,14 @@ from app.core.second_light.library import (
     rename_lamp,
     restate_lamp,
     restore_lamp,
+    update_lamp,
 )
 from app.core.second_light.scale import read_lux
 from app.core.second_light.words import metres, read_metres
 from app.ui.presenters.actions import Action
 from app.ui.presenters.light_mask import MaskEdit, MaskLook, look_at_mask
 from app.ui.presenters.light_state import WordsAsk
+from app.ui.presenters.undo import FileChange
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -116,18 +118,20 @@ class LampKeeping:
             return
         try:
             if wish == "rename":
-                self._change(lamp, lambda: rename_lamp(folder, lamp.name, text))
+                self._change(lamp, "rename", lambda: rename_lamp(folder, lamp.name, text))
             elif wish == "distance":
                 far = check_distance(read_metres(text))
-                self._change(lamp, lambda: restate_lamp(folder, lamp.name, distance_m=far))
+                make = partial(restate_lamp, folder, lamp.name, distance_m=far)
+                self._change(lamp, "correct the distance of", make)
             else:
                 lux = read_lux(text)
-                self._change(lamp, lambda: restate_lamp(folder, lamp.name, lux=lux))
+                make = partial(restate_lamp, folder, lamp.name, lux=lux)
+                self._change(lamp, "correct the brightness of", make)
         except CoreError as error:
             self._say(str(error))
 
-    def _change(self, lamp: CapturedLamp, work: Callable[[], CapturedLamp]) -> None:
-        def done(_: CapturedLamp) -> None:
+    def _change(self, lamp: CapturedLamp, what: str, make: Callable[[], object]) -> None:
+        def done(_: object) -> None:
             self._say("")
             self._shelf.read_again(lamp.name)
 
@@ -137,7 +141,16 @@ class LampKeeping:
             else:
                 self._services.notify.tell_error(error)
 
-        self._desk.file_work.submit(lambda token, report: work(), done=done, failed=failed)
+        FileChange(
+            self._services.undo,
+            self._desk.file_work,
+            f"{what} {lamp.title}",
+            make,
+            lambda _: update_lamp(self._shelf.folder, lamp),
+            made=done,
+            undone=done,
+            failed=failed,
+        ).begin()
 
     def _say(self, sentence: str) -> None:
         own = self._shelf.own
@@ -167,24 +180,30 @@ class LampKeeping:
         )
 
     def delete(self) -> None:
-        """Put the lamp in hand away; the message that tells so can bring it back."""
+        """Put the lamp in hand away; undo, or the message that tells so, brings it back."""
         lamp, shelf = self._shelf.own, self._shelf
         if lamp is None:
             return
-        folder, files = shelf.folder, self._desk.file_work
-
-        def bring_back(trashed: TrashedLamp) -> None:
-            files.submit(
-                lambda token, report: restore_lamp(folder, trashed),
-                done=lambda back: shelf.take_own(back.name),
-            )
+        folder, tell, name = shelf.folder, self._services.notify.tell, lamp.name
 
         def deleted(trashed: TrashedLamp) -> None:
-            shelf.gone(lamp.name)
-            self._services.notify.tell(
-                f"{trashed.title} deleted",
-                kind="done",
-                actions=(("Undo", lambda: bring_back(trashed)),),
-            )
+            shelf.gone(trashed.name)
+            tell(f"{trashed.title} deleted", kind="done", actions=(("Undo", change.take_back),))
 
-        files.submit(lambda token, report: delete_lamp(folder, lamp.name), done=deleted)
+        def returned(back: CapturedLamp) -> None:
+            nonlocal name
+            name = back.name
+            shelf.take_own(name)
+            tell(f"{back.title} is back.", kind="done")
+
+        change = FileChange(
+            self._services.undo,
+            self._desk.file_work,
+            f"delete {lamp.title}",
+            lambda: delete_lamp(folder, name),
+            lambda trashed: restore_lamp(folder, trashed),
+            made=deleted,
+            undone=returned,
+            failed=self._services.notify.tell_error,
+        )
+        change.begin()

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from app.core.second_light.library import LampEntry
     from app.core.second_light.numbers import Kind
     from app.ui.presenters.light_state import LightView
-    from app.ui.presenters.services import Services
+    from app.ui.presenters.services import Action, Folders, Services
 
 __all__ = ["Shelf", "Source", "nearest_stop"]
 
@@ -60,6 +60,16 @@ class _Wanted:
     distance_m: float | None = None
 
 
+def lamps_of(folders: Folders) -> Path:
+    """Where the user's lamps are kept."""
+    return folders.home / _FOLDER
+
+
+def own_key(name: str) -> str:
+    """Key of a captured lamp in the list, by its name in the library."""
+    return f"{_OWN}{name}"
+
+
 class Shelf:
     """The lamps, and which of them is in hand.
 
@@ -94,7 +104,7 @@ class Shelf:
         self.key = ""
         self.own: CapturedLamp | None = None
         self._entries: tuple[LampEntry, ...] = ()
-        self.folder = services.folders.home / _FOLDER
+        self.folder = lamps_of(services.folders)
         self.capturing = CapturingState()
         self._wanted = _Wanted()
 
@@ -259,7 +269,12 @@ class Shelf:
             self.capturing = CapturingState()
             for words in said:
                 self._services.notify.tell(words, kind="warning")
+            self._services.notify.mended(_TAKE)
             self._taken(f"{_OWN}{name}")
+
+        def again() -> None:
+            self._wanted = wanted
+            self.take(given)
 
         self.capturing = CapturingState(busy=True)
         self._services.runner.submit(
@@ -267,15 +282,15 @@ class Shelf:
             work,
             title="Finding the lamp in its pictures",
             done=done,
-            failed=self._failed,
+            failed=lambda error: self._failed(error, [("Try again", again)]),
             cancelled=lambda: self._failed(None),
         )
         self._changed()
 
-    def _failed(self, error: Exception | None) -> None:
+    def _failed(self, error: Exception | None, actions: Sequence[Action] = ()) -> None:
         self.capturing = CapturingState()
         if error is not None:
-            self._services.notify.tell_error(error)
+            self._services.notify.tell_error(error, actions=actions, about=_TAKE)
         if self.key.startswith(_OWN) and self.own is None:
             self.key = ""
         self._changed()

@@ -15,6 +15,7 @@ from app.core.second_light.library import update_lamp
 from app.core.second_light.mask import find_mask
 from app.core.second_light.mask_brush import stroke
 from app.ui.presenters.light_words import lux_words
+from app.ui.presenters.undo import FileChange
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -264,9 +265,17 @@ class MaskEdit:
             update_lamp(folder, edited)
             return edited
 
-        self._desk.file_work.submit(
-            lambda token, report: work(), done=lambda _: self._kept(), failed=self._failed
+        change = FileChange(
+            self._services.undo,
+            self._desk.file_work,
+            f"new mask of {lamp.title}",
+            work,
+            lambda _: update_lamp(folder, lamp),
+            made=lambda _: self._kept(change),
+            undone=lambda _: self._saved(),
+            failed=self._failed,
         )
+        change.begin()
         self._refresh()
 
     # -- inside --------------------------------------------------------------------------------
@@ -314,19 +323,14 @@ class MaskEdit:
             self._error = "The mask was not saved."
         self._refresh()
 
-    def _kept(self) -> None:
-        lamp, folder, desk = self._lamp, self._folder, self._desk
+    def _kept(self, change: FileChange[CapturedLamp]) -> None:
         self._busy = False
         if self._view is not None:
             self._view.shut()
-
-        def back() -> None:
-            desk.file_work.submit(
-                lambda token, report: update_lamp(folder, lamp), done=lambda _: self._saved()
-            )
-
         self._services.notify.tell(
-            f"Mask of “{lamp.title}” saved.", kind="done", actions=(("Undo", back),)
+            f"Mask of “{self._lamp.title}” saved.",
+            kind="done",
+            actions=(("Undo", change.take_back),),
         )
         self._saved()
 

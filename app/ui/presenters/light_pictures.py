@@ -3,36 +3,40 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.angles import wrap
-from app.core.colour import luminance
-from app.core.gallery import framing, portraits
+from app.core.angles import TURNS, direction, wrap
+from app.core.colour import LUMINANCE_WEIGHTS, luminance
+from app.core.gallery import framing, portraits, value_at
 from app.core.light_here import turned
 from app.core.second_light.captured import CapturedLamp, placed_at
 from app.core.second_light.near import near_picture
 from app.core.second_light.placements import ALTITUDES_DEG
 from app.core.transport import render, to_image
+from app.ui.presenters.light_work import best_held
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.core.second_light.search import Placed
+    from app.core.solve import StyleResult
     from app.ui.presenters.light_state import Size
-    from app.ui.presenters.light_work import Answers, Held, InHand
+    from app.ui.presenters.light_work import Answers, Held, InHand, Question
     from app.ui.presenters.model import Head
 
-__all__ = ["View", "look", "targets"]
+__all__ = ["LampPlan", "View", "look", "portrait_with", "result_with", "targets"]
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
 
 _STEP_DEG: Final = 5.625
 _HIDES_ROWS: Final = len(ALTITUDES_DEG)
+_HARDLY_LESS: Final = 0.97  # of the best match: the rule of the tolerance arc
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,6 +70,124 @@ class View:
     target: Bytes = field(repr=False)
     match: float
     strength: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LampPlan:
+    """The lamp that belongs to a turn: one value for every screen on the way there.
+
+    Attributes
+    ----------
+    answers : Answers
+        That it was taken from.
+    held : Held
+        Where the lamp is to be held, and at which power.
+    lamp : str
+        "the LED panel".
+    hold, where : str
+        "Hold the LED panel in front, raised 28°, at full power", and how far from head and skin.
+    result : StyleResult
+        Of the style with the lamp held there; turns are counted from the panorama's centre.
+    """
+
+    answers: Answers = field(repr=False)
+    held: Held
+    lamp: str
+    hold: str
+    where: str
+    result: StyleResult = field(repr=False)
+
+
+def result_with(answers: Answers, name: str, held: Held, match: float) -> StyleResult:
+    """Answer for a style with the lamp held at a spot, whatever the turn.
+
+    Parameters
+    ----------
+    answers : Answers
+        Where the lamp belongs.
+    name : str
+        Of a style in them.
+    held : Held
+        Where the lamp is held, and at which power.
+    match : float
+        With it at the style's turn, as shown on the Light screen.
+
+    Returns
+    -------
+    StyleResult
+        Turns are counted from the panorama's centre.
+    """
+    one = answers.of(name)
+    if one is None:
+        raise KeyError(name)
+    question = answers.question
+    facing = wrap(one.turn_refined_deg + question.front_deg)
+    curve = _match_curve(answers, name, held)
+    # The search looks at whole steps and rounds a little otherwise: the number shown counts.
+    curve = np.clip(curve + (match - value_at(curve, facing)), -100.0, 100.0)
+    if held == best_held(one):
+        curve = np.minimum(curve, match)
+    before = one.before.seen_from(-question.front_deg)
+    return replace(
+        before,
+        turn_deg=wrap(one.turn_deg + question.front_deg),
+        turn_refined_deg=facing,
+        direction=direction(facing),
+        match_curve=curve,
+        match=match,
+        attainable=match >= question.epsilon,
+        arc_deg=_arc(curve, facing, _HARDLY_LESS * match),
+        peaks=(),
+    )
+
+
+def _match_curve(answers: Answers, name: str, held: Held) -> Float64:
+    """(64,) match with the lamp held at a spot, the sitter facing azimuth 5.625 k deg."""
+    hand, question = answers.hand, answers.question
+    transport, pack = hand.head.transport, hand.head.pack
+    lamp, hidden = _of_lamp(hand, held)
+    left = ((1.0 - hidden) * question.gain)[..., None]
+    light = question.light.searched
+    turns = np.stack([np.roll(light, -k, axis=1) * left for k in range(TURNS)], axis=-1)
+    rows = transport.texel_basis @ turns.reshape(len(left) * left.shape[1], -1)
+    coordinates = rows.reshape(len(rows), 3, TURNS)
+    face = transport.face
+    seen = luminance(lamp[face]).astype(np.float64)[:, None] + sum(
+        weight * (transport.pixel_basis[c][face] @ coordinates[:, c])
+        for c, weight in enumerate(LUMINANCE_WEIGHTS)
+    )
+    flat = pack.target(name).reshape(-1, 3)[transport.pixels[face]]
+    wanted = luminance(flat).astype(np.float64)
+    wanted -= wanted.mean()
+    seen -= seen.mean(axis=0)
+    size = np.linalg.norm(wanted) * np.linalg.norm(seen, axis=0)
+    curve: Float64 = 100.0 * (wanted @ seen) / np.maximum(size, 1e-30)
+    return curve
+
+
+def _arc(curve: Float64, turn_deg: float, least: float) -> tuple[float, float]:
+    """Follow a curve from a turn both ways, by degrees, as long as it gives enough."""
+    steps = np.arange(360)
+    nodes = np.arange(TURNS + 1) * _STEP_DEG
+    around = np.interp((turn_deg + steps) % 360.0, nodes, np.append(curve, curve[0])) >= least
+    if around.all():
+        return -180.0, 180.0
+    after, before = np.argmin(around[1:]), np.argmin(around[:0:-1])
+    return wrap(turn_deg - float(before)), wrap(turn_deg + float(after))
+
+
+def portrait_with(plan: LampPlan, facing_deg: float, size: Size) -> Bytes:
+    """Portrait with the lamp held where a plan says, the face at an azimuth of the panorama."""
+    hand, question = plan.answers.hand, plan.answers.question
+    return _portrait(hand.head, _lit(hand, question, plan.held, facing_deg), size)
+
+
+def _lit(hand: InHand, question: Question, held: Held, facing_deg: float) -> Float32:
+    """Picture (P, 3) of the place and the lamp together, cd/m2."""
+    lamp, hidden = _of_lamp(hand, held)
+    place = turned(question.light, facing_deg, hand.head.transport.environment_shape)
+    place = place * ((1.0 - hidden) * question.gain)[..., None]
+    return render(hand.head.transport, place) + lamp
 
 
 def targets(head: Head, size: Size, names: Sequence[str] | None = None) -> dict[str, Bytes]:
@@ -106,12 +228,8 @@ def look(answers: Answers, name: str, held: Held, size: Size, known: View | None
     if one is None:
         raise KeyError(name)
     hand, question = answers.hand, answers.question
-    transport = hand.head.transport
     facing = wrap(one.turn_refined_deg + question.front_deg)
-    lamp_picture, hidden = _of_lamp(hand, held)
-    place = turned(question.light, facing, transport.environment_shape)
-    place = place * ((1.0 - hidden) * question.gain)[..., None]
-    picture = render(transport, place) + lamp_picture
+    picture = _lit(hand, question, held, facing)
     match, strength = _judge(hand.head, name, picture)
     shown = _portrait(hand.head, picture, size)
     if known is not None and (known.answers, known.name, known.size) == (answers, name, size):

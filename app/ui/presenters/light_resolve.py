@@ -16,6 +16,7 @@ from app.ui.presenters.light_sky import sky_of
 from app.ui.presenters.light_state import DetailState, HeadsState, HoldState, Section, SkyState
 from app.ui.presenters.light_words import (
     better,
+    go_words,
     lamp_name,
     move_words,
     place_words,
@@ -23,6 +24,7 @@ from app.ui.presenters.light_words import (
     sections_of,
     turn_title,
     verdict_at,
+    way_icon,
     weak_words,
     without_tag,
 )
@@ -156,6 +158,8 @@ class Resolver:
             turn=turn_title(turn),
             turn_line=place_words(heads.place_light_deg),
             turn_works=True,
+            go=go_words(turn),
+            go_icon=way_icon(turn),
             hold=f"Hold {name} {', '.join(where)}{_power_words(shown)}",
             hold_line=f"{far[:1].upper()}{far[1:]}, {skin}.",
             map_title=f"Where this lamp works at this turn{_map_power(shown)}",
@@ -195,6 +199,14 @@ class Resolver:
             verdict_words=words,
             stale=view.held != shown.held,
         )
+
+    def match(self, shown: Shown) -> float | None:
+        """Give the match with the lamp where it is held; None while that is worked out."""
+        view = shown.view
+        known = view is not None and view.answers is shown.answers and view.name == shown.one.name
+        if shown.at_best:
+            return shown.one.match
+        return view.match if view is not None and known and view.held == shown.held else None
 
     def _numbers(self, shown: Shown) -> tuple[tuple[str, str], ...]:
         one, view = shown.one, shown.view

@@ -234,6 +234,8 @@ class HoldState:
         "Turn 56° counter-clockwise", and what that does.
     turn_works : bool
         Whether there is a turn to go to.
+    go, go_icon : str
+        Of the button that goes there; the icon shows which way round.
     hold, hold_line : str
         "Hold the LED panel to the sitter’s left (camera right), …", and how far away.
     map_title : str
@@ -243,6 +245,8 @@ class HoldState:
     turn: str = ""
     turn_line: str = ""
     turn_works: bool = False
+    go: str = "Turn first"
+    go_icon: str = "turn"
     hold: str = ""
     hold_line: str = ""
     map_title: str = "Where this lamp works at this turn"

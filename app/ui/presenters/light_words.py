@@ -10,7 +10,7 @@ from app.core.angles import wrap
 from app.core.second_light.captured import CapturedLamp
 from app.core.second_light.dimming import power_words
 from app.core.second_light.words import metres
-from app.core.turning.words import signed, turn_words, whole
+from app.core.turning.words import direction_of, signed, turn_words, whole
 from app.ui.presenters.light_state import RowState, Section
 from app.ui.presenters.styles_gallery import side_line, whole_of
 
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 __all__ = [
     "GAIN",
     "better",
+    "go_words",
     "lamp_name",
     "lamp_words",
     "lux_words",
@@ -35,6 +36,7 @@ __all__ = [
     "sections_of",
     "turn_title",
     "verdict_at",
+    "way_icon",
     "weak_words",
     "without_tag",
 ]
@@ -83,6 +85,18 @@ def lamp_name(lamp: Lamp) -> str:
 def turn_title(turn_deg: float) -> str:
     """Write the first step: "Turn 56° counter-clockwise"."""
     return "No turn needed" if whole(turn_deg) == 0 else f"Turn {turn_words(turn_deg)}"
+
+
+def go_words(turn_deg: float) -> str:
+    """Write what the button does that leads on: there may be no turn to make."""
+    return "Hold it now" if whole(turn_deg) == 0 else "Turn first"
+
+
+def way_icon(turn_deg: float) -> str:
+    """Give the icon that shows which way round a turn goes."""
+    return {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}.get(
+        direction_of(turn_deg), "bulb"
+    )
 
 
 def place_words(azimuth_deg: float | None) -> str:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from app.core.angles import wrap
+from app.core.angles import difference, wrap
 from app.core.settings import Settings
 from app.ui.presenters.observe import Event
 
@@ -20,8 +20,11 @@ if TYPE_CHECKING:
     from app.core.solve import StyleResult
     from app.core.transport import Transport
     from app.devices.found import FoundCamera
+    from app.ui.presenters.light_pictures import LampPlan
 
 __all__ = ["CameraSeen", "Head", "Model", "Step"]
+
+_SAME_DEG: Final = 1e-6
 
 
 class Step(StrEnum):
@@ -92,6 +95,10 @@ class Model:
         What is kept of it.
     light : LightHere or None
         Its light.
+    opening : str
+        What is being opened; "" while nothing is.
+    unkept : str
+        Why the open place is not on the disk as it is; "" when it is.
     front_deg : float
         Azimuth in the panorama's file at which the photographer stands.
     head : Head or None
@@ -108,6 +115,8 @@ class Model:
         Turn that is looked at; None is the best one.
     goal_deg : float or None
         Turn to go to, set by "Turn to this"; None is the best one.
+    plan : LampPlan or None
+        The lamp that was planned for a goal; `lamp_plan` says whether it still belongs to it.
     painting : str or None
         Name of the style that is being painted on, "" for one from nothing; None in the gallery.
     camera : CameraSeen or None
@@ -120,6 +129,8 @@ class Model:
     place_folder: Path | None
     place: Place | None
     light: LightHere | None
+    opening: str
+    unkept: str
     front_deg: float
     head: Head | None
     results: tuple[StyleResult, ...]
@@ -128,6 +139,7 @@ class Model:
     chosen: str | None
     needle_deg: float | None
     goal_deg: float | None
+    plan: LampPlan | None
     painting: str | None
     camera: CameraSeen | None
     settings: Settings
@@ -138,6 +150,8 @@ class Model:
         self.place_folder = None
         self.place = None
         self.light = None
+        self.opening = ""
+        self.unkept = ""
         self.front_deg = 0.0
         self.head = None
         self.results = ()
@@ -146,6 +160,7 @@ class Model:
         self.chosen = None
         self.needle_deg = None
         self.goal_deg = None
+        self.plan = None
         self.painting = None
         self.camera = None
         self.settings = Settings() if settings is None else settings
@@ -190,6 +205,23 @@ class Model:
     def result(self) -> StyleResult | None:
         """Answer for the chosen style."""
         return next((one for one in self.results if one.name == self.chosen), None)
+
+    @property
+    def lamp_plan(self) -> LampPlan | None:
+        """The lamp to hold at the goal; None where the goal has none, or is another one by now."""
+        plan = self.plan
+        if plan is None or self.goal_deg is None or plan.result.name != self.chosen:
+            return None
+        hand, question = plan.answers.hand, plan.answers.question
+        off = difference(self.azimuth_of(self.goal_deg), plan.result.turn_refined_deg)
+        same = hand.head is self.head and question.light is self.light and abs(off) < _SAME_DEG
+        return plan if same else None
+
+    @property
+    def goal_result(self) -> StyleResult | None:
+        """Answer for the chosen style as it will be at the goal: with its lamp, if it has one."""
+        plan = self.lamp_plan
+        return self.result if plan is None else plan.result.seen_from(self.front_deg)
 
     @property
     def target_turn_deg(self) -> float | None:

@@ -4,33 +4,50 @@ from __future__ import annotations
 
 import shutil
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.core.environment import read_environment
+from app.core.errors import Cancelled, CoreError
 from app.core.light_here import LightHere, prepare
 from app.core.pack import load_named_pack
 from app.core.places import (
+    PLACE,
     CaptureFacts,
     Location,
     Place,
+    PlaceError,
     adopt_files,
     create_place,
+    list_places,
     read_light,
     read_place,
     store_environment,
+    summarise,
     write_place,
 )
 from app.core.second_light.scale import stated_white
+from app.ui.presenters.intake import Intake
 from app.ui.presenters.measuring import capture_facts, location_of, merged_light
+from app.ui.presenters.unfinished import left_over
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from datetime import datetime
-    from pathlib import Path
 
     from app.core.progress import Report, Token
-    from app.ui.presenters.intake import Intake
+    from app.ui.presenters.unfinished import Unfinished
 
-__all__ = ["Opened", "kept_anew", "read_kept", "take_anew"]
+__all__ = [
+    "NotFinished",
+    "Opened",
+    "finish_files",
+    "kept_anew",
+    "kept_in",
+    "last_opened",
+    "read_kept",
+    "take_anew",
+]
 
 _HEAD: Final = "generic"
 
@@ -41,17 +58,37 @@ class Opened:
 
     Attributes
     ----------
-    folder : Path
-        Of the place.
+    folder : Path or None
+        Of the place; None where it could not be kept.
     place : Place
         What is known of it.
     light : LightHere
         Its light.
+    files : tuple of Path
+        Photographs that belong to it and are not in its folder.
+    trouble : Exception or None
+        Why it could not be kept.
     """
 
-    folder: Path
+    folder: Path | None
     place: Place
     light: LightHere
+    files: tuple[Path, ...] = ()
+    trouble: Exception | None = None
+
+
+class NotFinished(PlaceError):
+    """A place has no light yet, and can be finished.
+
+    Attributes
+    ----------
+    left : Unfinished
+        What there is of it.
+    """
+
+    def __init__(self, error: CoreError, left: Unfinished) -> None:
+        super().__init__(error.message, error.hint)
+        self.left = left
 
 
 def read_kept(folder: Path, unkept: Place | None) -> Opened:
@@ -70,48 +107,91 @@ def read_kept(folder: Path, unkept: Place | None) -> Opened:
 
     Raises
     ------
+    NotFinished
+        When it has no light, and something to make it of.
     PlaceError
         When it or its light cannot be read.
     """
     place = unkept or read_place(folder)
-    environment, remarks = read_light(folder, place)
+    try:
+        environment, remarks = read_light(folder, place)
+    except CoreError as error:
+        summary = summarise(folder)
+        left = None if summary is None else left_over(summary)
+        if left is None or not left.can_finish:
+            raise
+        raise NotFinished(error, left) from error
     place = replace(place, remarks=(*place.remarks, *remarks))
     return Opened(folder, place, prepare(environment))
 
 
-def kept_anew(folder: Path, place: Place, light: LightHere) -> Opened:
-    """Keep a place with a new light.
+def kept_anew(opened: Opened, *, open_since: bool = False) -> Opened:
+    """Keep the light of a place that has a folder, and what is known of it.
 
     Parameters
     ----------
-    folder : Path
-        Of the place.
-    place : Place
-        What is known of it.
-    light : LightHere
-        What was measured.
-
-    Returns
-    -------
-    Opened
+    opened : Opened
+        Its folder is there.
+    open_since : bool, optional
+        The place is on the screen already: what its file says of the same measurement is newer.
 
     Raises
     ------
     PlaceError
         When the disk refuses.
     """
+    folder, place, light = opened.folder, opened.place, opened.light
+    assert folder is not None
     white = place.capture.white_cd_m2 if place.capture else None
     radiance, display = light.environment.radiance, light.display
     stored = store_environment(folder, radiance, display, white_cd_m2=white)
+    if open_since:
+        found = read_place(folder)
+        place = found if found.measured_at == place.measured_at else place
     whole = replace(place, environment=stored.environment, fingerprint=stored.fingerprint)
     write_place(folder, whole)
     return Opened(folder, whole, light)
 
 
+def kept_in(
+    places: Path, place: Place, light: LightHere, files: Sequence[Path], token: Token
+) -> Opened:
+    """Keep a place in a new folder; one that cannot be finished leaves nothing.
+
+    Parameters
+    ----------
+    places : Path
+        Folder of the places.
+    place : Place
+        What is known of it.
+    light : LightHere
+        Its light.
+    files : sequence of Path
+        Photographs to be copied into it.
+    token : Token
+        Stops it.
+
+    Raises
+    ------
+    CoreError
+        When the disk refuses.
+    """
+    folder = create_place(places, place.name, place.made_at, spot=place.spot)
+    try:
+        if files:
+            adopt_files(folder, files, token)
+        kept = read_place(folder)
+        return kept_anew(Opened(folder, replace(place, spot=kept.spot, source=kept.source), light))
+    except BaseException:
+        # All that is in it are copies; without its light it could not be opened.
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+
+
 def take_anew(
     intake: Intake, places: Path, now: datetime, head: str, token: Token, report: Report
 ) -> Opened:
-    """Make a place of a panorama or a bracket; one that cannot be finished leaves nothing.
+    """Make a place of a panorama or a bracket; where it cannot be kept it is there all the same.
 
     Parameters
     ----------
@@ -127,31 +207,55 @@ def take_anew(
         Stops it.
     report : Report
 
-    Returns
-    -------
-    Opened
-
     Raises
     ------
     CoreError
-        When the files cannot be read or measured, or the place cannot be kept.
+        When the files cannot be read or measured.
     Cancelled
         When the token was cancelled.
     """
     light, location, facts = _measured(intake, token, report)
     token.check()
     report(0.9, "Saving the place")
-    folder = create_place(places, intake.name, now)
+    # When the light of files was measured nobody knows: their place has no age.
+    place = Place(intake.name, now, head=head, location=location, capture=facts)
     try:
-        if intake.frames:
-            adopt_files(folder, intake.frames, token)
-        # When the light of files was measured nobody knows: their place has no age.
-        place = replace(read_place(folder), head=head, location=location, capture=facts)
-        return kept_anew(folder, place, light)
-    except BaseException:
-        # All that is in it are copies; without its light it could not be opened.
-        shutil.rmtree(folder, ignore_errors=True)
+        return kept_in(places, place, light, intake.frames, token)
+    except Cancelled:
         raise
+    except (CoreError, OSError) as error:
+        return Opened(None, place, light, intake.frames, error)
+
+
+def last_opened(last: str, places: Path) -> Path | None:
+    """Find the place that was open last; where that is not known, the newest that has light.
+
+    Parameters
+    ----------
+    last : str
+        Its folder; "" where none is known.
+    places : Path
+        Folder of the places.
+    """
+    if last and (Path(last) / PLACE).is_file():
+        return Path(last)
+    whole = (one for one in list_places(places) if one.has_light and one.state == "whole")
+    return next((one.folder for one in whole), None)
+
+
+def finish_files(left: Unfinished, token: Token, report: Report) -> Opened:
+    """Merge the photographs that are in the folder of an unfinished place.
+
+    Raises
+    ------
+    CoreError
+        When they cannot be merged, or the disk refuses.
+    Cancelled
+        When the token was cancelled.
+    """
+    light, location, facts = _measured(Intake(left.name, frames=left.files), token, report)
+    place = replace(read_place(left.folder), location=location, capture=facts)
+    return kept_anew(Opened(left.folder, place, light))
 
 
 def _measured(

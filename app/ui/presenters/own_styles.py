@@ -11,47 +11,64 @@ from app.core.painting import (
     duplicate,
     export_style,
     import_style,
+    read_user_style,
     rename,
     restore,
+    text_path,
 )
+from app.ui.presenters.observe import Event
+from app.ui.presenters.paint_drafts import bring_draft_back, put_draft_away
+from app.ui.presenters.undo import FileChange
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
     from app.core.painting import Trashed, UserStyle
-    from app.ui.presenters.desk import Desk
+    from app.ui.presenters.in_turn import InTurn
     from app.ui.presenters.services import Services
 
 __all__ = ["OwnStyles"]
 
 
 class OwnStyles:
-    """Changes the files of the user's styles, and the model with them.
+    """Changes the files of the user's styles, and the model with them; the desk has the only one.
 
-    Files are changed one after the other, see `Desk.file_work`; what a screen does beyond that
-    it does in the callables that it gives.
+    Files are changed one after the other, see `Desk.file_work`. What a screen does beyond that it
+    does in the callables that it gives; what any screen has to know is told by the events.
 
     Parameters
     ----------
     services : Services
         The window's.
-    desk : Desk
+    files : InTurn
         In whose turn files are changed.
+
+    Attributes
+    ----------
+    leaving : Event
+        Emits the name of a style that is about to be put away: what is unsaved is written now.
+    gone : Event
+        Emits the name of a style that was put away.
+    back : Event
+        Emits the former name of a style that was brought back, and the style.
+    renamed : Event
+        Emits a style that has another title.
     """
 
-    def __init__(self, services: Services, desk: Desk) -> None:
+    def __init__(self, services: Services, files: InTurn) -> None:
         self._services = services
-        self._desk = desk
+        self._files = files
+        self.leaving, self.gone, self.back, self.renamed = Event(), Event(), Event(), Event()
 
     def rename(
         self,
         style: UserStyle,
         title: str,
-        done: Callable[[UserStyle], None],
+        done: Callable[[], None],
         trouble: Callable[[str], None],
     ) -> None:
-        """Give a style another title.
+        """Give a style another title; can be undone.
 
         Parameters
         ----------
@@ -60,15 +77,20 @@ class OwnStyles:
         title : str
             Any text.
         done : callable
-            Called with the renamed style once the model has it.
+            Called once the model has the renamed style.
         trouble : callable
             Called with a sentence when the title cannot be taken.
         """
         folder = self._services.folders.styles
 
+        def call(text: str) -> UserStyle:
+            # With its newest weights: it may have been painted on since.
+            return rename(folder, read_user_style(text_path(folder, style.name)), text)
+
         def renamed(other: UserStyle) -> None:
             self._put([other if one.name == other.name else one for one in self._known()])
-            done(other)
+            self.renamed.emit(other)
+            done()
 
         def failed(error: Exception) -> None:
             if isinstance(error, CoreError):
@@ -76,50 +98,67 @@ class OwnStyles:
             else:
                 self._services.notify.tell_error(error)
 
-        self._desk.file_work.submit(
-            lambda token, report: rename(folder, style, title), done=renamed, failed=failed
-        )
+        FileChange(
+            self._services.undo,
+            self._files,
+            f"rename {style.title}",
+            lambda: call(title),
+            lambda _: call(style.title),
+            made=renamed,
+            undone=renamed,
+            failed=failed,
+        ).begin()
 
     def duplicate(self, style: UserStyle, done: Callable[[UserStyle], None]) -> None:
         """Keep a copy of a style; `done` is called with it."""
         folder = self._services.folders.styles
-        self._desk.file_work.submit(lambda token, report: duplicate(folder, style), done=done)
+        self._files.submit(lambda token, report: duplicate(folder, style), done=done)
 
-    def delete(
-        self,
-        style: UserStyle,
-        done: Callable[[], None],
-        back: Callable[[UserStyle], None],
-    ) -> None:
-        """Put a style away; the message that tells so can bring it back.
+    def delete(self, style: UserStyle) -> None:
+        """Put a style away with its draft; undo, or the message that tells so, brings both back."""
+        folders, model = self._services.folders, self._services.model
+        # Another style's needle and goal are none of the next one's.
+        front = ("chosen", "needle_deg", "goal_deg")
+        was = {key: getattr(model, key) for key in front} if style.name == model.chosen else {}
+        name = style.name
 
-        Parameters
-        ----------
-        style : UserStyle
-            As it is kept.
-        done : callable
-            Called once it is away and no longer in the model.
-        back : callable
-            Called with the style when it has been brought back.
-        """
-        folder = self._services.folders.styles
+        def put_away() -> Trashed:
+            trashed = delete(folders.styles, read_user_style(text_path(folders.styles, name)))
+            put_draft_away(folders.drafts, name, trashed.folder)
+            return trashed
 
-        def bring_back(trashed: Trashed) -> None:
-            self._desk.file_work.submit(lambda token, report: restore(folder, trashed), done=back)
+        def bring_back(trashed: Trashed) -> UserStyle:
+            kept = restore(folders.styles, trashed)
+            bring_draft_back(folders.drafts, kept.name, trashed.folder)
+            return kept
 
-        def deleted(trashed: Trashed) -> None:
-            gone = style.name == self._services.model.chosen
-            # Another style's needle and goal are none of the next one's.
-            changes = dict.fromkeys(("chosen", "needle_deg", "goal_deg")) if gone else {}
-            self._put([one for one in self._known() if one.name != style.name], **changes)
-            done()
+        def gone(trashed: Trashed) -> None:
+            others = [one for one in self._known() if one.name != trashed.name]
+            self._put(others, **(dict.fromkeys(front) if trashed.name == model.chosen else {}))
+            self.gone.emit(trashed.name)
             self._services.notify.tell(
-                f"{style.title} deleted",
-                kind="done",
-                actions=(("Undo", lambda: bring_back(trashed)),),
+                f"{trashed.title} deleted", kind="done", actions=(("Undo", change.take_back),)
             )
 
-        self._desk.file_work.submit(lambda token, report: delete(folder, style), done=deleted)
+        def returned(kept: UserStyle) -> None:
+            nonlocal name
+            former, name = name, kept.name
+            self._put(self._among(kept), **({**was, "chosen": kept.name} if was else {}))
+            self.back.emit(former, kept)
+            self._services.notify.tell(f"{kept.title} is back.", kind="done")
+
+        change = FileChange(
+            self._services.undo,
+            self._files,
+            f"delete {style.title}",
+            put_away,
+            bring_back,
+            made=gone,
+            undone=returned,
+            failed=self._services.notify.tell_error,
+            before=lambda: self.leaving.emit(name),
+        )
+        change.begin()
 
     def export(self, style: UserStyle, path: Path) -> None:
         """Write a style to one file.
@@ -138,7 +177,7 @@ class OwnStyles:
             export_style(style, target, replace=target == path)
             return target.name
 
-        self._desk.file_work.submit(
+        self._files.submit(
             lambda token, report: work(),
             done=lambda name: self._services.notify.tell(f"{name} saved.", kind="done"),
         )
@@ -146,7 +185,7 @@ class OwnStyles:
     def take_in(self, path: Path, done: Callable[[UserStyle], None]) -> None:
         """Take in a style that somebody exported; its file is left as it is."""
         folder = self._services.folders.styles
-        self._desk.file_work.submit(lambda token, report: import_style(folder, path), done=done)
+        self._files.submit(lambda token, report: import_style(folder, path), done=done)
 
     def add(self, style: UserStyle, *, chosen: bool = True, **changes: Any) -> None:
         """Put a style among those of the model, in the place of one of the same name.
@@ -160,10 +199,13 @@ class OwnStyles:
         **changes : Any
             Of the model, made at the same time.
         """
-        others = [one for one in self._known() if one.name != style.name]
         if chosen:
             changes |= {"chosen": style.name, "needle_deg": None, "goal_deg": None}
-        self._put(sorted([*others, style], key=lambda one: one.name), **changes)
+        self._put(self._among(style), **changes)
+
+    def _among(self, style: UserStyle) -> list[UserStyle]:
+        others = [one for one in self._known() if one.name != style.name]
+        return sorted([*others, style], key=lambda one: one.name)
 
     def _known(self) -> tuple[UserStyle, ...]:
         return self._services.model.user_styles

@@ -10,7 +10,7 @@ from app.core.painting import Tool, cleared, target_picture
 from app.ui.presenters.model import Step
 from app.ui.presenters.paint_actions import paint_actions
 from app.ui.presenters.paint_brush import BrushBox
-from app.ui.presenters.paint_drafts import DraftKeeper
+from app.ui.presenters.paint_drafts import DraftKeeper, find_draft
 from app.ui.presenters.paint_easel import Easel, Opened, open_canvas
 from app.ui.presenters.paint_files import PaintFiles
 from app.ui.presenters.paint_light import LightOnHead
@@ -23,7 +23,7 @@ from app.ui.presenters.undo import Undoable
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.painting import Answer, Canvas, Region, TileChange
+    from app.core.painting import Answer, Canvas, Region, TileChange, UserStyle
     from app.ui.presenters.actions import Action
     from app.ui.presenters.desk import Desk
     from app.ui.presenters.paint_state import Bytes, PaintView, Point
@@ -41,19 +41,7 @@ _BACK: Final = "Your draft of {} is back."
 class PaintPresenter:
     """Takes strokes and resolves everything the Paint screen shows.
 
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    desk : Desk
-        The window's.
-
-    Attributes
-    ----------
-    tools : BrushBox
-        The brush.
-    files : PaintFiles
-        Saving, naming, copying, deleting, handing on and taking in.
+    `tools` is the brush; `files` saves, names, copies, deletes, hands on and takes in.
     """
 
     def __init__(self, services: Services, desk: Desk) -> None:
@@ -75,6 +63,11 @@ class PaintPresenter:
         self.files = PaintFiles(services, desk, self._keeper, self._files_changed)
         services.model.changed.connect(self._model_changed)
         services.undo.changed.connect(self._refresh)
+        services.undo.give_up = self.give_up
+        desk.own_styles.leaving.connect(self._style_leaves)
+        desk.own_styles.gone.connect(self._style_gone)
+        desk.own_styles.back.connect(self._style_back)
+        desk.own_styles.renamed.connect(self._style_renamed)
 
     # -- what the frame calls ------------------------------------------------------------------
 
@@ -114,12 +107,9 @@ class PaintPresenter:
             self._refresh()
 
     def choose_start(self, key: str) -> None:
-        """Paint from another style; what was painted is kept as a draft. Can be undone.
+        """Paint from another style, or from nothing; what was painted is kept as a draft.
 
-        Parameters
-        ----------
-        key : str
-            Name of the style; empty for nothing.
+        Can be undone.
         """
         easel, model = self._easel, self._services.model
         if easel is None or key in (easel.start, easel.key):
@@ -130,7 +120,7 @@ class PaintPresenter:
 
         model.update(painting=key)
         self._services.undo.push(
-            Undoable("choice of the start", back, lambda: model.update(painting=key), 64)
+            Undoable("start from another style", back, lambda: model.update(painting=key))
         )
 
     def sized(self, rows: int, columns: int) -> None:
@@ -143,28 +133,14 @@ class PaintPresenter:
     # -- strokes -------------------------------------------------------------------------------
 
     def press(self, point: Point, eraser: bool = False) -> None:
-        """Begin a stroke.
-
-        Parameters
-        ----------
-        point : Point
-            Where the pen comes down.
-        eraser : bool, optional
-            Whether it is the pen's other end, which restores.
-        """
+        """Begin a stroke where the pen comes down; its other end, the eraser, restores."""
         if self._easel is not None:
             tool = Tool.RESTORE if eraser else self.tools.brush.tool
             brush = replace(self.tools.brush, tool=tool)
             self._changed(self._easel.session.begin(brush, *point))
 
     def draw(self, points: Sequence[Point]) -> None:
-        """Draw on through some points; everything follows.
-
-        Parameters
-        ----------
-        points : sequence of Point
-            All that came since the last call.
-        """
+        """Draw on through all points since the last call; everything follows."""
         easel = self._easel
         if easel is None or not easel.session.stroking:
             return
@@ -182,7 +158,7 @@ class PaintPresenter:
         change = easel.session.commit()
         self._look()
         if change:
-            self._done(easel, change, "stroke")
+            self._done(easel, change, f"stroke on {easel.title}")
         self._refresh()
 
     def give_up(self) -> bool:
@@ -209,16 +185,14 @@ class PaintPresenter:
         if change:
             easel.session.apply(change)
             self._changed(None)
-            self._done(easel, change, "clearing")
+            self._done(easel, change, f"clear the strokes on {easel.title}")
 
     def undo(self) -> None:
-        """Take the last step back; a stroke under way is simply given up."""
-        if not self.give_up():
-            self._services.undo.undo()
+        """Take back what was last done, wherever that was."""
+        self._services.undo.undo()
 
     def redo(self) -> None:
         """Do the last undone step again."""
-        self.give_up()
         self._services.undo.redo()
 
     def back(self) -> None:
@@ -389,7 +363,8 @@ class PaintPresenter:
         self._put_away()
         self._easel = self._answer = None
         known = self._known.get(key)
-        if known is not None:
+        # One that was saved under a name of its own is no longer what the first one led to.
+        if known is not None and known.key == key:
             self._take(known)
             self._sync(renew=True)
             return
@@ -441,6 +416,34 @@ class PaintPresenter:
                 kind="done",
                 actions=(("Continue", lambda: model.update(step=Step.STYLES, painting=key)),),
             )
+
+    # -- the style that is painted on leaves, comes back, or has another name ------------------
+
+    def _style_leaves(self, name: str) -> None:
+        easel = self._easel
+        if easel is not None and easel.key == name:
+            self.lift()
+        self._keeper.flush()
+
+    def _style_gone(self, name: str) -> None:
+        """Leave a canvas whose style was put away; its draft went with it."""
+        if self._easel is not None and self._easel.key == name:
+            self._easel = self._answer = None
+        if self._services.model.painting == name:
+            self._services.model.update(painting=None)
+
+    def _style_back(self, former: str, style: UserStyle) -> None:
+        easel = self._known.pop(former, None)
+        if easel is not None:
+            path, _, _ = find_draft(self._services.folders.drafts, style.name)
+            easel.saved_as(style, path)
+            self._known[style.name] = easel
+
+    def _style_renamed(self, style: UserStyle) -> None:
+        easel = self._known.get(style.name)
+        if easel is not None:
+            easel.saved_as(style, easel.path)
+            self._refresh()
 
     def _files_changed(self) -> None:
         """Show what saving, naming or deleting changed."""

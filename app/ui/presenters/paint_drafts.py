@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import threading
 from typing import TYPE_CHECKING, Final
 
 from app.core.errors import CoreError, StyleError
 from app.core.painting import Draft, load_draft, save_draft
 from app.devices.clock import wait
+from app.ui.presenters.disk_words import disk_words
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -15,11 +18,12 @@ if TYPE_CHECKING:
     from app.core.progress import Report, Token
     from app.ui.presenters.services import Services
 
-__all__ = ["DraftKeeper", "find_draft"]
+__all__ = ["DraftKeeper", "bring_draft_back", "find_draft", "put_draft_away"]
 
 _JOB: Final = "paint-draft"
 _DELAY_S: Final = 0.8
 _MOST: Final = 20
+_AWAY: Final = "draft.npz"
 
 
 def find_draft(folder: Path, key: str) -> tuple[Path, Draft | None, tuple[str, ...]]:
@@ -54,6 +58,33 @@ def find_draft(folder: Path, key: str) -> tuple[Path, Draft | None, tuple[str, .
         except StyleError as error:
             notes.append(str(error))
     return folder / f"{stem}.{_MOST + 1}.npz", None, tuple(notes)
+
+
+def put_draft_away(folder: Path, key: str, trash: Path) -> None:
+    """Move the draft of a deleted style to it: a new one of that name is not to begin with it.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the drafts.
+    key : str
+        Name of the style.
+    trash : Path
+        Folder that the style was moved to.
+    """
+    path, draft, _ = find_draft(folder, key)
+    if draft is not None:
+        # Where it cannot be moved it stays where the style will look for it.
+        with contextlib.suppress(OSError):
+            os.replace(path, trash / _AWAY)
+
+
+def bring_draft_back(folder: Path, key: str, trash: Path) -> None:
+    """Bring the draft of a restored style back, under the name that the style has now."""
+    path, other, _ = find_draft(folder, key)
+    if other is None and (trash / _AWAY).exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        os.replace(trash / _AWAY, path)
 
 
 class DraftKeeper:
@@ -130,6 +161,7 @@ class DraftKeeper:
 
     def _written(self, _answer: None) -> None:
         self._told = False
+        self._services.notify.mended("drafts")
         with self._lock:
             more = bool(self._waiting)
         if more:
@@ -139,9 +171,13 @@ class DraftKeeper:
         # Once, not after every stroke; what could not be written is tried again with the next.
         if not self._told:
             self._told = True
-            said = error.message if isinstance(error, CoreError) else f"{error}"
+            said = disk_words(error)
+            if not said:
+                said = error.message if isinstance(error, CoreError) else f"{error}"
             self._services.notify.tell(
-                f"The draft cannot be kept on the disk: {said.rstrip('.')}. "
-                "Your strokes are kept while Turnlight is open; save them as a style.",
+                f"The draft cannot be saved: {said.rstrip('.')}. "
+                "Your strokes are kept while Turnlight is open. Save them as a style.",
                 kind="warning",
+                about="drafts",
+                stay=True,
             )

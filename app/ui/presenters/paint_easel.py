@@ -218,11 +218,6 @@ class Easel:
         self.key, self.title, self.style, self.path = style.name, style.title, style, path
         self._saved = (style.weights, style.ignore)
 
-    def forget_style(self) -> None:
-        """Note that the style it was saved as was put away, and all that is on it with it."""
-        canvas = self.session.canvas
-        self.style, self._saved = None, (canvas.weights, canvas.ignore)
-
 
 def _same(one: Float32, other: Float32) -> bool:
     return one is other or np.array_equal(one, other)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from app.core.errors import CoreError
 from app.core.painting import (
@@ -14,10 +14,10 @@ from app.core.painting import (
 )
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
-from app.ui.presenters.own_styles import OwnStyles
 from app.ui.presenters.paint_drafts import find_draft
 from app.ui.presenters.paint_easel import named_style
 from app.ui.presenters.styles_sheet import plain_name
+from app.ui.presenters.undo import Undoable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from app.ui.presenters.services import Services
 
 __all__ = ["PaintFiles"]
+
+_ABOUT: Final = "style"  # of messages that saving mends
 
 
 class PaintFiles:
@@ -58,7 +60,7 @@ class PaintFiles:
     ) -> None:
         self._services = services
         self._desk = desk
-        self._own_styles = OwnStyles(services, desk)
+        self._own_styles = desk.own_styles
         self._keeper = keeper
         self._changed = changed
         self._view: PaintView | None = None
@@ -161,7 +163,9 @@ class PaintFiles:
         self._desk.file_work.submit(
             lambda token, report: work(),
             done=lambda style: ended(lambda: done(style)),
-            failed=lambda error: ended(lambda: self._failed(error)),
+            failed=lambda error: ended(
+                lambda: self._failed(error, lambda: self._write(easel, work, done))
+            ),
             cancelled=lambda: ended(lambda: None),
         )
 
@@ -178,12 +182,15 @@ class PaintFiles:
         # Whoever has left in the meantime is not called back.
         self._own_styles.add(style, painting=None if left else style.name)
         self._desk.refresh_user_styles()
-        self._services.notify.tell(f"{style.title} saved. It is among your styles.", kind="done")
+        self._services.notify.tell(
+            f"{style.title} saved. It is among your styles.", kind="done", about=_ABOUT
+        )
 
-    def _failed(self, error: Exception) -> None:
+    def _failed(self, error: Exception, again: Callable[[], None] | None = None) -> None:
         if isinstance(error, CoreError) and self._view is not None:
             self._say_trouble(str(error))
-        self._services.notify.tell_error(error)
+        actions = [] if again is None else [("Try again", again)]
+        self._services.notify.tell_error(error, actions=actions, about=_ABOUT)
 
     def _facts(self, easel: Easel, canvas: Canvas) -> dict[str, str]:
         """Work out side, place, head and origin of what is painted."""
@@ -197,20 +204,23 @@ class PaintFiles:
 
     def _rename(self, easel: Easel, title: str) -> None:
         wanted = " ".join(title.split())
-        style = easel.style
-        if style is None or wanted == style.title:
-            easel.title = wanted[:80]
-            self._keeper.keep(easel.path, easel.draft())
-            self._say_trouble("")
-            self._changed()
+        style, before = easel.style, easel.title
+        if style is not None and wanted != style.title:
+            done = lambda: self._say_trouble("")  # noqa: E731
+            self._own_styles.rename(style, title, done, self._say_trouble)
             return
 
-        def done(renamed: UserStyle) -> None:
-            easel.saved_as(renamed, easel.path)
-            self._say_trouble("")
+        def call(text: str) -> None:
+            easel.title = text
+            self._keeper.keep(easel.path, easel.draft())
             self._changed()
 
-        self._own_styles.rename(style, title, done, self._say_trouble)
+        self._say_trouble("")
+        if wanted[:80] != before:
+            call(wanted[:80])
+            self._services.undo.push(
+                Undoable(f"rename {before}", lambda: call(before), lambda: call(wanted[:80]))
+            )
 
     def duplicate(self) -> None:
         """Keep a copy of the user's style as it is saved."""
@@ -222,22 +232,10 @@ class PaintFiles:
     # -- away and back -------------------------------------------------------------------------
 
     def delete(self) -> None:
-        """Put the user's style away; the toast brings it back."""
-        style, easel = self._own(), self._easel
-        if style is None or easel is None:
-            return
-
-        def done() -> None:
-            easel.forget_style()
-            self._services.model.update(painting=None)
-
-        def back(kept: UserStyle) -> None:
-            if easel.style is None and easel.key == kept.name:
-                easel.saved_as(kept, easel.path)
-            self._own_styles.add(kept)
-            self._changed()
-
-        self._own_styles.delete(style, done, back)
+        """Put the user's style away with what is unsaved on it; undo brings both back."""
+        style = self._own()
+        if style is not None:
+            self._own_styles.delete(style)
 
     # -- out and in ----------------------------------------------------------------------------
 

@@ -23,6 +23,7 @@ from app.ui.presenters.probe_words import (
     metered_of,
     plan_parts,
 )
+from app.ui.presenters.shelf import ShelfPresenter, ShelfState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -37,18 +38,22 @@ if TYPE_CHECKING:
     from app.ui.presenters.desk import Desk
     from app.ui.presenters.probe_state import CameraBlock, FrameTile, Notice, PlanPart, ProbeView
     from app.ui.presenters.services import Services
+    from app.ui.presenters.shelf import ShelfRow
 
-__all__ = ["BEAT_MS", "ProbePresenter"]
+__all__ = ["BEAT_MS", "SLOW_BEAT_MS", "ProbePresenter"]
 
 BEAT_MS: Final = 100
+"""How often a capture that is seen is asked for what it has to show."""
+SLOW_BEAT_MS: Final = 1000
 """How often a view should call `ProbePresenter.tick`."""
 
 _AGE_S: Final = 15.0
+_RECENT: Final = 4
 _TIMERS: Final = (0, 2, 5, 10)
 _WINDOWS: Final = 0.1
 _MARKERS: Final = {"walk": "Photographer stands here", "selfie": "You face this way now"}
 _SHOWN: Final = frozenset(
-    {"place", "place_folder", "light", "front_deg", "camera", "settings", "head"}
+    {"place", "place_folder", "light", "opening", "front_deg", "camera", "settings", "head"}
 )
 _EMPTY_TABLE: Final = "No lamp stands out: the light comes from everywhere."
 
@@ -81,6 +86,7 @@ class ProbePresenter:
         self.cameras = CameraFinder(services, self._refresh)
         self.taking = Taking(services, desk, self.cameras, self._refresh)
         self.watching = Watching(services, desk, self._refresh)
+        self.places = ShelfPresenter(services, desk, _RECENT, "recent")
         services.model.changed.connect(self._model_changed)
         self._take_light()
 
@@ -101,6 +107,7 @@ class ProbePresenter:
             self.cameras.begin()
             self.taking.look_for_unfinished()
         self._watch_as_set()
+        self._look_for_places()
         self._refresh()
 
     def left(self) -> None:
@@ -183,6 +190,8 @@ class ProbePresenter:
             show_grid=self._layers["grid"],
             lamps=() if findings is None else lamp_rows(findings, model.front_deg),
             lamps_note=_lamps_note(light, findings),
+            opening=model.opening,
+            recent=self._recent(),
             age="" if age is None else age.words,
             age_old=age is not None and age.state == "old",
             watching="" if self.watching.folder is None else self.watching.folder.name,
@@ -297,6 +306,10 @@ class ProbePresenter:
         """Open the demo place."""
         self._desk.open_demo()
 
+    def open_recent(self, folder: Path) -> None:
+        """Open or finish one of the places that are offered."""
+        self.places.open(folder)
+
     # -- inside --------------------------------------------------------------------------------
 
     def _set(self, key: str, value: object) -> None:
@@ -337,6 +350,23 @@ class ProbePresenter:
         if names & _SHOWN:
             self._refresh()
 
+    def show_state(self, state: ShelfState) -> None:
+        """Take the list of places."""
+        del state
+        self._refresh()
+
+    def _look_for_places(self) -> None:
+        """Read which places can be opened, while none is."""
+        if self._services.model.light is None:
+            self.places.attach(self)
+
+    def _recent(self) -> tuple[ShelfRow, ...]:
+        model = self._services.model
+        if model.light is not None or model.opening or self.taking.active:
+            return ()
+        rows = self.places.resolve().rows
+        return tuple(row for row in rows if row.left is None or row.left.can_finish)[:_RECENT]
+
     def _take_light(self) -> None:
         """Begin with another light: its lamps and frames are looked for."""
         model = self._services.model
@@ -346,6 +376,7 @@ class ProbePresenter:
         self._exposure = self._wanted = 0.0
         self._picture = None if light is None else light.display
         if light is None:
+            self._look_for_places()
             return
         radiance = light.environment.radiance
         facts = None if place is None else place.capture

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.core.probe.findings import Findings
+    from app.ui.presenters.shelf import ShelfRow
 
 __all__ = [
     "CHECKS",
@@ -286,6 +287,10 @@ class ProbeState:
     lamps : tuple of LampRow
     lamps_note : str
         What stands in the table's place when there are none.
+    opening : str
+        What is being opened; empty while nothing is.
+    recent : tuple of ShelfRow
+        Places to open while none is.
     age : str
         How old the light is; empty where that is not known.
     age_old : bool
@@ -324,6 +329,8 @@ class ProbeState:
     show_grid: bool = False
     lamps: tuple[LampRow, ...] = ()
     lamps_note: str = ""
+    opening: str = ""
+    recent: tuple[ShelfRow, ...] = ()
     age: str = ""
     age_old: bool = False
     watching: str = ""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final, Literal
 from app.core.angles import wrap
 from app.core.errors import Cancelled
 from app.core.turning.tones import chime
-from app.devices.capture.status import Stage
+from app.devices.capture.status import SEEKING, Stage
 from app.ui.presenters.capturing import (
     Captured,
     Order,
@@ -18,10 +18,10 @@ from app.ui.presenters.capturing import (
     merge_kept,
 )
 from app.ui.presenters.frame import time_words
-from app.ui.presenters.probe_sessions import Unfinished, tidy, unfinished
 from app.ui.presenters.probe_state import FrameTile, Notice, Running, StepMark
 from app.ui.presenters.probe_trouble import HowFar, offer_notice, trouble_notice, wants_password
 from app.ui.presenters.probe_words import tile_of
+from app.ui.presenters.unfinished import Unfinished, tidy, unfinished
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -100,6 +100,7 @@ class Taking:
         self._carried: _Carried | None = None
         self._origin: _Carried | None = None
         services.model.changed.connect(self._model_changed)
+        desk.finisher = self.finish
 
     # -- what is shown -------------------------------------------------------------------------
 
@@ -113,10 +114,13 @@ class Taking:
         """What went wrong, or which capture can be gone on with."""
         if self._trouble is not None:
             return self._trouble
-        offers = [each for each in self._offers if each.session not in self._left]
+        offers = self._open_offers()
         if not offers:
             return None
         return offer_notice(offers[0], time_words(offers[0].made_at, self._services.today()))
+
+    def _open_offers(self) -> list[Unfinished]:
+        return [each for each in self._offers if (each.session or each.folder) not in self._left]
 
     def running(self) -> Running | None:
         """Say how far the capture is; None while none runs."""
@@ -125,11 +129,13 @@ class Taking:
         if self._seen is None:
             return Running(_marks(None), "Starting", stopping=self._stopping)
         status = self._seen.status
-        left = status.seconds_left
+        left, message = status.left_words, _sentence(status.message)
+        if left and status.message == SEEKING:
+            message, left = f"{message}: {left}.", ""
         return Running(
             steps=_marks(status),
-            message=_STOPPING if self._stopping else _sentence(status.message),
-            left="" if left is None or self._stopping else f"{max(round(left), 1)} s left",
+            message=_STOPPING if self._stopping else message,
+            left="" if self._stopping else left,
             fraction=status.fraction,
             may_move=status.may_move and not self._stopping,
             rough=self._seen.rough,
@@ -207,6 +213,18 @@ class Taking:
             return False
         return True
 
+    def finish(self, found: Unfinished) -> None:
+        """Go on with a capture; where frames are missing, say first what can be done."""
+        if self.active or found.session is None:
+            return
+        self._trouble = None
+        self._left.discard(found.session)
+        others = [each for each in self._offers if each.session != found.session]
+        self._offers = (found, *others)
+        if found.total and found.here == found.total:
+            self._take_offer("resume-offer")
+        self._changed()
+
     def look_for_unfinished(self) -> None:
         """Look whether a capture was interrupted, by a crash for instance."""
         places = self._services.folders.places
@@ -253,15 +271,19 @@ class Taking:
         self._run(order, merge=merge)
 
     def _take_offer(self, key: str) -> None:
-        offers = [each for each in self._offers if each.session not in self._left]
+        offers = self._open_offers()
         if not offers:
             return
-        self._left.add(offers[0].session)
+        chosen = offers[0]
+        self._left.add(chosen.session or chosen.folder)
         if key == "leave-offer":
             self._changed()
             return
         self._origin = None
-        chosen = offers[0]
+        if chosen.session is None:
+            self._desk.finish(chosen)
+            self._changed()
+            return
         self._go_on(chosen.folder, chosen.session, chosen.plan, merge=key == "merge-offer")
 
     def _run(self, order: Order, *, merge: bool = False) -> None:
@@ -299,7 +321,7 @@ class Taking:
         for warning in captured.result.warnings:
             if warning not in captured.result.probe.warnings:
                 self._services.notify.tell(warning, kind="warning")
-        self._desk.take_capture(captured.folder, captured.name, captured.result)
+        self._desk.take_capture(captured)
         self._changed()
 
     def _failed(self, error: Exception) -> None:
@@ -342,9 +364,11 @@ class Taking:
             model.update(camera=replace(model.camera, busy=busy))
 
     def _offer(self, found: tuple[Unfinished, ...]) -> None:
-        last = None if self._last is None else self._last.session
-        # What is said in its own words already is not offered a second time.
-        self._offers = tuple(each for each in found if each.session != last)
+        last = None if self._last is None else self._last.folder
+        # What is said in its own words already is not offered a second time, nor what is shown
+        # and just being kept.
+        known = {last, self._services.model.place_folder}
+        self._offers = tuple(each for each in found if each.folder not in known)
         self._changed()
 
     # -- the same spot again -------------------------------------------------------------------

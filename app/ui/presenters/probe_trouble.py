@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-import errno
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from app.core.errors import CoreError
-from app.devices.errors import DeviceError, DownloadFailed, PasswordNeeded, Unreachable
+from app.devices.errors import DISK, DeviceError, DownloadFailed, PasswordNeeded, Unreachable
+from app.ui.presenters.disk_words import is_full
 from app.ui.presenters.probe_state import Notice
 
 if TYPE_CHECKING:
-    from app.ui.presenters.probe_sessions import Unfinished
+    from app.ui.presenters.unfinished import Unfinished
 
 __all__ = ["HowFar", "offer_notice", "trouble_notice", "wants_password"]
 
-_DISK: Final = frozenset({"disk-full", "not-written", "disk"})
-_FULL: Final = ("no space left", "disk full", "not enough space")
 _LOST: Final = frozenset({"interrupted", "bad-answers"})
 _ORDINALS: Final = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
 _NUMBERS: Final = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
-_RESUME: Final = ("resume", "Go on")
+_RESUME: Final = ("resume", "Resume")
 _AGAIN: Final = ("again", "Try again")
 
 
@@ -37,7 +35,7 @@ class HowFar:
     exposing : bool
         The camera may have been shooting.
     resumable : bool
-        Whether it can be gone on with.
+        Whether it can be resumed.
     """
 
     here: int = 0
@@ -65,6 +63,9 @@ def trouble_notice(error: Exception, far: HowFar) -> Notice:
         return _disk(far)
     if _is_lost(error):
         return _lost(error, far)
+    if getattr(error, "code", "") == "misfit" and isinstance(error, DeviceError):
+        hint = "Something changed during the bracket, or the file is damaged on the camera."
+        return Notice("error", error.message, hint, (("resume", "Use all frames"), _AGAIN))
     buttons = (_RESUME, _AGAIN) if far.resumable and far.total else (_AGAIN,)
     if isinstance(error, (DeviceError, CoreError)):
         return Notice("error", error.message, error.hint, buttons)
@@ -72,7 +73,7 @@ def trouble_notice(error: Exception, far: HowFar) -> Notice:
 
 
 def offer_notice(found: Unfinished, when: str) -> Notice:
-    """Offer to go on with a capture that was interrupted.
+    """Offer to finish a place that was interrupted.
 
     Parameters
     ----------
@@ -82,29 +83,25 @@ def offer_notice(found: Unfinished, when: str) -> Notice:
         When it was begun, in words.
     """
     here, total = found.here, found.total
+    whole = bool(found.files) or (total > 0 and here == total)
     frames = f"{here} of {total} frames are here." if total else "It had only just begun."
-    if total and here == total:
-        frames = "All frames are here; they only have to be merged."
-    buttons = [("resume-offer", "Go on")]
+    if whole:
+        frames = "All frames are here and only have to be merged."
+    buttons = [("resume-offer", "Merge them" if whole else "Resume")]
     if 2 <= here < total:
         buttons.append(("merge-offer", f"Merge {_these(here)}"))
     return Notice(
         "offer",
-        f"A capture of {when} was not finished.",
+        f"“{found.name}” of {when} is not finished.",
         frames,
         (*buttons, ("leave-offer", "Not now")),
     )
 
 
 def _is_full(error: Exception) -> bool:
-    if getattr(error, "code", "") in _DISK:
+    if getattr(error, "code", "") in DISK:
         return True
-    cause: BaseException | None = error
-    while cause is not None:
-        if isinstance(cause, OSError) and cause.errno == errno.ENOSPC:
-            return True
-        cause = cause.__cause__
-    return any(words in str(error).lower() for words in _FULL)
+    return is_full(error)
 
 
 def _is_lost(error: Exception) -> bool:
@@ -114,7 +111,7 @@ def _is_lost(error: Exception) -> bool:
 
 
 def _disk(far: HowFar) -> Notice:
-    body = "Make room, then go on."
+    body = "Make room, then resume."
     if far.total and far.here < far.total:
         number = far.here + 1
         frames = f"Frame {number} is" if number == far.total else f"Frames {number} to {far.total}"
@@ -133,7 +130,7 @@ def _lost(error: Exception, far: HowFar) -> Notice:
         kept = "That frame is" if here == 1 else kept
         rest = f"take the {_ordinal(here + 1)}" if here + 1 == total else "take the rest"
         merge = f", or merge {_these(here)}" if here > 1 else ""
-        buttons = [("resume", "Go on")]
+        buttons = [("resume", "Resume")]
         if here > 1:
             buttons.append(("merge", f"Merge {_these(here)}"))
         return Notice("error", title, f"{kept} kept. Reconnect and {rest}{merge}.", tuple(buttons))
@@ -141,7 +138,7 @@ def _lost(error: Exception, far: HowFar) -> Notice:
         return Notice(
             "error",
             "The camera went away while it was taking the frames.",
-            "What it took is on the camera. Reconnect, then go on.",
+            "What it took is on the camera. Reconnect, then resume.",
             (_RESUME,),
         )
     hint = getattr(error, "hint", "")

@@ -42,6 +42,9 @@ __all__ = [
 _USUAL: Final = Exposure(1.0 / 60.0, 100.0, 2.0)
 """Of a bright room: what is planned with before anything was metered."""
 
+_LIKELY: Final = tuple(Exposure(1.0 / part, 100.0, 2.0) for part in (1000, 250, 60, 15, 4))
+"""From a place in the sun to a dim room."""
+
 _MOST: Final = 0.5
 _TITLES: Final[dict[str, str]] = {"paper": "Paper", "full": "Full range"}
 _NAMES: Final = {"sun": "Sun", "lamp": "Lamp", "window": "Window", "bright area": "Bright area"}
@@ -212,8 +215,18 @@ def plan_parts(camera: CameraSeen | None, metered: Exposure | None) -> tuple[Pla
     model = camera.found.model if camera is not None else ""
     parts = []
     for kind in ("paper", "full"):
-        made = _estimate(model, metered or _USUAL, kind)
-        words = "" if made is None else f"{len(made.shots)} frames, {round(made.expected_s)} s"
+        # How many the light asks for is known once it is metered; before, how many at most.
+        unsure = metered is None and kind == "full"
+        made = [
+            one
+            for light in (_LIKELY if unsure else (metered or _USUAL,))
+            if (one := _estimate(model, light, kind)) is not None
+        ]
+        words = ""
+        if made:
+            count = max(len(one.shots) for one in made)
+            seconds = round(max(one.expected_s for one in made))
+            words = f"{'up to ' if unsure else ''}{count} frames, {seconds} s"
         parts.append(PlanPart(kind, _TITLES[kind], words))
     return tuple(parts)
 

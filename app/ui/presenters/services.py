@@ -33,8 +33,18 @@ Action: TypeAlias = "tuple[str, Callable[[], None]]"
 class Notifier(Protocol):
     """Tells the user something that needs no answer."""
 
-    def tell(self, message: str, *, kind: Kind = "info", actions: Sequence[Action] = ()) -> None:
+    def tell(
+        self,
+        message: str,
+        *,
+        kind: Kind = "info",
+        actions: Sequence[Action] = (),
+        about: str = "",
+        stay: bool = False,
+    ) -> None:
         """Show one sentence for a while and keep it in the list of messages.
+
+        Errors stay until they are closed, acted upon or mended.
 
         Parameters
         ----------
@@ -44,9 +54,15 @@ class Notifier(Protocol):
             Chooses the icon.
         actions : sequence of (str, callable), optional
             At most two buttons.
+        about : str, optional
+            What it speaks of, for `mended`; an earlier one about the same goes.
+        stay : bool, optional
+            Whether it stays as errors do.
         """
 
-    def tell_error(self, error: Exception, *, actions: Sequence[Action] = ()) -> None:
+    def tell_error(
+        self, error: Exception, *, actions: Sequence[Action] = (), about: str = ""
+    ) -> None:
         """Show an error in its own words; one that has none of ours is logged as well.
 
         Parameters
@@ -55,7 +71,12 @@ class Notifier(Protocol):
             Any.
         actions : sequence of (str, callable), optional
             At most two buttons.
+        about : str, optional
+            As of `tell`.
         """
+
+    def mended(self, about: str) -> None:
+        """Take off the screen what speaks of this: it is over."""
 
 
 class Devices(Protocol):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeAlias, TypeVar
 
 import cv2
 import numpy as np
@@ -20,18 +20,27 @@ from app.core.places import (
     restore_place,
 )
 from app.ui.presenters.frame import time_words
+from app.ui.presenters.undo import FileChange
+from app.ui.presenters.unfinished import Unfinished, left_over
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from app.ui.presenters.desk import Desk
     from app.ui.presenters.services import Services
 
 __all__ = ["DeletedRow", "ShelfPresenter", "ShelfRow", "ShelfState", "ShelfView"]
 
+T = TypeVar("T")
+
 _MOST_BYTES: Final = 4 << 20
 _MOST_PICTURES: Final = 500
 
 _Looked: TypeAlias = tuple[
-    tuple[PlaceSummary, ...], dict[Path, NDArray[np.uint8]], tuple[TrashedPlace, ...]
+    tuple[PlaceSummary, ...],
+    dict[Path, NDArray[np.uint8]],
+    dict[Path, Unfinished],
+    tuple[TrashedPlace, ...],
 ]
 
 
@@ -49,6 +58,8 @@ class ShelfRow:
         What is wrong with the place; may be empty.
     trouble : bool
         Whether something is wrong with it.
+    left : Unfinished or None
+        What there is of a place that has no light yet.
     thumbnail : NDArray[np.uint8], (h, w, 3), or None
         Small picture, sRGB.
     current : bool
@@ -60,6 +71,7 @@ class ShelfRow:
     time: str
     detail: str
     trouble: bool
+    left: Unfinished | None
     thumbnail: NDArray[np.uint8] | None = field(compare=False, repr=False)
     current: bool
 
@@ -118,11 +130,19 @@ class ShelfPresenter:
         The window's.
     desk : Desk
         Opens places.
+    most : int, optional
+        How many places have pictures.
+    key : str, optional
+        For the runner; nobody else's.
     """
 
-    def __init__(self, services: Services, desk: Desk) -> None:
+    def __init__(
+        self, services: Services, desk: Desk, most: int = _MOST_PICTURES, key: str = "places"
+    ) -> None:
         self._services = services
         self._desk = desk
+        self._most, self._key = most, key
+        self._left: dict[Path, Unfinished] = {}
         self._view: ShelfView | None = None
         self._found: tuple[PlaceSummary, ...] | None = None
         self._pictures: dict[Path, NDArray[np.uint8]] = {}
@@ -131,17 +151,21 @@ class ShelfPresenter:
     def attach(self, view: ShelfView) -> None:
         """Show the list in `view` from now on, and read the folder anew."""
         self._view = view
+        self._desk.places_changed.connect(self.refresh)
         self._show()
         self.refresh()
 
     def detach(self) -> None:
         """Show nothing any more."""
         self._view = None
+        self._desk.places_changed.disconnect(self.refresh)
 
     def refresh(self) -> None:
         """Read the folder anew."""
-        folder = self._services.folders.places
-        self._services.runner.submit("places", lambda token, report: _look(folder), done=self._read)
+        folder, most = self._services.folders.places, self._most
+        self._services.runner.submit(
+            self._key, lambda token, report: _look(folder, most), done=self._read
+        )
 
     def resolve(self) -> ShelfState:
         """Work out what the list shows now."""
@@ -155,8 +179,9 @@ class ShelfPresenter:
                     folder=one.folder,
                     name=self._name_of(one),
                     time=time_words(one.made_at, today),
-                    detail=one.trouble or "",
-                    trouble=one.trouble is not None,
+                    detail=self._detail_of(one),
+                    trouble=one.trouble is not None or self._left_of(one) is not None,
+                    left=self._left_of(one),
                     thumbnail=self._pictures.get(one.folder),
                     current=one.folder == current,
                 )
@@ -169,40 +194,101 @@ class ShelfPresenter:
         )
 
     def open(self, folder: Path) -> None:
-        """Open a place."""
-        self._desk.open_place(folder)
+        """Open a place; one that is not finished is finished first."""
+        left = self._left.get(folder)
+        if left is not None and left.can_finish:
+            self._desk.finish(left)
+        else:
+            self._desk.open_place(folder)
 
     def rename(self, folder: Path, name: str) -> None:
         """Give a place another name."""
         if folder == self._services.model.place_folder:
             self._desk.rename(name)
-            self.refresh()
+            self._desk.places_changed.emit()
             return
-        self._desk.file_work.submit(
-            lambda token, report: rename_place(folder, name),
-            done=lambda _: self.refresh(),
-        )
+        before = self._title(folder)
+        if name != before:
+            self._change(
+                f"rename {before}",
+                lambda: rename_place(folder, name),
+                lambda _: rename_place(folder, before),
+            )
 
     def delete(self, folder: Path) -> None:
-        """Put a place into the trash; the message that tells so can bring it back."""
-        name = next((row.name for row in self.resolve().rows if row.folder == folder), "Place")
-        if folder == self._services.model.place_folder:
-            self._desk.close()
+        """Put a place into the trash; undo, or the message that tells so, brings it back."""
+        name, model, was_open = self._title(folder), self._services.model, False
 
-        def deleted(trashed: Path) -> None:
+        def close() -> None:
+            nonlocal was_open
+            was_open = folder == model.place_folder
+            if was_open:
+                self._desk.close()
+
+        def deleted(_: Path) -> None:
+            self._desk.places_changed.emit()
             self._services.notify.tell(
-                f"{name} deleted", kind="done", actions=[("Undo", lambda: self.restore(trashed))]
+                f"{name} deleted", kind="done", actions=[("Undo", change.take_back)]
             )
-            self.refresh()
 
-        self._desk.file_work.submit(lambda token, report: delete_place(folder), done=deleted)
+        def returned(back: Path) -> None:
+            nonlocal folder
+            folder = back
+            self._desk.places_changed.emit()
+            if was_open and model.place_folder is None:
+                self._desk.open_place(folder)
+            self._services.notify.tell(f"{name} is back.", kind="done")
+
+        change = FileChange(
+            self._services.undo,
+            self._desk.file_work,
+            f"delete {name}",
+            lambda: delete_place(folder),
+            restore_place,
+            made=deleted,
+            undone=returned,
+            failed=self._services.notify.tell_error,
+            before=close,
+        )
+        change.begin()
 
     def restore(self, trashed: Path) -> None:
-        """Bring a place back from the trash."""
-        self._desk.file_work.submit(
-            lambda token, report: restore_place(trashed),
-            done=lambda _: self.refresh(),
-        )
+        """Bring a place back from the trash; can be undone.
+
+        Where deleting it can still be undone, that is what is done.
+        """
+        if not self._services.undo.take_back_what(trashed):
+            name = next((one.name for one in self._trash if one.folder == trashed), "Place")
+
+            def away_again(folder: Path) -> None:
+                nonlocal trashed
+                trashed = delete_place(folder)
+
+            self._change(f"bring back {name}", lambda: restore_place(trashed), away_again)
+
+    def _change(self, words: str, make: Callable[[], T], back: Callable[[T], Any]) -> None:
+        FileChange(
+            self._services.undo,
+            self._desk.file_work,
+            words,
+            make,
+            back,
+            made=lambda _: self._desk.places_changed.emit(),
+            undone=lambda _: self._desk.places_changed.emit(),
+            failed=self._services.notify.tell_error,
+        ).begin()
+
+    def _title(self, folder: Path) -> str:
+        return next((row.name for row in self.resolve().rows if row.folder == folder), "Place")
+
+    def _left_of(self, one: PlaceSummary) -> Unfinished | None:
+        # The light of the open one may be on its way to the disk.
+        here = one.folder == self._services.model.place_folder
+        return None if here else self._left.get(one.folder)
+
+    def _detail_of(self, one: PlaceSummary) -> str:
+        left = self._left_of(one)
+        return one.trouble or "" if left is None else left.words
 
     def _name_of(self, one: PlaceSummary) -> str:
         """Name of a place; that of the open one may be newer than the disk's."""
@@ -211,7 +297,7 @@ class ShelfPresenter:
         return model.place.name if here and model.place is not None else one.name
 
     def _read(self, looked: _Looked) -> None:
-        self._found, self._pictures, self._trash = looked
+        self._found, self._pictures, self._left, self._trash = looked
         self._show()
 
     def _show(self) -> None:
@@ -219,15 +305,16 @@ class ShelfPresenter:
             self._view.show_state(self.resolve())
 
 
-def _look(folder: Path) -> _Looked:
+def _look(folder: Path, most: int) -> _Looked:
     """List the places of a folder, read their small pictures, and list what was deleted."""
     found = list_places(folder)
+    left = {one.folder: each for one in found if (each := left_over(one)) is not None}
     pictures = {}
-    for one in found[:_MOST_PICTURES]:
+    for one in found[:most]:
         picture = _thumbnail(one.thumbnail)
         if picture is not None:
             pictures[one.folder] = picture
-    return found, pictures, list_trash(folder)
+    return found, pictures, left, list_trash(folder)
 
 
 def _thumbnail(path: Path | None) -> NDArray[np.uint8] | None:

@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["Silence", "Sounds"]
+__all__ = ["Silence", "Sounds", "sound_words"]
 
 
 class Sounds(Protocol):
@@ -43,3 +43,20 @@ class Silence:
 
     def stop(self) -> None:
         """Do nothing: there is nothing to stop."""
+
+
+def sound_words(wanted: bool, sounds: Sounds) -> tuple[str, str]:
+    """Say whether the guidance is heard, and with which icon.
+
+    Parameters
+    ----------
+    wanted : bool
+        The setting.
+    sounds : Sounds
+        The loudspeaker; it is looked for only where it is wanted.
+    """
+    if not wanted:
+        return "Sound off", "sound-off"
+    if not sounds.available:
+        return "No loudspeaker: the guidance is seen, not heard", "sound-off"
+    return "Sound on: quicker as you get near", "sound"

@@ -48,6 +48,13 @@ _EMPTY: Final = {
     Filter.MINE: "Paint a style and it appears here.",
 }
 _NOT_MEASURED: Final = "No light measured yet."
+_MAIN_WORDS: Final[dict[Main | None, tuple[str, str]]] = {
+    "turn": ("Turn to this style", "turn"),
+    "lamp": ("Try a lamp for this style", "try a lamp"),
+    "probe": ("Go to Probe", "go to Probe"),
+    None: ("Turn to this style", ""),
+}
+"""What the main button's key does, for the list of actions and for the foot."""
 
 
 class StylesPresenter:
@@ -112,11 +119,12 @@ class StylesPresenter:
     def actions(self) -> Sequence[Action]:
         """List what can be done here; what has hints comes first."""
         has_light, files = self._has_light, self.files
+        main, hint = _MAIN_WORDS[self._main()]
         return (
             Action("next-style", "Next style", self.choose_next, hint="choose", keys="Arrows"),
             Action(
-                "styles-main", "Turn to this style", self.main, "turn", "Return; Enter",
-                self._main_works, hint="turn",
+                "styles-main", main, self.main, "turn", "Return; Enter",
+                self._main_works, hint=hint,
             ),
             Action("paint-style", "Paint on this style", self.paint, "brush", "P", hint="paint"),
             Action("paint-new", "Paint a new style", self.paint_new, "brush"),
@@ -226,7 +234,9 @@ class StylesPresenter:
         best, needle = self._best(), self._needle()
         if best is not None:
             goal = self._counted(best if needle is None else needle)
-            self._services.model.update(chosen=self._front_key(), goal_deg=goal, step=Step.TURN)
+            self._services.model.update(
+                chosen=self._front_key(), goal_deg=goal, plan=None, step=Step.TURN
+            )
 
     def paint(self) -> None:
         """Paint on the style in front."""

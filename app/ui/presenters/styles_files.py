@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 from app.core.painting import EXPORT_ENDING
 from app.ui.presenters.actions import Action
-from app.ui.presenters.own_styles import OwnStyles
 from app.ui.presenters.styles_detail import numbers_text
 from app.ui.presenters.styles_sheet import plain_name, save_sheet, sheet_name
 
@@ -42,7 +41,7 @@ class StyleFiles:
 
     def __init__(self, services: Services, desk: Desk, front: Front) -> None:
         self._services = services
-        self._own = OwnStyles(services, desk)
+        self._own = desk.own_styles
         self._front = front
         self._view: StylesView | None = None
 
@@ -87,7 +86,17 @@ class StyleFiles:
             _SHEET_JOB,
             lambda token, report: save_sheet(path, snapshot, state, place, now, token),
             title="Saving the set sheet",
-            done=lambda saved: self._services.notify.tell(f"{saved.name} saved.", kind="done"),
+            done=lambda saved: self._services.notify.tell(
+                f"{saved.name} saved.", kind="done", about=_SHEET_JOB
+            ),
+            failed=lambda error: self._services.notify.tell_error(
+                error,
+                actions=[
+                    ("Save elsewhere…", self.ask_sheet),
+                    ("Try again", lambda: self.save_sheet(path)),
+                ],
+                about=_SHEET_JOB,
+            ),
         )
 
     def copy_numbers(self) -> None:
@@ -116,7 +125,7 @@ class StyleFiles:
         if style is None or " ".join(title.split()) == style.title:
             self._say_trouble("")
             return
-        self._own.rename(style, title, lambda _: self._say_trouble(""), self._say_trouble)
+        self._own.rename(style, title, lambda: self._say_trouble(""), self._say_trouble)
 
     def duplicate(self) -> None:
         """Keep a copy of the user's style in front, and bring it to the front."""
@@ -125,10 +134,10 @@ class StyleFiles:
             self._own.duplicate(style, self._own.add)
 
     def delete(self) -> None:
-        """Put the user's style in front away; the toast brings it back."""
+        """Put the user's style in front away; undo brings it back."""
         style = self._own_style()
         if style is not None:
-            self._own.delete(style, lambda: None, self._own.add)
+            self._own.delete(style)
 
     def ask_export(self) -> None:
         """Ask for the file that the user's style in front is to be written to."""

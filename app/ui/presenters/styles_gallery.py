@@ -47,6 +47,7 @@ Pair: TypeAlias = "tuple[Bytes | None, Bytes | None]"
 
 _SIDES: Final = {"left": 0, "right": 1, "none": 2}
 # What does not fit on a card beside the number; the tool tip has the whole sentence.
+_NOTHING_LIKE: Final = 10  # of 100: a match under it is no likeness at all
 _SHORTER: Final = (
     ("Not all of its lights are here at one turn", "Not all its lights at one turn"),
     ("Only one of its two lights is here, none", "No second light"),
@@ -405,14 +406,17 @@ def verdict_of(result: StyleResult, snapshot: Snapshot) -> str:
     Returns
     -------
     str
-        "Best here is 29 at 62° counter-clockwise. The limit is 45."
+        "Best match here is 29 at 62° counter-clockwise. The limit is 45."
     """
     limits, turn = snapshot.question.limits, result.turn_refined_deg
     where = "without a turn" if whole(turn) == 0 else f"at {turn_words(turn)}"
     if result.match >= limits.match:
         strength = whole_of(result.strength)
         return f"Best strength here is {strength} {where}. The limit is {limits.strength:.0f}."
-    return f"Best here is {whole_of(result.match)} {where}. The limit is {limits.match:.0f}."
+    match, limit = whole_of(result.match), f"{limits.match:.0f}"
+    if match < _NOTHING_LIKE:
+        return f"No turn here comes close: the best match is {match}, and {limit} is needed."
+    return f"Best match here is {match} {where}. The limit is {limit}."
 
 
 def _spoken(style: Style, result: StyleResult | None) -> str:

@@ -177,7 +177,8 @@ class DetailState:
     in_reach : bool
         Whether the style is.
     verdict, reason : str
-        For one that is not: "Best here is 29 at 62° counter-clockwise. The limit is 45.", and why.
+        For one that is not: "Best match here is 29 at 62° counter-clockwise. The limit is 45.",
+        and why.
     panorama : (H, W, 3) uint8 or None
         Of the place, sRGB; the same object while the place is the same.
     front : float

@@ -9,6 +9,7 @@ from app.core.angles import wrap
 from app.core.turning.guidance import Guide, Phase, Source
 from app.core.turning.words import Mode, whole
 from app.ui.presenters.model import Step
+from app.ui.presenters.sounds import sound_words
 from app.ui.presenters.turn_actions import turn_actions
 from app.ui.presenters.turn_album import Album
 from app.ui.presenters.turn_camera import LiveCamera
@@ -59,6 +60,7 @@ _SHOWN: Final = frozenset(
         "user_styles",
         "chosen",
         "goal_deg",
+        "plan",
         "settings",
     }
 )
@@ -136,7 +138,8 @@ class TurnPresenter:
 
     def actions(self) -> Sequence[Action]:
         """Give what can be done here."""
-        return turn_actions(self, self._empty()[1])
+        with_lamp = self._services.model.lamp_plan is not None
+        return turn_actions(self, self._empty()[1], with_lamp)
 
     def measure(self, sizes: TurnSizes) -> None:
         """Make pictures of these sizes from now on."""
@@ -182,7 +185,8 @@ class TurnPresenter:
         """Be heard, or be quiet."""
         heard = not self._services.model.settings.sounds
         self._change("sounds", heard)
-        self._services.notify.tell("Sound on: quicker as you get near." if heard else "Sound off.")
+        words, _ = sound_words(heard, self._services.sounds)
+        self._services.notify.tell(f"{words}.")
 
     def answer(self, looks: str) -> None:
         """Say which way the camera looks: ``sitter`` or ``me``."""
@@ -224,8 +228,9 @@ class TurnPresenter:
         self._shots.remove(key)
 
     def back(self) -> None:
-        """Go back to the styles."""
-        self._services.model.update(step=Step.STYLES, painting=None)
+        """Go back to where the goal was chosen: to the lamp, or to the styles."""
+        step = Step.STYLES if self._services.model.lamp_plan is None else Step.LIGHT
+        self._services.model.update(step=step, painting=None)
 
     def fill(self) -> None:
         """Go where the empty screen's button says."""
@@ -233,13 +238,7 @@ class TurnPresenter:
         self._services.model.update(step=step, painting=None)
 
     def demo_turn(self, turn_deg: float) -> None:
-        """Put the demo's camera where the sitter has turned so far.
-
-        Parameters
-        ----------
-        turn_deg : float
-            Deg, counted from where the photographer stands.
-        """
+        """Put the demo's camera where the sitter has turned so far, from the photographer on."""
         if self._camera.simulated is not None:
             self._camera.simulated.set_turn(self._services.model.azimuth_of(turn_deg))
             self._show()
@@ -256,7 +255,7 @@ class TurnPresenter:
         """Work out what the screen shows now."""
         model = self._services.model
         empty, action = self._empty()
-        goal = goal_of(model.result, model.target_turn_deg)
+        goal = goal_of(model)
         if empty or goal is None or model.light is None:
             self._pilot.guide = None
             return TurnState(empty, action, self._pilot.mode.value)
@@ -271,6 +270,7 @@ class TurnPresenter:
             shown.goal,
             self._fov_deg,
             self._pilot.mode is Mode.SELFIE,
+            self._camera.chosen.kind,
         )
         return TurnState(
             mode=self._pilot.mode.value,
@@ -334,7 +334,11 @@ class TurnPresenter:
         return "", ""
 
     def _guidance(self, shown: Guide) -> Guidance:
-        words = guidance_of(shown, self._pilot.hindrance, self._camera.error)
+        kind = self._camera.chosen.kind
+        words = guidance_of(shown, self._pilot.hindrance, self._camera.error, kind)
+        plan = self._services.model.lamp_plan
+        if shown.hold and plan is not None:
+            return replace(words, advice=plan.where)
         if not words.sentence or self._camera.error is not None or self._pilot.hindrance != "none":
             return words
         return replace(words, advice=advice_of(shown, self._pilot.track))
@@ -357,7 +361,8 @@ class TurnPresenter:
             return
         self._album.want_target(model.head, own_style(model), model.chosen, size)
         turn = float(shown.goal if shown.now is None else shown.now)
-        self._album.want_now(model.head, model.light, model.azimuth_of(turn), size)
+        facing = model.azimuth_of(turn)
+        self._album.want_now(model.head, model.light, facing, size, model.lamp_plan)
 
     def _with_camera(self, words: LiveWords) -> LiveWords:
         tag = ""
@@ -389,7 +394,7 @@ class TurnPresenter:
             webcams=self._camera.listed,
             webcam=self._camera.index,
             looks=self._camera.looks,
-            sounds=settings.sounds,
+            sounds=settings.sounds and self._services.sounds.available,
         )
 
     def _quality(self, shown: Guide) -> tuple[str, str, bool]:
@@ -405,6 +410,7 @@ class TurnPresenter:
             lost,
             self._pilot.track,
             self._pilot.sees_sitter,
+            self._camera.chosen.kind,
         )
 
     def _learn_fov(self) -> None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["turn_actions"]
 
 
-def turn_actions(p: TurnPresenter, empty_action: str) -> Sequence[Action]:
+def turn_actions(p: TurnPresenter, empty_action: str, with_lamp: bool = False) -> Sequence[Action]:
     """Give what can be done now.
 
     Parameters
@@ -23,7 +23,10 @@ def turn_actions(p: TurnPresenter, empty_action: str) -> Sequence[Action]:
         Does it.
     empty_action : str
         What fills the screen while there is nothing to turn to; else empty.
+    with_lamp : bool, optional
+        Whether the goal came from the Light screen.
     """
+    back, hint = ("Back to the lamp", "lamp") if with_lamp else ("Back to the styles", "styles")
     actions = [
         Action(
             "turn-align",
@@ -43,7 +46,7 @@ def turn_actions(p: TurnPresenter, empty_action: str) -> Sequence[Action]:
             "S",
             hint="selfie",
         ),
-        Action("turn-back", "Back to the styles", p.back, "styles", "Esc", hint="styles"),
+        Action("turn-back", back, p.back, "light" if with_lamp else "styles", "Esc", hint=hint),
     ]
     if empty_action:
         return [Action("turn-fill", empty_action, p.fill, "", "Return; Enter"), *actions]

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from app.core.light_here import LightHere
     from app.core.painting import UserStyle
     from app.core.turning.words import Mode
+    from app.ui.presenters.light_pictures import LampPlan
     from app.ui.presenters.model import Head
     from app.ui.presenters.services import Services
     from app.ui.presenters.turn_pictures import Overlay, Scene, Views
@@ -77,15 +78,22 @@ class Album:
                 done=lambda picture: self._put(target=picture),
             )
 
-    def want_now(self, head: Head, light: LightHere, facing_deg: float, size: Size) -> None:
-        """Ask for the head as it is lit with the face at an azimuth of the panorama."""
+    def want_now(
+        self,
+        head: Head,
+        light: LightHere,
+        facing_deg: float,
+        size: Size,
+        plan: LampPlan | None = None,
+    ) -> None:
+        """Ask for the head as it is lit, maybe with a lamp, the face at an azimuth."""
         # While one is made no other is begun: the next call asks again.
         if not self._services.runner.running(_NOW) and self._new(
-            _NOW, (head, light, facing_deg, size)
+            _NOW, (head, light, facing_deg, size, plan)
         ):
             self._services.runner.submit(
                 _NOW,
-                lambda token, report: now_portrait(head, light, facing_deg, size),
+                lambda token, report: now_portrait(head, light, facing_deg, size, plan),
                 done=lambda picture: self._put(now=picture),
             )
 

@@ -64,7 +64,10 @@ class LiveCamera:
         self.listed: tuple[tuple[int, str], ...] = ()
         self.frame: WebcamFrame | None = None
         settings = services.model.settings
-        self.chosen = _source_of(settings.live_source, settings.webcam)
+        # The demo has a camera of its own; what is remembered is for working in earnest.
+        self._demo = getattr(services.devices, "simulated", None) is not None
+        remembered = _source_of(settings.live_source, settings.webcam)
+        self.chosen = LiveSource.webcam(0) if self._demo else remembered
         self._views = SourceViews.parse(settings.live_views)
 
     # -- beginning and end ---------------------------------------------------------------------
@@ -274,6 +277,8 @@ class LiveCamera:
     def _keep_source(self, source: LiveSource) -> None:
         model = self._services.model
         settings = model.settings
+        if self._demo:
+            return
         if source.kind == "webcam":
             settings = settings.with_("webcam", source.index).with_("live_source", "")
         elif source.keepable:
@@ -288,6 +293,11 @@ class LiveCamera:
             model.update(settings=model.settings.with_("live_views", text))
 
     # -- how it is -----------------------------------------------------------------------------
+
+    @property
+    def looked(self) -> bool:
+        """Whether webcams were looked for since the screen came to the front."""
+        return self._looked
 
     @property
     def simulated(self) -> Any:

@@ -16,10 +16,12 @@ from app.core.turning.align import laid_over
 from app.core.turning.headings import Looks, heading_of_turn
 from app.core.turning.views import Lens, goal_lens, goal_view, strip_view
 from app.core.turning.words import Mode
+from app.ui.presenters.light_pictures import portrait_with
 
 if TYPE_CHECKING:
     from app.core.light_here import LightHere
     from app.core.painting import UserStyle
+    from app.ui.presenters.light_pictures import LampPlan
     from app.ui.presenters.model import Head
 
 __all__ = [
@@ -247,7 +249,13 @@ def target_portrait(head: Head, own: UserStyle | None, name: str, size: tuple[in
     return shown
 
 
-def now_portrait(head: Head, light: LightHere, facing_deg: float, size: tuple[int, int]) -> Bytes:
+def now_portrait(
+    head: Head,
+    light: LightHere,
+    facing_deg: float,
+    size: tuple[int, int],
+    plan: LampPlan | None = None,
+) -> Bytes:
     """Show the head as it is lit here at a turn.
 
     Parameters
@@ -260,12 +268,16 @@ def now_portrait(head: Head, light: LightHere, facing_deg: float, size: tuple[in
         Azimuth in the panorama that the sitter faces, deg.
     size : tuple of int
         Rows and columns.
+    plan : LampPlan, optional
+        A lamp that is held.
 
     Returns
     -------
     (rows, columns, 3) uint8
         sRGB on the well's grey.
     """
+    if plan is not None:
+        return portrait_with(plan, facing_deg, size)
     linear = picture_at(head.transport, light, facing_deg)
     frame = framing(head.transport.size, size)
     shown: Bytes = portraits(linear[np.newaxis], head.pack.coverage.astype(np.float32), frame)[0]

@@ -213,20 +213,21 @@ class Shots:
 
     def _asked(self) -> _Asked | None:
         model = self._services.model
-        goal = goal_of(model.result, model.target_turn_deg)
-        if model.place_folder is None or model.light is None or model.result is None:
+        goal, result, plan = goal_of(model), model.goal_result, model.lamp_plan
+        if model.place_folder is None or model.light is None or result is None:
             return None
         if goal is None:
             return None
         own = next((one for one in model.user_styles if one.name == model.chosen), None)
+        title = own.title if own is not None else result.title
         return _Asked(
             model.place_folder,
             model.light,
             self._index(),
-            model.result,
+            result,
             goal,
             model.front_deg,
-            own.title if own is not None else model.result.title,
+            title if plan is None else f"{title} with {plan.lamp}",
             self._services.today(),
         )
 
@@ -271,13 +272,17 @@ class Shots:
             self._changed()
 
         mark(removed=True)
-        self._services.undo.push(
-            Undoable("removing a photo", lambda: mark(removed=False), lambda: mark(removed=True))
+        step = Undoable(
+            f"remove {shot.name}",
+            lambda: mark(removed=False),
+            lambda: mark(removed=True),
+            place=folder,
         )
+        self._services.undo.push(step)
         self._services.notify.tell(
             f"{shot.name} removed from this place. Your own file is untouched.",
             kind="done",
-            actions=[("Undo", lambda: mark(removed=False))],
+            actions=[("Undo", lambda: self._services.undo.take_back(step))],
         )
 
     # -- what is shown -------------------------------------------------------------------------

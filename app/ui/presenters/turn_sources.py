@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from app.ui.presenters.services import Services
     from app.ui.presenters.turn_camera import LiveCamera
 
-__all__ = ["VIDEO_FILES", "SourcesPresenter", "SourcesState", "SourcesView"]
+__all__ = ["NO_WEBCAMS", "VIDEO_FILES", "SourcesPresenter", "SourcesState", "SourcesView"]
 
 Item: TypeAlias = tuple[str, str, str, str]
 """Key, words, second line, icon: a line of a list field."""
@@ -33,6 +33,8 @@ _ITEMS: Final[tuple[Item, ...]] = (
     ("stills", "Folder of pictures…", "", "folder"),
 )
 _SIZES: Final[dict[int, str]] = {640: "640 × 480", 1280: "1280 × 720", 1920: "1920 × 1080"}
+NO_WEBCAMS: Final = ("No webcam found", "Plug one in.")
+"""Said wherever webcams are listed and there are none, with what to do."""
 _CHECK: Final = "turn-source-check"
 _STATUS_S: Final = 0.5
 _LONGEST: Final = 128
@@ -282,9 +284,19 @@ class SourcesPresenter:
         webcams = [(f"webcam:{index}", name, "", "webcam") for index, name in self._camera.listed]
         known = {key for key, *_ in (*webcams, *_ITEMS)}
         if current not in known:
-            # It was pulled out, or is not found yet; or a kind that nobody is offered.
-            webcams.append((current, self._camera.chosen.title, "", "webcam"))
+            webcams.append((current, *self._missing(), "webcam"))
         return (*webcams, *_ITEMS)
+
+    def _missing(self) -> tuple[str, str]:
+        """Say of the source in use, which is not on offer, why it is in the list all the same."""
+        camera = self._camera
+        if camera.chosen.kind != "webcam":
+            return camera.chosen.title, ""
+        if not camera.looked:
+            return "Looking for webcams…", ""
+        if not camera.listed:
+            return NO_WEBCAMS
+        return camera.chosen.title, "disconnected"
 
     def _status(self) -> tuple[str, str]:
         camera = self._camera

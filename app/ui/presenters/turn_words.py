@@ -53,9 +53,6 @@ _WAITING: Final[dict[Hindrance, str]] = {
     "looking": "Looking for the background.",
 }
 _PILLS: Final[dict[Hindrance, tuple[str, str]]] = {
-    "none": ("No webcam", "webcam"),
-    "learning": ("No webcam", "webcam"),
-    "looking": ("No webcam", "webcam"),
     "asking": (ASKED, "help"),
     "blank": ("No heading here", "warning"),
 }
@@ -65,6 +62,30 @@ _ICONS: Final = {
     Phase.AWAY: "warning",
     Phase.STARTING: "webcam",
 }
+_SOURCES: Final[dict[str, tuple[str, str, str, str]]] = {
+    "webcam": (
+        "webcam",
+        "Starting the webcam",
+        "Webcam disconnected. Plug it back in to continue.",
+        "No webcam",
+    ),
+    "network": (
+        "network camera",
+        "Connecting to the network camera",
+        "Network camera lost. Turnlight connects again by itself.",
+        "No network camera",
+    ),
+    "video": ("video", "Opening the video", "The video stopped. Choose it again.", "No video"),
+    "stills": (
+        "folder of pictures",
+        "Opening the folder of pictures",
+        "The pictures stopped. Choose the folder again.",
+        "No pictures",
+    ),
+    "panorama": ("panorama", "Opening the panorama", "The panorama is gone.", "No panorama"),
+}
+"""What each kind of live source is called: in a sentence, while it starts, when it stops, and
+where there is none."""
 _SURENESS: Final = ((0.9, "certain"), (0.7, "likely"), (0.0, "doubtful"))
 _COARSE: Final = (36, 48)
 _MOST_SURE: Final = 99  # per cent; nobody is surer than that
@@ -97,34 +118,33 @@ def arc_of(result: StyleResult | None, goal_deg: float) -> tuple[float, float] |
     return None
 
 
-def goal_of(result: StyleResult | None, goal_deg: float | None) -> Goal | None:
-    """Give the goal with its arc; None where there is nothing to turn to."""
-    return None if goal_deg is None else Goal(goal_deg, arc_of(result, goal_deg))
+def goal_of(model: Model) -> Goal | None:
+    """Give the goal with its arc and its lamp; None where there is nothing to turn to."""
+    turn, plan = model.target_turn_deg, model.lamp_plan
+    if turn is None:
+        return None
+    lamp = "" if plan is None else f"{plan.hold[:1].lower()}{plan.hold[1:]}"
+    return Goal(turn, arc_of(model.goal_result, turn), lamp)
 
 
 def guidance_of(
-    shown: Guide, hindrance: Hindrance, error: CoreError | DeviceError | None = None
+    shown: Guide,
+    hindrance: Hindrance,
+    error: CoreError | DeviceError | None = None,
+    kind: str = "webcam",
 ) -> Guidance:
-    """Write the right column.
+    """Write the right column, without what is announced.
 
-    Parameters
-    ----------
-    shown : Guide
-        What is to be done.
-    hindrance : str
-        Why there is no heading although there may be a live picture.
-    error : CoreError or None, optional
-        What is wrong with the live picture: then that is why nothing is found in it.
-
-    Returns
-    -------
-    Guidance
-        `announced` is left empty.
+    An `error` is what is wrong with the live picture of a source of that `kind`: then that is why
+    nothing is found in it.
     """
     if shown.phase is Phase.NO_WEBCAM:
-        return _whole_turn(shown, hindrance)
+        return _whole_turn(shown, hindrance, kind)
     if shown.number == "":
-        sentence = shown.headline
+        _, starting, away, _ = _SOURCES[kind]
+        sentence = {Phase.AWAY: away, Phase.STARTING: f"{starting}."}.get(
+            shown.phase, shown.headline
+        )
         waiting = hindrance in _WAITING and shown.phase is Phase.STARTING
         if waiting:
             sentence = _WAITING[hindrance]
@@ -146,6 +166,15 @@ def guidance_of(
         pill=shown.light,
         spoken=shown.spoken,
     )
+    if shown.hold and shown.lamp:
+        # The lamp is what counts now, in words that can be read from afar.
+        return Guidance(
+            phase=shown.phase,
+            inside=True,
+            sentence=f"{shown.headline}.",
+            sentence_icon="bulb",
+            spoken=shown.spoken,
+        )
     if shown.hold:
         return replace(
             base,
@@ -205,9 +234,9 @@ def confidence_words(confidence: float) -> str:
     return f"{word}: {min(math.floor(100.0 * confidence + 1e-9), _MOST_SURE)} %"
 
 
-def _whole_turn(shown: Guide, hindrance: Hindrance) -> Guidance:
+def _whole_turn(shown: Guide, hindrance: Hindrance, kind: str) -> Guidance:
     """Without a heading the whole turn is shown, to be made by eye."""
-    words, icon = _PILLS[hindrance]
+    words, icon = _PILLS.get(hindrance, (_SOURCES[kind][3], "webcam"))
     spoken = shown.spoken.replace("No webcam", words, 1)
     return Guidance(
         phase=shown.phase,
@@ -216,7 +245,7 @@ def _whole_turn(shown: Guide, hindrance: Hindrance) -> Guidance:
         direction=shown.direction if shown.direction != "none" else "No turn needed",
         clock=shown.clock if shown.direction != "none" else "",
         walk=shown.walk,
-        company=shown.company,
+        company=f"Then {shown.lamp}." if shown.lamp else shown.company,
         pill=words,
         pill_icon=icon,
         spoken=spoken,
@@ -271,42 +300,31 @@ def scale_of(shown: Guide, goal: Goal, fov_deg: float, camera_deg: float | None 
 
 
 def live_words(
-    source: Source, error: CoreError | DeviceError | None, goal: int, fov_deg: float, selfie: bool
+    source: Source,
+    error: CoreError | DeviceError | None,
+    goal: int,
+    fov_deg: float,
+    selfie: bool,
+    kind: str = "webcam",
 ) -> LiveWords:
-    """Say what the two wells show.
+    """Say what the two wells show; in a selfie both are mirrored.
 
-    Parameters
-    ----------
-    source : Source
-        The webcam.
-    error : CoreError or None
-        What is wrong with it.
-    goal : int
-        Whole degrees of turn.
-    fov_deg : float
-        Of the camera, deg.
-    selfie : bool
-        Whether pictures are mirrored.
-
-    Returns
-    -------
-    LiveWords
-        Without what the webcam itself says.
+    `source` is how the live source of that `kind` is, `error` what is wrong with it.
     """
+    noun, starting, away, none = _SOURCES[kind]
     mirror = ", mirrored" if selfie else ""
     seen = f"what the camera should see{mirror}"
     if source is Source.LIVE:
         message = "" if error is None else str(error)
-        return LiveWords(f"webcam, {round(fov_deg)}° wide{mirror}", seen, message=message)
+        return LiveWords(f"{noun}, {round(fov_deg)}° wide{mirror}", seen, message=message)
     if source is Source.AWAY:
-        message = "The webcam went away. Plug it in and it goes on by itself."
-        return LiveWords("last picture", seen, message=message, dim=True)
+        return LiveWords("last picture", seen, message=away, dim=True)
     if source is Source.STARTING:
-        return LiveWords("starting the webcam", seen)
-    message = f"No webcam. {goal_words(float(goal))}"
+        return LiveWords(f"{starting[:1].lower()}{starting[1:]}", seen)
+    message = f"{none}. {goal_words(float(goal))}"
     if error is not None and getattr(error, "code", "") != "no-webcam":
         message = f"{error} {goal_words(float(goal))}."
-    return LiveWords("no webcam: the goal", seen, message=message)
+    return LiveWords(f"{none[:1].lower()}{none[1:]}: the goal", seen, message=message)
 
 
 def quality_words(
@@ -316,6 +334,7 @@ def quality_words(
     lost: str,
     track: Track | None,
     sees_sitter: bool = True,
+    kind: str = "webcam",
 ) -> tuple[str, str, bool]:
     """Say how well the heading is known.
 
@@ -333,18 +352,21 @@ def quality_words(
         What was found in the last picture.
     sees_sitter : bool, optional
         Whether the sitter should be in the picture.
+    kind : str, optional
+        Of the live source.
 
     Returns
     -------
     tuple
         Words, icon, and whether something is to be done about it.
     """
+    _, starting, away, none = _SOURCES[kind]
     if source is Source.AWAY:
-        return "Webcam unplugged", "warning", True
+        return away.partition(".")[0], "warning", True
     if source is Source.NONE:
-        return "No webcam", "webcam", False
+        return none, "webcam", False
     if source is Source.STARTING:
-        return "Starting the webcam", "webcam", False
+        return starting, "webcam", False
     if error is not None:
         return str(error), "warning", True
     if learning:
@@ -409,7 +431,7 @@ def style_words(model: Model, shown: Guide) -> StyleWords:
     -------
     StyleWords
     """
-    result, own = model.result, own_style(model)
+    result, own, plan = model.goal_result, own_style(model), model.lamp_plan
     if result is None:
         return StyleWords()
     built_in = model.head.pack.styles if model.head is not None else ()
@@ -418,7 +440,10 @@ def style_words(model: Model, shown: Guide) -> StyleWords:
     side = own.side_words if own is not None else style.side_words if style else ""
     match, at_goal = match_words(result, model.goal_deg, shown.now)
     tag = "Now" if shown.now is not None else "At the goal"
-    return StyleWords(title, side.replace(" (", "\n(") or "painted", match, at_goal, tag)
+    side = side.replace(" (", "\n(") or "painted"
+    if plan is not None:
+        side, tag = f"with {plan.lamp}", "With the lamp"
+    return StyleWords(title, side, match, at_goal, tag)
 
 
 def _floored(match: float) -> int:

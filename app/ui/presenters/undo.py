@@ -3,40 +3,51 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
 from app.ui.presenters.observe import Event
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
-__all__ = ["UndoStack", "Undoable"]
+    from app.ui.presenters.in_turn import InTurn
+
+__all__ = ["FileChange", "UndoStack", "Undoable"]
+
+T = TypeVar("T")
 
 _MOST_BYTES: Final = 64 << 20
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Undoable:
     """Something that was done and can be taken back.
 
     Attributes
     ----------
     words : str
-        What it was, to be read after "Undo": "stroke", "move of the marker".
+        What it was, to be read after "Undo": "delete My Rembrandt", "stroke on My Rembrandt".
     undo, redo : callable
         Take it back; do it again.
     size : int
         Bytes that it keeps.
+    place : Path or None
+        Folder of the place that has to be open for it; None where any may be, or none.
+    kept : callable
+        Gives what it put away, by which other lists can find it; None for nothing.
     """
 
     words: str
     undo: Callable[[], None]
     redo: Callable[[], None]
     size: int = 64
+    place: Path | None = None
+    kept: Callable[[], object] = lambda: None
 
 
 class UndoStack:
-    """What was done, in order.
+    """What was done, in order, wherever in the window it was.
 
     Parameters
     ----------
@@ -47,10 +58,17 @@ class UndoStack:
     ----------
     changed : Event
         Something can be undone or redone that could not be before, or the reverse.
+    told : Event
+        Emits a sentence that says what was just undone or redone.
+    give_up : callable
+        Gives up what is under way and not yet in the list, as a stroke while the pen is down;
+        gives whether there was anything. That comes before all that has been done.
     """
 
     def __init__(self, most_bytes: int = _MOST_BYTES) -> None:
         self.changed = Event()
+        self.told = Event()
+        self.give_up: Callable[[], bool] = lambda: False
         self._done: list[Undoable] = []
         self._undone: list[Undoable] = []
         self._most_bytes = most_bytes
@@ -66,13 +84,7 @@ class UndoStack:
         return self._undone[-1].words if self._undone else ""
 
     def push(self, step: Undoable) -> None:
-        """Note something that has been done; what was undone before is forgotten.
-
-        Parameters
-        ----------
-        step : Undoable
-            Already done.
-        """
+        """Note something that has been done; what was undone before is forgotten."""
         self._done.append(step)
         self._undone.clear()
         while len(self._done) > 1 and sum(one.size for one in self._done) > self._most_bytes:
@@ -81,22 +93,145 @@ class UndoStack:
 
     def undo(self) -> None:
         """Take the last step back; without one nothing happens."""
-        if self._done:
-            step = self._done.pop()
-            step.undo()
-            self._undone.append(step)
-            self.changed.emit()
+        if not self.give_up() and self._done:
+            self.take_back(self._done[-1])
 
     def redo(self) -> None:
         """Do the last undone step again; without one nothing happens."""
+        self.give_up()
         if self._undone:
             step = self._undone.pop()
-            step.redo()
             self._done.append(step)
+            step.redo()
+            self._tell(step, self._done, "Redone")
+
+    def take_back(self, step: Undoable) -> None:
+        """Take a certain step back, as its own message offers, if it has not been by now."""
+        if step in self._done:
+            self._done.remove(step)
+            self._undone.append(step)
+            step.undo()
+            self._tell(step, self._undone, "Undone")
+
+    def take_back_what(self, kept: object) -> bool:
+        """Take back what put something away, as a list of such things offers; gives whether."""
+        step = next((one for one in self._done if one.kept() == kept), None)
+        if step is not None:
+            self.take_back(step)
+        return step is not None
+
+    def failed(self, step: Undoable, *, undoing: bool) -> None:
+        """Note that a step that takes its time was not taken back, or not done again."""
+        source, target = (self._undone, self._done) if undoing else (self._done, self._undone)
+        if step in source:
+            source.remove(step)
+            target.append(step)
             self.changed.emit()
 
-    def clear(self) -> None:
-        """Forget everything, as when another place is opened."""
-        self._done.clear()
-        self._undone.clear()
+    def drop(self, step: Undoable) -> None:
+        """Forget a step that came to nothing."""
+        for steps in (self._done, self._undone):
+            if step in steps:
+                steps.remove(step)
         self.changed.emit()
+
+    def forget_places(self) -> None:
+        """Forget what belongs to the open place, as when it is closed; the rest stays."""
+        for steps in (self._done, self._undone):
+            steps[:] = [one for one in steps if one.place is None]
+        self.changed.emit()
+
+    def _tell(self, step: Undoable, where: list[Undoable], verb: str) -> None:
+        self.changed.emit()
+        # One that could not be done is back where it was, and has been told.
+        if step in where:
+            self.told.emit(f"{verb}: {step.words}.")
+
+
+class FileChange(Generic[T]):
+    """A change of the user's files that can be undone; each way it waits for its turn.
+
+    It is in the list from the moment it is asked for: whoever undoes at once undoes this, and
+    nothing that came before it.
+
+    Parameters
+    ----------
+    stack : UndoStack
+        The window's.
+    files : InTurn
+        In whose turn files are changed.
+    words : str
+        See `Undoable`.
+    make : callable
+        Changes the files, on another thread; gives what `back` needs.
+    back : callable
+        Takes that back, on another thread.
+    made, undone : callable
+        Told what came of it.
+    failed : callable
+        Told of an error of `make` or `back`; the files are then as before.
+    before : callable, optional
+        Called each time before `make`.
+    """
+
+    def __init__(
+        self,
+        stack: UndoStack,
+        files: InTurn,
+        words: str,
+        make: Callable[[], T],
+        back: Callable[[T], Any],
+        *,
+        made: Callable[[T], None],
+        undone: Callable[[Any], None],
+        failed: Callable[[Exception], None],
+        before: Callable[[], None] = lambda: None,
+    ) -> None:
+        self._stack, self._files = stack, files
+        self._make, self._back = make, back
+        self._made, self._undone, self._failed = made, undone, failed
+        self._before = before
+        self._kept: T | None = None
+        self.step = Undoable(words, self._take_back, self._again, kept=lambda: self._kept)
+
+    def begin(self) -> None:
+        """Do it for the first time."""
+        self._before()
+        self._stack.push(self.step)
+        self._submit(self._make, self._is_made, lambda: self._stack.drop(self.step))
+
+    def take_back(self) -> None:
+        """Undo it, whatever has been done since."""
+        self._stack.take_back(self.step)
+
+    def _again(self) -> None:
+        self._before()
+        self._submit(
+            self._make, self._is_made, lambda: self._stack.failed(self.step, undoing=False)
+        )
+
+    def _take_back(self) -> None:
+        def work() -> Any:
+            return None if self._kept is None else self._back(self._kept)
+
+        def done(answer: Any) -> None:
+            if self._kept is not None:
+                self._kept = None
+                self._undone(answer)
+
+        self._submit(work, done, lambda: self._stack.failed(self.step, undoing=True))
+
+    def _is_made(self, kept: T) -> None:
+        self._kept = kept
+        self._made(kept)
+
+    def _submit(
+        self, work: Callable[[], Any], done: Callable[[Any], None], undo_list: Callable[[], None]
+    ) -> None:
+        def failed(error: Exception) -> None:
+            undo_list()
+            self._failed(error)
+
+        self._files.submit(
+            lambda token, report: work(), done=done, failed=failed, cancelled=undo_list
+        )

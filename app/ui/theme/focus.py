@@ -95,7 +95,7 @@ class FocusRing(QObject):
         self._by_keyboard = True
         self._later = QTimer(self, singleShot=True, interval=0)
         self._later.timeout.connect(self._place)
-        app.focusChanged.connect(self._follow)
+        app.focusChanged.connect(self._focus_moved)
 
     @property
     def rect(self) -> QRect | None:
@@ -105,7 +105,15 @@ class FocusRing(QObject):
             return None
         return ring.geometry()
 
-    def _follow(self, _old: QWidget | None, new: QWidget | None) -> None:
+    def _focus_moved(self) -> None:
+        """Follow it among our own widgets.
+
+        It also moves while a dialog of Qt's own is half destroyed: neither what Qt says had the
+        focus may be touched here, nor what stands around a widget that is not ours.
+        """
+        new = QApplication.focusWidget()
+        if new is not None and not shiboken6.createdByPython(new):
+            new = None
         for widget in self._watched:
             if shiboken6.isValid(widget):
                 widget.removeEventFilter(self)

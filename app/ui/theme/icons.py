@@ -26,7 +26,7 @@ __all__ = ["ICONS", "draw_icon", "icon", "icon_pixmap"]
 
 # fmt: off
 ICONS: Final[tuple[str, ...]] = (
-    "align", "arrow-down", "arrow-left", "arrow-right", "arrow-up", "battery", "brighter",
+    "align", "arrow-down", "arrow-left", "arrow-right", "arrow-up", "battery", "bell", "brighter",
     "brush", "bulb", "camera", "cancel", "check", "chevron-down", "chevron-left",
     "chevron-right", "clock", "clockwise", "close", "counterclockwise", "darker", "download",
     "drop", "duplicate", "edit", "error", "export", "eye", "file", "filter", "folder",

@@ -87,8 +87,13 @@ class _Style(QProxyStyle):
         self._tips.setParent(self)
 
     def polish(self, what: Any) -> Any:
-        """Dress tool tips; Qt shows each anew."""
+        """Dress tool tips, whose words are plain text wherever they come from.
+
+        Left to itself Qt takes words that look like HTML for HTML, and opens the pictures in
+        them: the title of a style from somebody else would read any file, or ask a network share.
+        """
         if isinstance(what, QLabel) and what.inherits("QTipLabel"):
+            what.setTextFormat(Qt.TextFormat.PlainText)
             aside = theme().px(4)
             what.setContentsMargins(aside, 0, aside, 0)
             what.setStyle(self._tips)

@@ -6,7 +6,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from PySide6.QtCore import QPoint, QRect, QRectF, QSize, Qt
-from PySide6.QtGui import QColor, QFont, QHideEvent, QKeyEvent, QPainter, QPaintEvent, QShowEvent
+from PySide6.QtGui import (
+    QColor,
+    QFont,
+    QHideEvent,
+    QKeyEvent,
+    QKeySequence,
+    QPainter,
+    QPaintEvent,
+    QShowEvent,
+)
 from PySide6.QtWidgets import QAbstractButton, QSizePolicy
 
 from app.ui.theme import theme
@@ -18,7 +27,16 @@ from app.ui.widgets.tips import describe, set_available
 if TYPE_CHECKING:
     from app.ui.theme import Theme
 
-__all__ = ["Button", "IconButton", "Kind", "Look", "Pressable", "Size", "button_look"]
+__all__ = [
+    "Button",
+    "IconButton",
+    "Kind",
+    "Look",
+    "Pressable",
+    "Size",
+    "button_look",
+    "name_step",
+]
 
 Kind: TypeAlias = Literal["outlined", "primary", "quiet"]
 """Outlined is the usual one; primary is amber, one per screen; quiet has no edge."""
@@ -70,6 +88,11 @@ class Pressable(QAbstractButton):
         self.setAttribute(Qt.WidgetAttribute.WA_Hover)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         describe(self, name, tip=tip)
+
+    def setText(self, text: str) -> None:
+        """Change the words; a "&" in them is a letter and makes no shortcut."""
+        super().setText(text)
+        self.setShortcut(QKeySequence())
 
     def set_available(self, available: bool, why: str = "") -> None:
         """Enable or disable it; while it is disabled, its tool tip says why.
@@ -277,7 +300,7 @@ class Button(Pressable):
     def _paint_content(self, painter: QPainter, label: str, ink: QColor, font: QFont) -> None:
         """Paint icon, words and icon, together in the middle."""
         t = theme()
-        side, gap = t.px(_ICON[self._size]), t.px(8)
+        side, gap = t.px(_ICON[self._size]), t.px(8) if label else 0
         lead = side + gap if self._icon or self.busy else 0
         trail = side + gap if self._trailing and not self.busy else 0
         room = self.width() - 2 * t.px(8) - lead - trail
@@ -358,3 +381,9 @@ class IconButton(Pressable):
         look = button_look(self, self._kind)
         box(painter, self.rect(), t.px(8), look.fill, look.edge, look.width)
         draw_icon(painter, self._icon, self.rect(), t.px(_ICON[self._size]), look.ink)
+
+
+def name_step(button: IconButton, verb: str, what: str, shortcut: str) -> None:
+    """Name on a button for undo or redo what it does now: "Undo delete My Rembrandt"."""
+    button.set_tip(f"{verb} {what}".strip(), shortcut)
+    button.set_available(bool(what), f"There is nothing to {verb.lower()}.")

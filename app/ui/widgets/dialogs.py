@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final, Literal, TypeAlias
+from typing import ClassVar, Final, Literal, TypeAlias
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, QRect, Qt, Signal
@@ -71,6 +71,13 @@ class Sheet(QWidget):
     """
 
     closed = Signal()
+    _open: ClassVar[list[Sheet]] = []
+
+    @classmethod
+    def over(cls, host: QWidget) -> list[Sheet]:
+        """List the sheets that lie open over a window, the uppermost last."""
+        cls._open[:] = [one for one in cls._open if shiboken6.isValid(one) and not one.isHidden()]
+        return [one for one in cls._open if one._host is host]
 
     def __init__(self, host: QWidget, title: str, width: int = 560, side: Side = "centre") -> None:
         super().__init__(host)
@@ -133,6 +140,8 @@ class Sheet(QWidget):
         self.setGeometry(self._host.rect())
         self.show()
         self.raise_()
+        if self not in self._open:
+            self._open.append(self)
         self._lay()
         first = focus or next(iter(self._stops()), self._close)
         first.setFocus(Qt.FocusReason.TabFocusReason)

@@ -68,7 +68,9 @@ class Menu(QMenu):
         QAction
             The entry.
         """
-        action = self.addAction(f"{text}\t{shortcut}" if shortcut else text)
+        # In a title these are letters, not the sign of a key and of a column.
+        plain = text.replace("&", "&&").replace("\t", " ")
+        action = self.addAction(f"{plain}\t{shortcut}" if shortcut else plain)
         if icon_name:
             action.setIcon(icon(icon_name))
         action.setEnabled(not why)

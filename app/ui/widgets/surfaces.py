@@ -57,13 +57,16 @@ class Scroll(QScrollArea):
     ----------
     content : QWidget, optional
         What is scrolled; it gets the width there is.
+    height : int, optional
+        What it would like to have as designed, where there is room for it.
     """
 
     bar_changed = Signal(int)
     """The bar came or went: its width, logical pixels, 0 without one."""
 
-    def __init__(self, content: QWidget | None = None) -> None:
+    def __init__(self, content: QWidget | None = None, height: int = 0) -> None:
         super().__init__()
+        self._high = theme().px(height)
         self.verticalScrollBar().rangeChanged.connect(self._tell_bar)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setWidgetResizable(True)
@@ -78,6 +81,11 @@ class Scroll(QScrollArea):
         self.verticalScrollBar().setSingleStep(theme().px(24))
         if content is not None:
             self.setWidget(content)
+
+    def sizeHint(self) -> QSize:
+        """Ask for the designed height, if there is one."""
+        hint = super().sizeHint()
+        return QSize(hint.width(), self._high or hint.height())
 
     def setWidget(self, widget: QWidget) -> None:
         """Take what is scrolled; what was before is deleted once nothing uses it any more."""

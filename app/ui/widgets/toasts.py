@@ -1,10 +1,7 @@
-"""Messages that come and go at the lower right, and the list of those that were."""
+"""Messages that come and go at the lower right; errors stay."""
 
 from __future__ import annotations
 
-from collections import deque
-from dataclasses import dataclass
-from datetime import datetime
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import shiboken6
@@ -17,7 +14,13 @@ from PySide6.QtGui import (
     QPainter,
     QPaintEvent,
 )
-from PySide6.QtWidgets import QAbstractButton, QApplication, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QHBoxLayout,
+    QVBoxLayout,
+    QWidget,
+)
 
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button, IconButton
@@ -28,7 +31,7 @@ from app.ui.widgets.paint import box
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-__all__ = ["Message", "Toasts"]
+__all__ = ["Toasts"]
 
 MessageKind: TypeAlias = Literal["info", "done", "warning", "error"]
 
@@ -43,33 +46,17 @@ _EDGE: Final = 16
 _GAP: Final = 8
 _MOST_ACTIONS: Final = 2
 _MOST_SHOWN: Final = 3
-_KEPT: Final = 200
+_PICTURE: Final = 160  # what is as high may be covered
+_COLUMNS: Final = 3  # from the right, where a place is looked for
 _STAY_MS: Final = 6000
-
-
-@dataclass(frozen=True, slots=True)
-class Message:
-    """A message of the past.
-
-    Attributes
-    ----------
-    when : datetime
-        Local time at which it was told.
-    kind : {"info", "done", "warning", "error"}
-        What sort of message.
-    text : str
-        The sentence.
-    """
-
-    when: datetime
-    kind: MessageKind
-    text: str
 
 
 class _Toast(QWidget):
     """One message on screen."""
 
     gone = Signal(object)
+    closed = Signal()
+    """The user closed it, or took one of its actions."""
 
     def __init__(
         self,
@@ -77,10 +64,11 @@ class _Toast(QWidget):
         text: str,
         kind: MessageKind,
         actions: Sequence[tuple[str, Callable[[], None]]],
-        stay_ms: int,
+        stay_ms: int | None,
     ) -> None:
         super().__init__(parent)
         t = theme()
+        self.stays = stay_ms is None
         self.setAccessibleName(text)
         self.setFixedWidth(t.px(_WIDTH))
         row = QHBoxLayout(self)
@@ -102,11 +90,11 @@ class _Toast(QWidget):
             column.addLayout(self._buttons(actions))
         row.addLayout(column, 1)
         close = IconButton("close", "Close this message", kind="quiet", size="small")
-        close.clicked.connect(self.leave)
+        close.clicked.connect(self._close)
         row.addWidget(close, 0, top)
-        self._timer = QTimer(self, singleShot=True, interval=stay_ms)
+        self._timer = QTimer(self, singleShot=True, interval=stay_ms or 0)
         self._timer.timeout.connect(self._maybe_leave)
-        self._timer.start()
+        self.wait()
 
     def _buttons(self, actions: Sequence[tuple[str, Callable[[], None]]]) -> QHBoxLayout:
         line = QHBoxLayout()
@@ -119,8 +107,12 @@ class _Toast(QWidget):
         return line
 
     def _act(self, do: Callable[[], None]) -> None:
-        self.leave()
+        self._close()
         do()
+
+    def _close(self) -> None:
+        self.leave()
+        self.closed.emit()
 
     def _held(self) -> bool:
         focus = QApplication.focusWidget()
@@ -128,7 +120,7 @@ class _Toast(QWidget):
 
     def _maybe_leave(self) -> None:
         if self._held():
-            self._timer.start()
+            self.wait()
         else:
             self.leave()
 
@@ -137,8 +129,9 @@ class _Toast(QWidget):
         self.gone.emit(self)
 
     def wait(self) -> None:
-        """Start its time anew."""
-        self._timer.start()
+        """Start its time anew; one that stays has none."""
+        if not self.stays:
+            self._timer.start()
 
     def enterEvent(self, event: QEnterEvent) -> None:
         """Notice that the mouse came."""
@@ -147,13 +140,13 @@ class _Toast(QWidget):
 
     def leaveEvent(self, event: QEvent) -> None:
         """Notice that the mouse left."""
-        self._timer.start()
+        self.wait()
         super().leaveEvent(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Take the keys that it understands."""
         if event.key() == Qt.Key.Key_Escape:
-            self.leave()
+            self._close()
         else:
             super().keyPressEvent(event)
 
@@ -170,8 +163,8 @@ class _Toast(QWidget):
 class Toasts(QObject):
     """Tells messages: stacked at the lower right of a window, 360 wide, for six seconds.
 
-    A message stays while the mouse or the keyboard is on it. It is read out, and kept in
-    `messages`. It never lies over a button: it moves up until it is clear.
+    A message stays while the mouse or the keyboard is on it, and an error until it is closed. It
+    is read out. It never lies over a button: it moves up until it is clear.
 
     Parameters
     ----------
@@ -181,29 +174,17 @@ class Toasts(QObject):
         What to keep free at the foot of the window, as designed: the job line.
     stay_ms : int, optional
         How long a message stays, milliseconds.
-
-    Attributes
-    ----------
-    told : Signal(Message)
-        Each message when it is told.
     """
-
-    told = Signal(object)
 
     def __init__(self, parent: QWidget, bottom: int = 40, stay_ms: int = _STAY_MS) -> None:
         super().__init__(parent)
         self._parent, self._bottom, self._stay_ms = parent, theme().px(bottom), stay_ms
         self._shown: list[_Toast] = []
-        self._past: deque[Message] = deque(maxlen=_KEPT)
         parent.installEventFilter(self)
         application = QApplication.instance()
+        self._had = QApplication.focusWidget()
         if isinstance(application, QApplication):
             application.focusChanged.connect(self._focus_moved)
-
-    @property
-    def messages(self) -> tuple[Message, ...]:
-        """Past messages, the newest first; at most 200."""
-        return tuple(reversed(self._past))
 
     @property
     def shown(self) -> int:
@@ -216,8 +197,10 @@ class Toasts(QObject):
         *,
         kind: MessageKind = "info",
         actions: Sequence[tuple[str, Callable[[], None]]] = (),
+        stay: bool = False,
+        closed: Callable[[], None] | None = None,
     ) -> None:
-        """Show a message, read it out and keep it.
+        """Show a message and read it out.
 
         Parameters
         ----------
@@ -227,30 +210,44 @@ class Toasts(QObject):
             Decides the icon.
         actions : sequence of (words, callable), optional
             At most two; pressing one closes the message.
+        stay : bool, optional
+            Whether it stays until it is closed.
+        closed : callable, optional
+            Called when the user closes it or takes one of its actions.
         """
-        past = Message(datetime.now(), kind, message)
-        self._past.append(past)
-        for same in [one for one in self._shown if one.accessibleName() == message]:
-            # Said again, it is not stacked upon itself.
-            self._drop(same)
-        toast = _Toast(self._parent, message, kind, actions, self._stay_ms)
+        # Said again, it is not stacked upon itself.
+        self.drop(message)
+        toast = _Toast(self._parent, message, kind, actions, None if stay else self._stay_ms)
         toast.gone.connect(self._drop)
+        if closed is not None:
+            toast.closed.connect(closed)
         self._shown.append(toast)
         while len(self._shown) > _MOST_SHOWN:
-            self._drop(self._shown[0])
+            # What would go by itself gives way first.
+            passing = [one for one in self._shown[:-1] if not one.stays]
+            self._drop((passing or self._shown)[0])
         self._lay()
         toast.show()
         toast.raise_()
         QAccessible.updateAccessibility(QAccessibleEvent(toast, QAccessible.Event.Alert))
-        self.told.emit(past)
+
+    def drop(self, message: str) -> None:
+        """Take one message off the screen."""
+        for same in [one for one in self._shown if one.accessibleName() == message]:
+            self._drop(same)
 
     def clear(self) -> None:
         """Take all messages off the screen; they stay in the list."""
         for toast in tuple(self._shown):
             self._drop(toast)
 
-    def _focus_moved(self, old: QWidget | None, new: QWidget | None) -> None:
-        """Give back a focus that fell here because whoever had it went away or was disabled."""
+    def _focus_moved(self) -> None:
+        """Give back a focus that fell here because what had it went away or was disabled.
+
+        What Qt says had it is not taken: it may be half destroyed, and must not be touched.
+        """
+        old, new = self._had, QApplication.focusWidget()
+        self._had = new
         if new is None or not any(toast.isAncestorOf(new) for toast in self._shown):
             return
         left = old is None or not shiboken6.isValid(old) or not old.isVisibleTo(self._parent)
@@ -264,33 +261,52 @@ class Toasts(QObject):
             toast.deleteLater()
             self._lay()
 
+    def lay(self) -> None:
+        """Find places anew, as after another screen came to the front."""
+        self._lay()
+
     def _lay(self) -> None:
         """Place them from the lower right upwards, the newest lowest."""
         t = theme()
         edge, gap = t.px(_EDGE), t.px(_GAP)
         floor = self._parent.height() - self._bottom - edge
+        taken = self._controls() if self._shown else []
         for toast in reversed(self._shown):
             high = toast.wanted_height()
             left = self._parent.width() - edge - toast.width()
-            top = self._clear(QRect(left, floor - high, toast.width(), high), gap)
-            toast.setGeometry(left, top, toast.width(), high)
-            floor = top - gap
+            place = self._clear(QRect(left, floor - high, toast.width(), high), taken, gap)
+            toast.setGeometry(place)
+            taken.append(place)
 
-    def _clear(self, place: QRect, gap: int) -> int:
-        """Move a place up until no button lies under it; give its top."""
-        start = place.top()
-        buttons = [
-            QRect(button.mapTo(self._parent, button.rect().topLeft()), button.size())
-            for button in self._parent.findChildren(QAbstractButton)
-            if button.isVisible() and not any(t.isAncestorOf(button) for t in self._shown)
+    def _controls(self) -> list[QRect]:
+        """Everything that can be pressed or typed into, in the window's pixels; no pictures."""
+        tab, high = Qt.FocusPolicy.TabFocus, theme().px(_PICTURE)
+        return [
+            QRect(one.mapTo(self._parent, one.rect().topLeft()), one.size())
+            for one in self._parent.findChildren(QWidget)
+            if (isinstance(one, QAbstractButton) or one.focusPolicy() & tab)
+            and one.height() < high
+            and not one.testAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+            and one.isVisible()
+            and not any(toast.isAncestorOf(one) for toast in self._shown)
         ]
-        while (under := [b for b in buttons if b.intersects(place)]) and place.top() > 0:
-            place.moveTop(min(b.top() for b in under) - gap - place.height())
-        # A window full of buttons has no free place: then rather over one than out of sight.
-        return place.top() if place.top() >= 0 else start
+
+    def _clear(self, place: QRect, taken: list[QRect], gap: int) -> QRect:
+        """Move a place up until nothing lies under it; further left where that is much less."""
+        found: list[tuple[int, QRect]] = []
+        for column in range(_COLUMNS):
+            here = place.translated(-column * (place.width() + gap), 0)
+            while (under := [b for b in taken if b.intersects(here)]) and here.top() > 0:
+                here.moveTop(min(b.top() for b in under) - gap - here.height())
+            if here.top() >= 0 and here.left() >= 0:
+                up = place.top() - here.top()
+                found.append((up + column * place.width() // 2, here))
+        # A window full of controls has no free place: then rather over one than out of sight.
+        return min(found, key=lambda each: each[0])[1] if found else place
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the window's size."""
-        if watched is self._parent and event.type() == QEvent.Type.Resize and self._shown:
+        """Follow the window's size and layout."""
+        moved = event.type() in (QEvent.Type.Resize, QEvent.Type.LayoutRequest)
+        if moved and self._shown and watched is self._parent:
             self._lay()
         return False

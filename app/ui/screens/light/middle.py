@@ -196,6 +196,7 @@ class Middle(QWidget):
         self._turn_line.set_text(hold.turn_line)
         self._hold.set_text(hold.hold)
         self._hold_line.set_text(hold.hold_line)
+        self.go.set_text(hold.go, hold.go_icon)
         self.go.set_available(hold.turn_works)
         for plot in self.plots:
             plot.show_heads(state.heads)

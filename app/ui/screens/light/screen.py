@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from PySide6.QtCore import QEvent, QSize, Qt, QTimer
-from PySide6.QtWidgets import QApplication, QFileDialog, QHBoxLayout, QStackedWidget, QWidget
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QStackedWidget, QWidget
 
 from app.ui.presenters.light_state import LightSizes
 from app.ui.screens.light.detail import DetailColumn, portrait_size
@@ -17,6 +16,7 @@ from app.ui.screens.light.question import Brightness, Meter
 from app.ui.screens.light.row import PICTURE
 from app.ui.theme import theme
 from app.ui.widgets.banner import Empty
+from app.ui.widgets.file_dialogs import ask_files
 from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:
@@ -186,11 +186,9 @@ class LightScreen(QWidget):
 
     def ask_pictures(self) -> None:
         """Ask for the pictures of a lamp and hand them to the presenter."""
-        names, _ = QFileDialog.getOpenFileNames(
-            self, "Pictures of your lamp in a dark room", "", _PICTURES
-        )
-        if names:
-            self.presenter.take_pictures([Path(name) for name in names])
+        paths = ask_files(self, "Pictures of your lamp in a dark room", _PICTURES)
+        if paths:
+            self.presenter.take_pictures(paths)
 
     # -- over the screen -----------------------------------------------------------------------
 

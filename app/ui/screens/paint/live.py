@@ -34,6 +34,7 @@ _ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwis
 _OF_THE_PLOT: Final = " The dashed ring"
 _PORTRAIT: Final = (200, 232)
 _SMALL_PORTRAIT: Final = (120, 140)
+_PLOT: Final = (176, 120)  # as designed, and in a low window
 
 
 class _Numbers(QWidget):
@@ -169,7 +170,7 @@ class LiveColumn(Surface):
 
     def _lay(self) -> None:
         t, margin = theme(), self._margin
-        upper = QWidget()
+        self._upper = upper = QWidget()
         column = QVBoxLayout(upper)
         column.setContentsMargins(margin - t.line_width, t.px(16), margin, 0)
         column.setSpacing(0)
@@ -186,7 +187,7 @@ class LiveColumn(Surface):
         self._fill_place()
         column.addWidget(self._place)
         column.addStretch(1)
-        outer = QVBoxLayout(self)
+        self._outer = outer = QVBoxLayout(self)
         outer.setContentsMargins(t.line_width, 0, 0, t.px(16 if self._compact else 24))
         outer.setSpacing(t.px(8))
         outer.addWidget(Scroll(upper), 1)
@@ -210,7 +211,7 @@ class LiveColumn(Surface):
         if self._compact:
             column.addWidget(self._good)
             return
-        plot = PolarPlot(size=176)
+        plot = PolarPlot(size=_PLOT[0])
         plot.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         plot.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         words = QVBoxLayout()
@@ -234,7 +235,9 @@ class LiveColumn(Surface):
         self._picture.set_picture(live.picture)
         self._picture.set_tag(live.picture_tag if live.picture is not None else "")
         self._numbers.show_state(live)
-        self._place.setVisible(live.panorama is not None)
+        if self._place.isHidden() == (live.panorama is not None):
+            self._place.setVisible(live.panorama is not None)
+            self._fit_plot()
         self._panorama.set_picture(live.panorama, live.front)
         if live.weights is not before.weights:
             self._panorama.set_target(live.weights)
@@ -267,7 +270,18 @@ class LiveColumn(Surface):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Tell how large the portrait is."""
         super().resizeEvent(event)
+        self._fit_plot()
         self.laid.emit(self._picture.size())
+
+    def _fit_plot(self) -> None:
+        """Let the plot give way in a low window, so that nothing scrolls."""
+        if self._plot is None:
+            return
+        most, least = (theme().px(side) for side in _PLOT)
+        self._plot.take_side(most)
+        around = self._outer.contentsMargins()
+        room = self.height() - around.bottom() - self._outer.spacing() - self._save.height()
+        self._plot.take_side(max(most - max(self._upper.sizeHint().height() - room, 0), least))
 
 
 def _row(spacing: int, *widgets: QWidget) -> QHBoxLayout:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QPainter, QPaintEvent
-from PySide6.QtWidgets import QApplication, QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QVBoxLayout, QWidget
 
 from app.core.painting import EXPORT_ENDING
 from app.ui.presenters.paint_state import Shown
@@ -17,6 +16,7 @@ from app.ui.screens.paint.naming import NameSheet
 from app.ui.screens.paint.tools import BrushSliders, ToolColumn, ToolStrip
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Pressable
+from app.ui.widgets.file_dialogs import ask_file, ask_target
 from app.ui.widgets.icons import Icon
 from app.ui.widgets.labels import Text
 from app.ui.widgets.paint import put_text, text_width
@@ -213,11 +213,11 @@ class PaintScreen(QWidget):
         """Ask for a file and hand it to the presenter."""
         files = self._presenter.files
         if what == "export":
-            name, _ = QFileDialog.getSaveFileName(self, "Export style", suggested, _STYLE_FILES)
+            path = ask_target(self, "Export style", suggested, _STYLE_FILES)
         else:
-            name, _ = QFileDialog.getOpenFileName(self, "Import style", "", _STYLE_FILES)
-        if name:
-            (files.export if what == "export" else files.import_style)(Path(name))
+            path = ask_file(self, "Import style", _STYLE_FILES)
+        if path is not None:
+            (files.export if what == "export" else files.import_style)(path)
 
     # -- helpers -------------------------------------------------------------------------------
 

@@ -12,7 +12,7 @@ from app.core.painting import Tool
 from app.ui.presenters.paint_brush import LARGEST, SMALLEST
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.buttons import Button, IconButton, Pressable, button_look
+from app.ui.widgets.buttons import Button, IconButton, Pressable, button_look, name_step
 from app.ui.widgets.fields import ListField
 from app.ui.widgets.icons import draw_sign
 from app.ui.widgets.labels import Text
@@ -197,8 +197,8 @@ class _Common(Surface):
         self.setAccessibleName("Tools")
         self._tools = _Tools(compact)
         self._tools.chosen.connect(self.tool_chosen)
-        self._undo = IconButton("undo", "Undo stroke", shortcut="Ctrl Z")
-        self._redo = IconButton("redo", "Redo stroke", shortcut="Ctrl Shift Z")
+        self._undo = IconButton("undo", "Undo", shortcut="Ctrl Z")
+        self._redo = IconButton("redo", "Redo", shortcut="Ctrl Shift Z")
         self._undo.clicked.connect(self.undo_asked)
         self._redo.clicked.connect(self.redo_asked)
         self._last: PaintState | None = None
@@ -213,8 +213,8 @@ class _Common(Surface):
             self.show_starts(state)
         now = (state.undo, state.redo, state.can_clear)
         if last is None or now != (last.undo, last.redo, last.can_clear):
-            self._undo.set_available(bool(state.undo), "Nothing to undo")
-            self._redo.set_available(bool(state.redo), "Nothing to redo")
+            name_step(self._undo, "Undo", state.undo, "Ctrl Z")
+            name_step(self._redo, "Redo", state.redo, "Ctrl Shift Z")
             self.show_clear(state.can_clear)
 
     def show_brush(self, brush: Brush) -> None:

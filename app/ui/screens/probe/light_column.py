@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
+from app.ui.screens.probe.recent import RecentPlaces
 from app.ui.screens.probe.tools import Tools
 from app.ui.theme import theme
 from app.ui.widgets.banner import Empty
@@ -30,6 +31,7 @@ __all__ = ["LightColumn"]
 _WIDEST: Final = 1200
 _ROW: Final = 44
 _EMPTY: Final = "No panorama yet. Capture one, or drop one here."
+_OPENING: Final = "Opening {}…"
 _SOON: Final = "The panorama appears here as soon as the frames are merged."
 _DROP: Final = "Drop a panorama, a bracket or a folder"
 _DROP_SHORT: Final = "Drop files here"
@@ -95,7 +97,7 @@ class LightColumn(QWidget):
         self._body.addSpacing(t.px(8 if compact else 12))
         self._body.addWidget(self._well(), 1)
         self._body.addSpacing(t.px(8))
-        self._body.addWidget(self._table(), 0 if compact else 1)
+        self._body.addWidget(self._below(), 0 if compact else 1)
         self._body.addSpacing(t.px(8 if compact else 12))
         self._body.addWidget(self._age_line())
         self._body.addSpacing(t.px(8 if compact else 12))
@@ -144,6 +146,14 @@ class LightColumn(QWidget):
         rest = 32 + 12 + 8 + 28 + 88 + 12 + 20 + 12 + (40 if self._compact else 56)
         return self.height() - margins.top() - margins.bottom() - t.px(rest)
 
+    def _below(self) -> QWidget:
+        """Stack the table of lamps and, for a screen without light, the recent places."""
+        self.recent = RecentPlaces()
+        self._lower = QStackedWidget()
+        for page in (self._table(), self.recent):
+            self._lower.addWidget(page)
+        return self._lower
+
     def _table(self) -> QWidget:
         table = QWidget()
         self._rows_box = QWidget()
@@ -166,11 +176,6 @@ class LightColumn(QWidget):
         # The head keeps its columns over those of the rows, which make way for the bar.
         scroll.bar_changed.connect(lambda width: head.setContentsMargins(0, 0, width, 0))
         column.addWidget(scroll, 1)
-        self._head = table
-        # What is under it stays where it is while there is no table.
-        policy = table.sizePolicy()
-        policy.setRetainSizeWhenHidden(True)
-        table.setSizePolicy(policy)
         return table
 
     def _age_line(self) -> QWidget:
@@ -221,6 +226,7 @@ class LightColumn(QWidget):
         self.panorama.zoom_changed.connect(self.tools.show_zoom)
         self.panorama.marker_released.connect(presenter.move_marker)
         self.empty.pressed.connect(lambda _number: presenter.open_demo())
+        self.recent.chosen.connect(presenter.open_recent)
         self.open_button.clicked.connect(self.files_asked)
         self.watch_button.clicked.connect(self._watch)
 
@@ -251,11 +257,15 @@ class LightColumn(QWidget):
     def _show_panorama(self, state: ProbeState, before: ProbeState | None) -> None:
         panorama = self.panorama
         self._stack.setCurrentIndex(0 if state.picture is None else 1)
-        if state.running is None:
-            self.empty.set(_EMPTY, "Try the demo place")
-        else:
+        if state.running is not None:
             self.empty.set(_SOON)
-        self._head.setVisible(state.picture is not None)
+        elif state.opening:
+            self.empty.set(_OPENING.format(state.opening))
+        else:
+            self.empty.set(_EMPTY, "Try the demo place")
+        if before is None or state.recent != before.recent:
+            self.recent.show_rows(state.recent)
+        self._lower.setCurrentIndex(0 if state.picture is not None else 1)
         # The front first: a new picture of the same spot must not be seen at the old one.
         if self._front != state.front_deg or before is None:
             known = before is not None and before.picture is not None

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QWidget
 
-from app.ui.presenters.probe import BEAT_MS
+from app.ui.presenters.probe import BEAT_MS, SLOW_BEAT_MS
 from app.ui.screens.probe.camera_column import CameraColumn
 from app.ui.screens.probe.light_column import LightColumn
+from app.ui.widgets.file_dialogs import ask_files, ask_folder
 from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:
-    from PySide6.QtGui import QResizeEvent
+    from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
 
     from app.ui.presenters.probe import ProbePresenter
     from app.ui.presenters.probe_state import ProbeState
@@ -23,7 +23,7 @@ __all__ = ["ProbeScreen"]
 
 _LEAST = (512, 480)  # of the left side
 
-_FILES = "Panoramas and photographs (*.exr *.hdr *.jpg *.jpeg *.png *.tif *.tiff *.dng)"
+_FILES = "Panoramas and photographs (*.exr *.hdr *.jpg *.jpeg *.insp *.png *.tif *.tiff *.dng)"
 
 
 class ProbeScreen(QWidget):
@@ -49,9 +49,9 @@ class ProbeScreen(QWidget):
         row.addWidget(self.camera)
         self.light.files_asked.connect(self.ask_files)
         self.light.folder_asked.connect(self.ask_folder)
-        self._beat = QTimer(self, interval=BEAT_MS)
+        self._capturing = False
+        self._beat = QTimer(self)
         self._beat.timeout.connect(presenter.tick)
-        self._beat.start()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give the camera's side what the panorama does not need."""
@@ -62,6 +62,31 @@ class ProbeScreen(QWidget):
         """Show it; what is the same as before is left alone."""
         self.light.show_state(state)
         self.camera.show_state(state)
+        if self._capturing != (state.running is not None):
+            self._capturing = not self._capturing
+            self._keep_time()
+
+    def _keep_time(self) -> None:
+        """Ask often only for what a capture has to show; behind another screen only to be heard.
+
+        Otherwise only the age of the light changes, and that where it can be seen.
+        """
+        seen = self.isVisible()
+        if self._capturing or seen:
+            self._beat.start(BEAT_MS if self._capturing and seen else SLOW_BEAT_MS)
+        else:
+            self._beat.stop()
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Take up the time again."""
+        super().showEvent(event)
+        self._presenter.tick()
+        self._keep_time()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Let the time go by."""
+        super().hideEvent(event)
+        self._keep_time()
 
     def zoom_by(self, steps: float) -> None:
         """Zoom the panorama, positive is nearer."""
@@ -73,12 +98,12 @@ class ProbeScreen(QWidget):
 
     def ask_files(self) -> None:
         """Ask which files are to be opened."""
-        names, _ = QFileDialog.getOpenFileNames(self.window(), "Open files", "", _FILES)
-        if names:
-            self._presenter.open_files([Path(name) for name in names])
+        paths = ask_files(self, "Open files", _FILES)
+        if paths:
+            self._presenter.open_files(paths)
 
     def ask_folder(self) -> None:
         """Ask which folder is to be watched."""
-        name = QFileDialog.getExistingDirectory(self.window(), "Watch a folder")
-        if name:
-            self._presenter.watching.start(Path(name))
+        folder = ask_folder(self, "Watch a folder")
+        if folder is not None:
+            self._presenter.watching.start(folder)

@@ -17,10 +17,13 @@ from app.ui.widgets.roving import Roving
 from app.ui.widgets.sliders import LabelledSlider
 
 if TYPE_CHECKING:
+    from PySide6.QtGui import QResizeEvent
+
     from app.ui.presenters.probe_state import ProbeState
 
 __all__ = ["Tools"]
 
+_ROOMY = 800  # wide enough for icons beside the words
 _LAYERS = (
     ("clipped", "Clipped", "hatch", "Hatch what was too bright for every frame"),
     ("lamps", "Lamps", "bulb", "Letter the lamps"),
@@ -59,7 +62,7 @@ class Tools(QWidget):
         self.exposure.setToolTip("How bright it is shown; a double click resets it")
         self.exposure.setMaximumWidth(t.px(296))
         if not compact:
-            self.exposure.setMinimumWidth(t.px(296))
+            self.exposure.setMinimumWidth(t.px(200))
         self.layers: dict[str, Pressable] = {}
         self._there: bool | None = None
         row = QHBoxLayout(self)
@@ -67,7 +70,7 @@ class Tools(QWidget):
         row.setSpacing(t.px(8))
         for widget in (self.whole, self.out, self.percent, self.near):
             row.addWidget(widget)
-        row.addSpacing(t.px(8 if compact else 16))
+        row.addSpacing(t.px(8))
         row.addWidget(Icon("sun", 20, "dim"))
         row.addWidget(self.exposure, 1)
         row.addStretch(0 if compact else 1)
@@ -90,6 +93,15 @@ class Tools(QWidget):
         button.clicked.connect(lambda on, key=key: self.layer_asked.emit(key, on))
         self.layers[key] = button
         return button
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Leave out the icons beside words where there is little room."""
+        super().resizeEvent(event)
+        roomy = self.width() >= theme().px(_ROOMY)
+        for key, words, icon, _ in _LAYERS:
+            button = self.layers[key]
+            if isinstance(button, Button):
+                button.set_text(words, icon if roomy else "")
 
     def show_zoom(self, zoom: float) -> None:
         """Say how near it is shown."""

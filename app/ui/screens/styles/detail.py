@@ -36,6 +36,7 @@ _GAP: Final = 8
 _TAB: Final = 176  # height of a tab in the narrow layout
 _PLOT: Final = 224
 _SHAPE: Final = 208 / 200
+_LOWEST: Final = 136  # of the portraits, in a low window
 _PANORAMA: Final = 272 / 400  # of the width, without the gap
 _TABS: Final = (("plot", "Match"), ("weights", "Weights"), ("background", "Background"))
 
@@ -357,10 +358,21 @@ class Detail(Surface):
         else:
             self.weights.setFixedSize(panorama_size(self.width()))
             self.background.setFixedSize(background)
+            self._lower(portrait)
         side = self._back.sizeHint().width()
         edge = self.plot.sizeHint().width() - side
         self._back.setGeometry(QRect(edge, edge, side, side))
         self.laid.emit(portrait, background)
+
+    def _lower(self, portrait: QSize) -> None:
+        """Let the portraits give way in a low window, so that nothing below them scrolls."""
+        around = self._whole.contentsMargins()
+        room = self.height() - around.bottom() - self._whole.spacing() - self.main.height()
+        self._content.activate()  # Layouts within have not noticed the new sizes yet.
+        short = self._content.sizeHint().height() - room
+        portrait.setHeight(max(portrait.height() - max(short, 0), theme().px(_LOWEST)))
+        for picture in (self.target, self.here):
+            picture.setFixedSize(portrait)
 
     # -- showing -------------------------------------------------------------------------------
 

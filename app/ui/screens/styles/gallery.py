@@ -38,6 +38,8 @@ _FOOT: Final = 14
 _FIVE_FROM: Final = 1264  # gallery of a window 1920 wide
 _SHAPE: Final = 68 / 94
 _LOWEST: Final = 68
+_PRESSED: Final = 50  # where that alone spares the scrolling
+_NARROWEST: Final = 196  # a card whose side is still written out
 _TALLEST: Final = 1.25  # of a picture's width
 _SORTS: Final = (
     ("match", "Best match"),
@@ -93,13 +95,16 @@ def layout_for(width: int, height: int, places: int, compact: bool) -> Layout:
     Returns
     -------
     Layout
-        Four columns of 206 x 138 in a window of 1440 x 900.
+        Four columns of 206 x 138 in a window of 1440 x 900; lower cards where that spares the
+        scrolling, three columns where four are too narrow for their words.
     """
     t = theme()
     gap = t.px(_GAP)
     columns, margin = (3, t.px(16)) if compact else (4, t.px(24))
     if not compact and width >= t.px(_FIVE_FROM):
         columns = 5
+    if width < 2 * margin + columns * t.px(_NARROWEST) + gap * (columns - 1):
+        columns = 3
     wide = (width - 2 * margin - gap * (columns - 1)) // columns
     picture = picture_width(wide)
     rows = -(-places // columns)
@@ -107,7 +112,8 @@ def layout_for(width: int, height: int, places: int, compact: bool) -> Layout:
     high = round(picture * _SHAPE)
     if not compact:
         # As high as all rows fit, wide pictures if need be; scrolled only when that is too little.
-        high = max(min(room, round(picture * _TALLEST)), t.px(_LOWEST))
+        least = t.px(_LOWEST) if room < t.px(_PRESSED) else room
+        high = max(min(room, round(picture * _TALLEST)), least)
     return Layout(columns, QSize(wide, high + below_pictures()), margin)
 
 

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QEvent, QSize, QTimer
-from PySide6.QtWidgets import QApplication, QFileDialog, QHBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QWidget
 
 from app.core.painting import EXPORT_ENDING
 from app.ui.presenters.styles_state import Sizes
 from app.ui.screens.styles.detail import Detail, picture_sizes
 from app.ui.screens.styles.gallery import Gallery, layout_for
 from app.ui.theme import theme
+from app.ui.widgets.file_dialogs import ask_file, ask_target
 from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:
@@ -141,20 +141,18 @@ class StylesScreen(QWidget):
         """Ask for a file and hand it to the presenter."""
         files = self._presenter.files
         if what == "save_sheet":
-            name, _ = QFileDialog.getSaveFileName(
-                self, "Save set sheet", suggested, "PDF (*.pdf);;PNG (*.png)"
-            )
+            path = ask_target(self, "Save set sheet", suggested, "PDF (*.pdf);;PNG (*.png)")
         elif what == "export":
-            name, _ = QFileDialog.getSaveFileName(self, "Export style", suggested, _STYLE_FILES)
+            path = ask_target(self, "Export style", suggested, _STYLE_FILES)
         else:
-            name, _ = QFileDialog.getOpenFileName(self, "Import style", "", _STYLE_FILES)
+            path = ask_file(self, "Import style", _STYLE_FILES)
         takers = {
             "save_sheet": files.save_sheet,
             "export": files.export,
             "import_style": files.import_style,
         }
-        if name:
-            takers[what](Path(name))
+        if path is not None:
+            takers[what](path)
 
     def copy(self, text: str) -> None:
         """Put a text into the clipboard."""

@@ -14,6 +14,7 @@ from PySide6.QtWidgets import (
 )
 
 from app.core.turning.words import signed
+from app.ui.presenters.turn_sources import NO_WEBCAMS
 from app.ui.presenters.turn_state import ASPECT
 from app.ui.screens.turn.question import LEAST_HEIGHT, Question
 from app.ui.screens.turn.shots import ShotsLine
@@ -411,7 +412,8 @@ class LeftColumn(QWidget):
                 "check" if here else "webcam",
             )
         if not tools.webcams:
-            menu.add("No webcam found", lambda: None, "webcam", why="Plug one in.")
+            words, why = NO_WEBCAMS
+            menu.add(words, lambda: None, "webcam", why=why)
         menu.add("Other camera, field of view…", self.source_asked.emit, "settings")
         menu.addSeparator()
         for looks, words in (("sitter", "It looks at the sitter"), ("me", "It looks at me")):

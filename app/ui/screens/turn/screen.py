@@ -2,18 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QSize, Qt, QTimer
-from PySide6.QtWidgets import (
-    QApplication,
-    QFileDialog,
-    QHBoxLayout,
-    QStackedWidget,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from app.ui.presenters.turn_shots import PHOTO_FILTER
 from app.ui.presenters.turn_state import TurnSizes, TurnState
@@ -22,6 +14,7 @@ from app.ui.screens.turn.left import LeftColumn
 from app.ui.screens.turn.shots import ShotsSheet
 from app.ui.theme import theme
 from app.ui.widgets.banner import Empty
+from app.ui.widgets.file_dialogs import ask_files
 from app.ui.widgets.surfaces import Scroll, Surface
 
 if TYPE_CHECKING:
@@ -131,9 +124,9 @@ class TurnScreen(QWidget):
 
     def ask_photos(self) -> None:
         """Ask which photographs were taken, and open them."""
-        names, _ = QFileDialog.getOpenFileNames(self.window(), _OPEN_PHOTO, "", PHOTO_FILTER)
-        if names:
-            self.presenter.open_photos([Path(name) for name in names])
+        paths = ask_files(self, _OPEN_PHOTO, PHOTO_FILTER)
+        if paths:
+            self.presenter.open_photos(paths)
 
     def _list_shots(self) -> None:
         sheet = ShotsSheet(self.window(), self.presenter.remove_shot)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QEvent, QMargins, QObject, QSize, Qt
 from PySide6.QtWidgets import (
-    QFileDialog,
     QHBoxLayout,
     QLineEdit,
     QSizePolicy,
@@ -20,6 +19,7 @@ from app.ui.theme import theme
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.fields import ListField, TextField
+from app.ui.widgets.file_dialogs import ask_file, ask_folder
 from app.ui.widgets.icons import Icon
 from app.ui.widgets.labels import Text
 from app.ui.widgets.own_keys import OwnKeys
@@ -121,13 +121,13 @@ class SourceSheet(Sheet):
         """Ask which video or folder it is to be."""
         key = "" if self._state is None else self._state.key
         if key == "video":
-            name, _ = QFileDialog.getOpenFileName(self.window(), "Video", "", VIDEO_FILES)
-            if name:
-                self._presenter.choose_video(name)
+            video = ask_file(self, "Video", VIDEO_FILES)
+            if video is not None:
+                self._presenter.choose_video(str(video))
         elif key == "stills":
-            name = QFileDialog.getExistingDirectory(self.window(), "Folder of pictures")
-            if name:
-                self._presenter.choose_folder(name)
+            folder = ask_folder(self, "Folder of pictures")
+            if folder is not None:
+                self._presenter.choose_folder(str(folder))
 
     def _chosen(self, key: str) -> None:
         self._presenter.show_kind(key)

@@ -76,7 +76,7 @@ class PolarPlot(TurnPlot):
         self, name: str = "Match by turn", size: int = 224, parent: QWidget | None = None
     ) -> None:
         super().__init__(name, parent)
-        self._size = size
+        self._side = theme().px(size)
         self._data = _Data((), 45.0, None, None, ())
         self._hovered: int | None = None
         self.setMouseTracking(True)
@@ -85,9 +85,14 @@ class PolarPlot(TurnPlot):
         self.describe()
 
     def sizeHint(self) -> QSize:
-        """Return the square that the design asks for, at the scale of the theme."""
-        side = theme().px(self._size)
-        return QSize(side, side)
+        """Return the square that it would like to have."""
+        return QSize(self._side, self._side)
+
+    def take_side(self, side: int) -> None:
+        """Ask for another square, as where there is little height; logical pixels."""
+        if side != self._side:
+            self._side = side
+            self.updateGeometry()
 
     def set_data(
         self,

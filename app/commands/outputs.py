@@ -1,0 +1,122 @@
+"""What a command writes must not be what it reads: checked before any work is done."""
+
+from __future__ import annotations
+
+import os
+import stat
+import unicodedata
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from app.core.errors import CoreError
+from app.core.files import check_target
+from app.core.head_shape import shape_path
+from app.core.pack import pack_path
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from app.core.probe.masks import MaskSpec
+
+__all__ = ["check_ending", "check_outputs", "head_files", "mask_files"]
+
+_Key: TypeAlias = tuple[int, int, str]
+
+
+def check_ending(path: Path, endings: Sequence[str], noun: str) -> None:
+    """Refuse a name whose ending does not say what will be in the file."""
+    if path.suffix.lower() not in endings:
+        raise CoreError(
+            f"Cannot write {path.name}: {noun} are {' or '.join(endings)}.", "Change the ending."
+        )
+
+
+def check_outputs(
+    outputs: Iterable[Path | None],
+    inputs: Iterable[Path | str | None],
+    members: Sequence[str] = (),
+) -> None:
+    """Refuse outputs that cannot be written, are read by the same command, or are the same file.
+
+    Parameters
+    ----------
+    outputs : iterable of Path
+        Files to be written; None is passed over.
+    inputs : iterable of Path
+        Files that are read, and folders whose files are. Links count as what they lead to.
+    members : sequence of str, optional
+        Endings of the files that are read from folders.
+
+    Raises
+    ------
+    CoreError
+        Nothing has been read or written then.
+    """
+    read = {key: path for path in _listed(inputs, members) for key in _keys(path)}
+    written: set[_Key] = set()
+    for target in outputs:
+        if target is None:
+            continue
+        check_target(target)
+        keys = _keys(target)
+        source = next((read[key] for key in keys if key in read), None)
+        if source is not None:
+            also = "" if source.name == target.name else f" ({source.name})"
+            raise CoreError(
+                f"Cannot write {target}: it is one of the files that are read{also}.",
+                "Choose another name.",
+            )
+        if written & keys:
+            raise CoreError(
+                f"Cannot write {target} twice: two of the files to be written are the same.",
+                "Choose another name for one of them.",
+            )
+        written |= keys
+
+
+def head_files(head: str) -> tuple[Path, ...]:
+    """Files that are read for ``--head``; none where it names a head that ships."""
+    if not head.endswith(".npz"):
+        return ()
+    path = Path(head)
+    return path, pack_path(path), shape_path(path)
+
+
+def mask_files(masks: Iterable[MaskSpec]) -> list[Path]:
+    """Pictures among masks."""
+    return [mask.path for mask in masks if mask.path is not None]
+
+
+def _listed(inputs: Iterable[Path | str | None], members: Sequence[str]) -> Iterator[Path]:
+    for given in inputs:
+        if given is None:
+            continue
+        path = Path(given)
+        yield path
+        try:
+            found = list(path.iterdir()) if path.is_dir() else []
+        except (OSError, ValueError):
+            continue  # The reader says why.
+        yield from (each for each in found if each.suffix.lower() in members)
+
+
+def _keys(path: Path) -> set[_Key]:
+    """Return what two names of one file share: its number, and its folder's with its name.
+
+    The name without regard to case and composition, since some file systems have none. Names of
+    pipes and devices that are read are no concern: they cannot be written to.
+    """
+    keys: set[_Key] = set()
+    try:
+        about = path.stat()
+        if stat.S_ISREG(about.st_mode):
+            keys.add((about.st_dev, about.st_ino, ""))
+    except (OSError, ValueError):
+        pass
+    try:
+        real = Path(os.path.realpath(path))
+        folder = real.parent.stat()
+    except (OSError, ValueError):
+        return keys
+    name = unicodedata.normalize("NFC", real.name).casefold()
+    return keys | {(folder.st_dev, folder.st_ino, name)}

@@ -1,0 +1,74 @@
+"""Which captures still owe a camera its settings, so that the next one puts them back.
+
+A capture notes itself here before it changes anything, and takes itself out when nothing is owed.
+What exactly is owed stands in the journal of its session.
+"""
+
+from __future__ import annotations
+
+import json
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+from app.core.errors import CoreError
+from app.core.files import atomic_write_text
+from app.devices.capture.session import JOURNAL, Session
+from app.devices.errors import BadReply
+from app.devices.osc.untrusted import parse_json, table, words
+
+__all__ = ["FILE", "Debts"]
+
+FILE: Final = "owed-cameras.json"
+"""Name of the file in the user's folder."""
+
+_MOST: Final = 50
+_MOST_BYTES: Final = 1 << 18
+_LONGEST: Final = 4000
+
+
+class Debts:
+    """A file with the folders of such captures, the oldest first."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def note(self, session: Session) -> None:
+        """Add a capture; a file that cannot be written is no reason not to capture."""
+        folder = str(session.folder.resolve())
+        self._write([*(each for each in self._read() if each != folder), folder])
+
+    def settle(self, session: Session) -> None:
+        """Take a capture out that owes nothing any more."""
+        folder, known = str(session.folder.resolve()), self._read()
+        if not session.owes and folder in known:
+            self._write([each for each in known if each != folder])
+
+    def of(self, serial: str, besides: Session) -> list[Session]:
+        """Open the other sessions that owe this camera something, the newest first."""
+        found: list[Session] = []
+        for folder in reversed(self._read()):
+            if Path(folder) == besides.folder.resolve() or not (Path(folder) / JOURNAL).is_file():
+                continue
+            with suppress(CoreError):
+                session = Session.open(folder)
+                if session.owes and session.journal.serial == serial:
+                    found.append(session)
+        return found
+
+    def _read(self) -> list[str]:
+        try:
+            with self._path.open("rb") as stream:
+                listed = table(parse_json(stream.read(_MOST_BYTES))).get("sessions")
+        except (OSError, BadReply):
+            return []
+        if not isinstance(listed, list):
+            return []
+        texts = [words(each, _LONGEST) for each in listed[-_MOST:]]
+        return [each for each in texts if each and Path(each).is_absolute()]
+
+    def _write(self, folders: list[str]) -> None:
+        with suppress(OSError, CoreError):
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            text = json.dumps({"format": 1, "sessions": folders[-_MOST:]}, indent=1)
+            atomic_write_text(self._path, text + "\n")

@@ -1,0 +1,256 @@
+"""Whether a window can be shown here: asked before Qt, which ends the process where it cannot."""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+import os
+import re
+import socket
+import sys
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from app.core.errors import CoreError
+from app.devices.errors import DeviceError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+__all__ = ["DesktopError", "DisplayError", "check_display", "missing_library"]
+
+_PATIENCE_S: Final = 8.0  # for a display on another machine
+
+
+class DesktopError(CoreError):
+    """The window cannot be shown on this computer."""
+
+
+class DisplayError(DeviceError):
+    """There is a display, and no way to it."""
+
+    default_code = "no-display"
+
+
+class _Package(NamedTuple):
+    debian: str
+    fedora: str
+
+
+_PACKAGES: Final = {
+    "libEGL.so.1": _Package("libegl1", "libglvnd-egl"),
+    "libGL.so.1": _Package("libgl1", "libglvnd-glx"),
+    "libOpenGL.so.0": _Package("libopengl0", "libglvnd-opengl"),
+    "libX11.so.6": _Package("libx11-6", "libX11"),
+    "libX11-xcb.so.1": _Package("libx11-xcb1", "libX11-xcb"),
+    "libdbus-1.so.3": _Package("libdbus-1-3", "dbus-libs"),
+    "libfontconfig.so.1": _Package("libfontconfig1", "fontconfig"),
+    "libfreetype.so.6": _Package("libfreetype6", "freetype"),
+    "libglib-2.0.so.0": _Package("libglib2.0-0", "glib2"),
+    "libgthread-2.0.so.0": _Package("libglib2.0-0", "glib2"),
+    "libstdc++.so.6": _Package("libstdc++6", "libstdc++"),
+    "libxkbcommon.so.0": _Package("libxkbcommon0", "libxkbcommon"),
+    "libz.so.1": _Package("zlib1g", "zlib"),
+    "libzstd.so.1": _Package("libzstd1", "libzstd"),
+    "libxcb.so.1": _Package("libxcb1", "libxcb"),
+    "libxcb-cursor.so.0": _Package("libxcb-cursor0", "xcb-util-cursor"),
+    "libxcb-icccm.so.4": _Package("libxcb-icccm4", "xcb-util-wm"),
+    "libxcb-image.so.0": _Package("libxcb-image0", "xcb-util-image"),
+    "libxcb-keysyms.so.1": _Package("libxcb-keysyms1", "xcb-util-keysyms"),
+    "libxcb-randr.so.0": _Package("libxcb-randr0", "libxcb"),
+    "libxcb-render.so.0": _Package("libxcb-render0", "libxcb"),
+    "libxcb-render-util.so.0": _Package("libxcb-render-util0", "xcb-util-renderutil"),
+    "libxcb-shape.so.0": _Package("libxcb-shape0", "libxcb"),
+    "libxcb-shm.so.0": _Package("libxcb-shm0", "libxcb"),
+    "libxcb-sync.so.1": _Package("libxcb-sync1", "libxcb"),
+    "libxcb-util.so.1": _Package("libxcb-util1", "xcb-util"),
+    "libxcb-xfixes.so.0": _Package("libxcb-xfixes0", "libxcb"),
+    "libxcb-xkb.so.1": _Package("libxcb-xkb1", "libxcb"),
+    "libxkbcommon-x11.so.0": _Package("libxkbcommon-x11-0", "libxkbcommon-x11"),
+    # Needed on Wayland, or by sound, alone: named when the loader names them.
+    "libasound.so.2": _Package("libasound2", "alsa-lib"),
+    "libgssapi_krb5.so.2": _Package("libgssapi-krb5-2", "krb5-libs"),
+    "libpulse.so.0": _Package("libpulse0", "pulseaudio-libs"),
+    "libwayland-client.so.0": _Package("libwayland-client0", "libwayland-client"),
+    "libwayland-cursor.so.0": _Package("libwayland-cursor0", "libwayland-cursor"),
+    "libwayland-egl.so.1": _Package("libwayland-egl1", "libwayland-egl"),
+}
+_BY_NAME_ONLY: Final = ("libasound", "libgssapi", "libpulse", "libwayland")
+_MISSING: Final = re.compile(r"(lib[\w.+-]+?\.so[\d.]*): cannot open shared object file")
+_DAMAGED: Final = re.compile(
+    r"(\S*lib[\w.+-]+?\.so[\d.]*): (?:file too short|invalid ELF header|ELF file)"
+)
+_TOO_OLD: Final = re.compile(r"version [`'](GLIBC_[\d.]+|GLIBCXX_[\d.]+)' not found")
+
+
+def check_display(
+    environ: Mapping[str, str] | None = None, platform: str = sys.platform
+) -> str | None:
+    """Find a display that can be reached.
+
+    Returns
+    -------
+    str or None
+        Qt's platform to take where Qt's own choice would not work.
+
+    Raises
+    ------
+    DesktopError
+        When there is no display, or a library that showing a window takes is missing.
+    DisplayError
+        When the display that the environment names does not answer.
+    """
+    env = os.environ if environ is None else environ
+    if platform in ("win32", "darwin"):
+        return None
+    asked = env.get("QT_QPA_PLATFORM", "")
+    if asked:
+        names = [part.partition(":")[0] for part in asked.split(";")]
+    else:
+        wayland = env.get("WAYLAND_DISPLAY") or env.get("XDG_SESSION_TYPE") == "wayland"
+        names = ["wayland"] * bool(wayland) + ["xcb"] * bool(env.get("DISPLAY"))
+    if not names:
+        raise DesktopError(
+            "There is no display here (neither DISPLAY nor WAYLAND_DISPLAY is set).", _WITHOUT
+        )
+    problems: list[CoreError | DeviceError] = []
+    for name in names:
+        try:
+            _try(name, env)
+        except (DesktopError, DisplayError) as error:
+            problems.append(error)
+        else:
+            return None if asked or name == names[0] else name
+    raise next((one for one in problems if isinstance(one, DesktopError)), problems[-1])
+
+
+_WITHOUT: Final = "turnlight solve PANORAMA works without a display."
+
+
+def _try(name: str, env: Mapping[str, str]) -> None:
+    """Reach the display of one of Qt's platforms, and load the platform as Qt will."""
+    wayland = name.startswith("wayland")
+    if name == "xcb":
+        reason = _no_x11(env.get("DISPLAY", ""))
+    else:
+        reason = _no_wayland(env) if wayland else _unknown(name, env)
+    if reason:
+        raise DisplayError(reason, _WITHOUT)
+    file = _plugins() / f"libq{'wayland' if wayland else name}.so"
+    if file.is_file():
+        try:
+            ctypes.CDLL(str(file))
+        except OSError as error:
+            raise missing_library(str(error)) from error
+
+
+def _unknown(name: str, env: Mapping[str, str]) -> str | None:
+    known = sorted(file.stem.removeprefix("libq") for file in _plugins().glob("libq*.so"))
+    elsewhere = env.get("QT_PLUGIN_PATH") or env.get("QT_QPA_PLATFORM_PLUGIN_PATH")
+    if name in known or elsewhere or not known:
+        return None
+    return (
+        f"QT_QPA_PLATFORM is set to {name!r}, which Qt does not have here: unset it, or choose "
+        f"among {', '.join(known)}."
+    )
+
+
+def _no_x11(display: str) -> str | None:
+    if not display:
+        return "DISPLAY is not set."
+    try:
+        xcb = ctypes.CDLL("libxcb.so.1")
+    except OSError as error:
+        raise missing_library(str(error)) from error
+    xcb.xcb_connect.restype = ctypes.c_void_p
+    xcb.xcb_connect.argtypes = (ctypes.c_char_p, ctypes.c_void_p)
+    answer: list[int] = []
+
+    def connect() -> None:
+        connection = ctypes.c_void_p(xcb.xcb_connect(os.fsencode(display), None))
+        answer.append(xcb.xcb_connection_has_error(connection))
+        xcb.xcb_disconnect(connection)
+
+    # A display on a machine that is off would hold the program up for minutes.
+    caller = threading.Thread(target=connect, daemon=True)
+    caller.start()
+    caller.join(_PATIENCE_S)
+    return None if answer == [0] else f"The display {display} (DISPLAY) cannot be reached."
+
+
+def _no_wayland(env: Mapping[str, str]) -> str | None:
+    if env.get("WAYLAND_SOCKET"):
+        return None
+    name = env.get("WAYLAND_DISPLAY") or "wayland-0"
+    with socket.socket(socket.AF_UNIX) as line:
+        line.settimeout(_PATIENCE_S)
+        try:
+            line.connect(os.path.join(env.get("XDG_RUNTIME_DIR", ""), name))
+        except OSError:
+            return f"The display {name} (WAYLAND_DISPLAY) cannot be reached."
+    return None
+
+
+def _plugins() -> Path:
+    """Give the folder of Qt's platforms, without importing Qt."""
+    found = importlib.util.find_spec("PySide6")
+    folders = [] if found is None else found.submodule_search_locations or []
+    return Path(*folders[:1]) / "Qt" / "plugins" / "platforms"
+
+
+def missing_library(message: str) -> DesktopError:
+    """Turn the words of the system's loader into what to install.
+
+    What else the window needs and is missing is named with it: one command brings all.
+
+    Examples
+    --------
+    >>> print(missing_library("libmystery.so.2: cannot open shared object file"))
+    A library that the window needs is missing: libmystery.so.2. Install the package that has it.
+    """
+    if (old := _TOO_OLD.search(message)) is not None:
+        return DesktopError(
+            f"This system is too old for Turnlight's libraries: {old[1]} is missing.",
+            "Debian 12, Ubuntu 22.04, Fedora 36 and newer ones have it.",
+        )
+    damaged = _DAMAGED.search(message)
+    found = _MISSING.search(message)
+    if found is None:
+        what = f"A library that the window needs is damaged: {damaged[1]}." if damaged else message
+        name = os.path.basename(damaged[1]) if damaged else ""
+        return DesktopError(what, _commands([name], "--reinstall ", "reinstall"))
+    names = list(dict.fromkeys([found[1], *(_absent() if found[1] in _PACKAGES else ())]))
+    what = (
+        "A library that the window needs is missing"
+        if len(names) == 1
+        else ("Libraries that the window needs are missing")
+    )
+    commands = _commands(names) or "Install the package that has it."
+    return DesktopError(f"{what}: {', '.join(names)}.", commands)
+
+
+def _absent() -> Iterable[str]:
+    for name in _PACKAGES:
+        if not name.startswith(_BY_NAME_ONLY):
+            try:
+                ctypes.CDLL(name)
+            except OSError as error:
+                # One that is there may only lack another.
+                found = _MISSING.search(str(error))
+                if found is not None and found[1] == name:
+                    yield name
+
+
+def _commands(names: list[str], option: str = "", verb: str = "install") -> str:
+    """Give the commands that install, each on a line of its own, to be copied."""
+    packages = [_PACKAGES[name] for name in names if name in _PACKAGES]
+    if not packages:
+        return ""
+    debian = " ".join(dict.fromkeys(package.debian for package in packages))
+    fedora = " ".join(dict.fromkeys(package.fedora for package in packages))
+    return (
+        f"Install it and start Turnlight again.\n"
+        f"Debian, Ubuntu:  sudo apt install {option}{debian}\n"
+        f"Fedora:  sudo dnf {verb} {fedora}"
+    )

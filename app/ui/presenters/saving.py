@@ -1,0 +1,252 @@
+"""Keeping the open place: soon, at once, or in another folder when its own takes nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from app.core.errors import CoreError
+from app.core.places import ORIGINALS, Asked, Place, read_place, write_place
+from app.ui.presenters.disk_words import disk_words, is_full
+from app.ui.presenters.keeping import Keeper
+from app.ui.presenters.opening import Opened, kept_anew, kept_in
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from app.core.progress import Report, Token
+    from app.ui.presenters.in_turn import InTurn
+    from app.ui.presenters.services import Services
+
+__all__ = ["Saving"]
+
+_ABOUT: Final = "keep"
+
+
+class Saving:
+    """Writes the open place, and says so when it cannot.
+
+    Parameters
+    ----------
+    services : Services
+        The window's.
+    file_work : InTurn
+        For what changes the user's files.
+
+    Attributes
+    ----------
+    folder_asker : callable
+        Asks the user for a folder; gives None where they choose none.
+    """
+
+    def __init__(self, services: Services, file_work: InTurn) -> None:
+        self._services = services
+        self._file_work = file_work
+        self._keeper = Keeper(services, self._kept, self._not_written)
+        self._storing: dict[Path, Opened] = {}
+        self._files: tuple[Path, ...] = ()
+        self.folder_asker: Callable[[str], Path | None] = lambda title: None
+
+    # -- what changes --------------------------------------------------------------------------
+
+    def unkept(self, folder: Path) -> Place | None:
+        """Give what the disk has not taken yet of a place; None where it has everything."""
+        return self._keeper.unkept(folder)
+
+    def keep(self) -> None:
+        """Write the open place soon."""
+        current = self._current()
+        if current is not None:
+            self._keeper.keep(*current)
+
+    def keep_now(self) -> bool:
+        """Write the open place before going on; whether the disk took it."""
+        current = self._current()
+        if current is None:
+            return True
+        try:
+            self._keeper.keep_now(*current)
+        except (CoreError, OSError) as error:
+            self._not_written(error)
+            return False
+        self._kept()
+        return True
+
+    def keep_all(self) -> bool:
+        """Write all that is not on the disk yet, as before the end; whether the disk took it."""
+        model = self._services.model
+        folder, place, light = model.place_folder, self._now(), model.light
+        waiting = dict(self._storing)
+        if folder is not None and place is not None and light is not None and not place.environment:
+            waiting[folder] = self._storing[folder] = Opened(folder, place, light)
+        try:
+            for opened in waiting.values():
+                self._stored(kept_anew(opened, open_since=True))
+        except (CoreError, OSError) as error:
+            self._not_kept(error)
+            return False
+        return self.keep_now() and not (folder is None and light is not None)
+
+    # -- a new light ---------------------------------------------------------------------------
+
+    def store(self, opened: Opened) -> None:
+        """Write the light of a place that is shown already."""
+        assert opened.folder is not None
+        folder = opened.folder
+        self._storing[folder] = opened
+
+        def failed(error: Exception) -> None:
+            self._storing.pop(folder, None)
+            self._not_kept(error)
+
+        # Quietly, without a line at the foot: nobody waits for it, and nobody may stop it.
+        self._file_work.submit(
+            lambda token, report: kept_anew(opened, open_since=True),
+            done=self._stored,
+            failed=failed,
+        )
+
+    def _stored(self, kept: Opened) -> None:
+        folder, model = kept.folder, self._services.model
+        if folder is None or self._storing.pop(folder, None) is None:
+            return
+        if model.place_folder == folder and model.place is not None:
+            model.update(place=_with_light(model.place, kept.place))
+            self._kept()
+            return
+
+        def name_it(token: Token, report: Report) -> None:
+            # It was written once more since, when another place was opened.
+            del token, report
+            write_place(folder, _with_light(read_place(folder), kept.place))
+
+        self._file_work.submit(name_it)
+
+    # -- another folder ------------------------------------------------------------------------
+
+    def hold(self, opened: Opened) -> None:
+        """Take a place that could not be kept: it is shown all the same, and said once."""
+        self._files = opened.files
+        if opened.trouble is not None:
+            self._not_kept(opened.trouble)
+
+    def ask_elsewhere(self) -> None:
+        """Ask for another folder and keep the open place there."""
+        root = self.folder_asker("Save the place in")
+        if root is not None:
+            self.save_in(root)
+
+    def save_in(self, root: Path) -> None:
+        """Keep the open place in a folder of its own under `root`."""
+        model = self._services.model
+        place, light, before = self._now(), model.light, model.place_folder
+        if place is None or light is None:
+            return
+        files = self._files or _originals(before)
+
+        def done(kept: Opened) -> None:
+            if model.light is not light or model.place is None or kept.folder is None:
+                return
+            self._files = ()
+            if before is not None:
+                self._keeper.forget(before)
+            model.update(
+                place_folder=kept.folder,
+                place=replace(_with_light(model.place, kept.place), source=kept.place.source),
+            )
+            self._kept()
+            self.keep()
+            self._services.notify.tell(f"Saved in {kept.folder}.", kind="done")
+
+        self._file_work.submit(
+            lambda token, report: kept_in(root, place, light, files, token),
+            done=done,
+            failed=self._not_kept,
+        )
+
+    def _again(self) -> None:
+        """Try once more where it should have been kept."""
+        model = self._services.model
+        folder, place, light = model.place_folder, self._now(), model.light
+        if folder is None:
+            self.save_in(self._services.folders.places)
+        elif place is not None and light is not None and not place.environment:
+            self.store(Opened(folder, place, light))
+        else:
+            self.keep()
+
+    def _kept(self, _: object = None) -> None:
+        model = self._services.model
+        if model.place_folder is None or model.place is None or not model.place.environment:
+            return
+        self._services.model.update(unkept="")
+        self._services.notify.mended(_ABOUT)
+
+    def _not_written(self, error: Exception) -> None:
+        folder = self._services.model.place_folder
+        if folder is not None and self._keeper.unkept(folder) is None:
+            # That was a place of before: it has been said of it.
+            self._kept()
+        else:
+            self._not_kept(error)
+
+    def _not_kept(self, error: Exception) -> None:
+        """Say once that the place is not kept, with what mends that."""
+        model = self._services.model
+        name = model.place.name if model.place is not None else "place"
+        why = disk_words(error)
+        model.update(unkept=why or "it could not be saved")
+        mend = "Make room and try again, or save it" if is_full(error) else "Save it"
+        reason = f"not saved: {why}. {mend} elsewhere." if why else f"not saved. {error}"
+        new = model.place_folder is None or not (model.place and model.place.environment)
+        what = f"“{name}” is" if new else f"The last changes to “{name}” are"
+        self._services.notify.tell(
+            f"{what} {reason}",
+            kind="error",
+            actions=[("Save elsewhere…", self.ask_elsewhere), ("Try again", self._again)],
+            about=_ABOUT,
+        )
+
+    # -- what there is -------------------------------------------------------------------------
+
+    def _current(self) -> tuple[Path, Place] | None:
+        folder, place = self._services.model.place_folder, self._now()
+        return None if folder is None or place is None else (folder, place)
+
+    def _now(self) -> Place | None:
+        """Give the open place with all that is known of it."""
+        model = self._services.model
+        if model.place is None or model.head is None:
+            return None
+        settings = model.settings
+        return replace(
+            model.place,
+            front_deg=model.front_deg,
+            head=model.head.name,
+            asked=Asked(
+                model.head.name,
+                "paper" if settings.objective == "paper" else "picture",
+                settings.match_limit,
+                settings.strength_limit,
+            ),
+            results=model.results,
+            chosen=model.chosen,
+            needle_deg=model.needle_deg,
+            # The lamp is not kept, and without it the goal would be no good one.
+            goal_deg=model.goal_deg if model.lamp_plan is None else None,
+        )
+
+
+def _with_light(place: Place, kept: Place) -> Place:
+    return replace(place, environment=kept.environment, fingerprint=kept.fingerprint)
+
+
+def _originals(folder: Path | None) -> tuple[Path, ...]:
+    """Files that were copied into a place; none where they cannot be listed."""
+    if folder is None:
+        return ()
+    try:
+        return tuple(sorted(each for each in (folder / ORIGINALS).iterdir() if each.is_file()))
+    except OSError:
+        return ()

@@ -1,0 +1,165 @@
+"""Places that were not finished: found again, or cleared away where they took nothing."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final, Literal
+
+from app.core.files import open_file
+from app.core.places import ORIGINALS, PLACE, capture_folders, list_places
+from app.devices.capture.journal import Damaged, Newer, SessionJournal, journal_of
+from app.devices.capture.session import JOURNAL
+from app.ui.presenters.intake import FRAMES
+
+if TYPE_CHECKING:
+    from datetime import datetime
+    from pathlib import Path
+
+    from app.core.places import PlaceSummary
+    from app.ui.presenters.capturing import Recording
+
+__all__ = ["Unfinished", "left_over", "tidy", "unfinished"]
+
+_MOST_JOURNAL: Final = 4 << 20
+_OVER: Final = frozenset({"idle"})
+
+
+@dataclass(frozen=True, slots=True)
+class Unfinished:
+    """A place that was begun and has no light yet.
+
+    Attributes
+    ----------
+    folder : Path
+        Of the place.
+    session : Path or None
+        Of the capture in it; None where the photographs were opened from files.
+    name : str
+        Of the place.
+    made_at : datetime
+    here, total : int
+        Frames that are here, and that were planned; 0 where that is not known.
+    plan : {"paper", "full"}
+    files : tuple of Path
+        Photographs that are here; of a capture only where its journal is lost.
+    """
+
+    folder: Path
+    session: Path | None
+    name: str
+    made_at: datetime
+    here: int = 0
+    total: int = 0
+    plan: Literal["paper", "full"] = "paper"
+    files: tuple[Path, ...] = ()
+
+    @property
+    def can_finish(self) -> bool:
+        """Whether there is anything to go on with."""
+        return self.session is not None or bool(self.files)
+
+    @property
+    def words(self) -> str:
+        """State in a list: "Unfinished: 3 of 7 frames"."""
+        if self.total:
+            return f"Unfinished: {self.here} of {self.total} frames"
+        if self.files:
+            count = len(self.files)
+            return f"Unfinished: {count} photograph{'' if count == 1 else 's'}"
+        return "Unfinished: no frames yet"
+
+
+def tidy(recording: Recording, *, given_up: bool = False) -> bool:
+    """Remove the folder of a capture that took nothing.
+
+    Only what this capture made itself is removed, and only where no picture is in it, nothing
+    was exposed and the camera is owed nothing.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of a capture that has ended.
+    given_up : bool, optional
+        The user stopped it: a part of a bracket stays on the camera and is not waited for.
+
+    Returns
+    -------
+    bool
+        Whether it was removed.
+    """
+    folder, session = recording.folder, recording.session
+    if not recording.began or folder is None or session is None or session.parent != folder:
+        return False
+    journal = _journal(session)
+    if journal is None or journal.owes or journal.exposed:
+        return False
+    if journal.frames and not given_up:
+        return False
+    with contextlib.suppress(OSError):
+        if any((session / "originals").iterdir()) or capture_folders(folder) != (session,):
+            return False
+        if {entry.name for entry in folder.iterdir()} != {PLACE, session.name}:
+            return False
+        shutil.rmtree(folder)
+        return True
+    return False
+
+
+def unfinished(places: Path) -> tuple[Unfinished, ...]:
+    """Look for places that can be finished; nothing is changed.
+
+    Parameters
+    ----------
+    places : Path
+        Folder of the places.
+
+    Returns
+    -------
+    tuple of Unfinished
+        Of places without any light, the newest first: captures that ended and could not be kept
+        are among them.
+    """
+    found = (left_over(summary) for summary in list_places(places))
+    return tuple(each for each in found if each is not None and each.can_finish)
+
+
+def left_over(summary: PlaceSummary) -> Unfinished | None:
+    """Say what there is of a place without light; None for one that has it."""
+    if summary.has_light or summary.state == "newer":
+        return None
+    empty = Unfinished(summary.folder, None, summary.name, summary.made_at)
+    session = summary.captures[-1] if summary.captures else None
+    journal = None if session is None else _journal(session)
+    if session is not None and journal is not None:
+        begun = journal.frames or journal.exposed or journal.owes
+        if begun and journal.stage not in _OVER:
+            return replace(
+                empty,
+                session=session,
+                here=sum(frame.done for frame in journal.frames),
+                total=0 if journal.plan is None else len(journal.plan.shots),
+                plan="paper" if journal.plan is None else journal.plan.kind,
+            )
+    homes = (summary.folder, *reversed(summary.captures))
+    files = next((found for home in homes if (found := _photographs(home / ORIGINALS))), ())
+    left = replace(empty, files=files)
+    # What is damaged and cannot be finished says itself what is wrong with it.
+    return left if left.can_finish or summary.state in ("whole", "unfinished") else None
+
+
+def _photographs(folder: Path) -> tuple[Path, ...]:
+    try:
+        found = [each for each in folder.iterdir() if each.suffix.lower() in FRAMES]
+        return tuple(sorted(each for each in found if each.is_file()))
+    except OSError:
+        return ()
+
+
+def _journal(session: Path) -> SessionJournal | None:
+    try:
+        with open_file(session / JOURNAL) as stream:
+            return journal_of(stream.read(_MOST_JOURNAL).decode("utf-8"))
+    except (OSError, Damaged, Newer, UnicodeDecodeError):
+        return None

@@ -1,0 +1,133 @@
+"""Messages of the window: errors stay until they are mended, and a bell counts them."""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QRect
+from PySide6.QtWidgets import QAbstractButton, QFileDialog, QLineEdit, QWidget
+from pytestqt.qtbot import QtBot
+
+from app.core import files
+from app.core.places import list_places
+from app.ui.notify import Notify
+from app.ui.robot import Robot
+from tests.helpers.whole_window import NoDevices, open_light, opened, quick_heads, sees
+
+pytestmark = pytest.mark.usefixtures("heads")
+
+
+@pytest.fixture
+def heads(qtbot: QtBot, monkeypatch: pytest.MonkeyPatch) -> None:
+    quick_heads(monkeypatch)
+
+
+@pytest.fixture
+def home(tmp_path: Path) -> Path:
+    (tmp_path / "home").mkdir()
+    return tmp_path / "home"
+
+
+def foot(robot: Robot) -> str:
+    """The words in the line at the foot."""
+    return str(robot.window._job_line._words.text())  # type: ignore[attr-defined]
+
+
+def test_a_failed_drop_is_said_at_the_foot_and_stays_until_one_succeeds(
+    home: Path, tmp_path: Path
+) -> None:
+    text = tmp_path / "notes.txt"
+    text.write_text("no picture")
+    with opened(home) as (app, robot):
+        open_light(app, robot)
+        assert foot(robot) == "The place is kept with its answers."
+        app.desk.open_paths([text])
+        robot.wait(lambda: not app.runner.running("open"), "the drop")
+        assert foot(robot) == "Opening notes.txt failed."
+        assert app.window._toasts.shown == 1
+        assert sees(robot, "Messages, 1 unread")
+        # Another theme makes the window anew, and the error is still there.
+        app.commands.change("theme", "light")
+        robot.settle()
+        assert sees(robot, "There is nothing here that Turnlight can read.")
+        assert foot(robot) == "Opening notes.txt failed."
+        robot.click("Messages, 1 unread")
+        assert sees(robot, "Close")
+        assert sees(robot, "Messages")
+        assert not sees(robot, "Messages, 1 unread")
+        app.commands.close_overlay()
+        assert app.window._toasts.shown == 1
+        open_light(app, robot)
+        assert app.window._toasts.shown == 0
+        assert foot(robot) == "The place is kept with its answers."
+
+
+def test_a_panorama_on_a_full_disk_is_shown_and_saved_elsewhere_with_one_button(
+    home: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    flush = files._flush
+
+    def full(path: Path) -> None:
+        if home in path.parents:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        flush(path)
+
+    other = tmp_path / "stick"
+    other.mkdir()
+    monkeypatch.setattr(QFileDialog, "getExistingDirectory", lambda *_: str(other))
+    with opened(home) as (app, robot):
+        monkeypatch.setattr(files, "_flush", full)
+        open_light(app, robot)
+        robot.wait(lambda: foot(robot) == "This place is not saved: the disk is full.", "the foot")
+        places = [text for text in told_of(app.notify) if "studio" in text]
+        assert len(places) == 1
+        robot.click("Save elsewhere…")
+        robot.wait(lambda: app.model.unkept == "", "the other folder")
+        assert not any("is not saved" in one.text for one in app.notify._standing)
+        monkeypatch.setattr(files, "_flush", flush)
+    assert len(list_places(other)) == 1
+
+
+def told_of(notify: Notify) -> list[str]:
+    return [one.text for one in notify.messages if one.kind == "error"]
+
+
+def test_the_offer_of_the_tour_stays_and_lies_over_no_control(home: Path) -> None:
+    with opened(home, NoDevices(), tour_seen=False) as (app, robot):
+        robot.wait(lambda: sees(robot, "Take the tour"), "the offer")
+        robot.wait(lambda: not app.runner.running("cameras"), "the search")
+        robot.settle()
+        offer = robot.find("New here?")
+        assert offer.stays  # type: ignore[attr-defined]
+        place = QRect(offer.mapTo(app.window, offer.rect().topLeft()), offer.size())
+        for one in app.window.findChildren(QWidget):
+            if isinstance(one, (QAbstractButton, QLineEdit)) and one.isVisible():
+                area = QRect(one.mapTo(app.window, one.rect().topLeft()), one.size())
+                assert offer.isAncestorOf(one) or not area.intersects(place), one.accessibleName()
+        open_light(app, robot)
+        assert not sees(robot, "Take the tour")
+        app.commands.ask("messages")
+        robot.settle()
+        # The list offers it again.
+        assert sees(robot, "Take the tour: New here?")
+
+
+def test_at_the_start_the_last_place_is_open_and_an_empty_screen_offers_the_recent_ones(
+    home: Path,
+) -> None:
+    with opened(home) as (app, robot):
+        open_light(app, robot)
+        app.desk.rename("By the window")
+        robot.wait(lambda: not app.runner.running("keep"), "keeping")
+    with opened(home) as (app, robot):
+        robot.wait(lambda: bool(app.model.results), "the last place")
+        assert app.model.place is not None
+        assert app.model.place.name == "By the window"
+        app.desk.close()
+        robot.wait(lambda: sees(robot, "Open By the window"), "the recent places")
+        robot.click("Open By the window")
+        robot.wait(lambda: app.model.light is not None, "the place")
+        assert not sees(robot, "Recent places")
