@@ -83,7 +83,6 @@ def live(maps: dict[str, HeadingIndex]) -> list[Row]:
     """Pictures of `heading.py` of another draw: right, hard, of other places, of nothing."""
     chance, views, rows = np.random.default_rng(TRAIN), demo_views(location()), []
     lights = scenes()
-    pools = {LOCATION: views, "crops": lights}
 
     def ask(case: Case, sight: Sight, index: HeadingIndex, *, known: bool, right: bool) -> None:
         noise = chance.normal(0.0, 1.0) if case.place == LOCATION else 0.0

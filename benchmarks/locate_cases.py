@@ -18,20 +18,22 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from heading_cases import ROOT, demo_spots, scenes  # isort: skip
+from heading_cases import LOCATION, ROOT, demo_spots, demo_views, scenes  # isort: skip
 
 from app.core import sphere
 from app.core.angles import difference, wrap
-from app.core.colour import srgb_encode, to_bytes
+from app.core.colour import srgb_decode, srgb_encode, to_bytes
 from app.core.paths import resources
 from app.core.simulation.phone import disturbed, random_disturbance, tone_mapped
 from app.core.simulation.scene_files import EYE_M, SceneFiles, shown
+from app.core.simulation.scene_views import Stand
+from app.core.turning.views import Lens
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-__all__ = ["LENSES", "SPOTS_M", "Shot", "boxes", "drawn_shots", "filed", "traced"]
+__all__ = ["LENSES", "SPOTS_M", "Shot", "Views", "boxes", "drawn_shots", "filed", "traced"]
 
 Bytes = NDArray[np.uint8]
 Float32 = NDArray[np.float32]
@@ -53,6 +55,8 @@ BESIDE_DEG: Final = (
 )
 _AXES: Final = np.diag([-1.0, -1.0, 1.0])  # camera axes (right, down, front) from a panorama's
 _FRAME_MM: Final = math.hypot(36.0, 24.0)
+_VIEWS_FOV_DEG: Final = 85.0  # a wider lens sees what no view shows
+_VIEWS_WIDER: Final = 1.1  # than the lens, so that what is bent comes from inside
 _CUT_PX: Final = 10.0  # rim of a cut-out person that is made soft
 
 
@@ -182,6 +186,8 @@ def _drawn(chance: np.random.Generator, world: str, place: str, kind: str, seed:
         with_sitter = bool(chance.random() < 0.8)
         if world == "crop":
             camera, with_sitter = np.zeros(3), False
+        if world == "views":
+            camera, sitter, with_sitter = camera * (1.0, 0.0, 1.0), np.zeros(3), True
         heading = wrap(turn + 180.0)
     reach = math.degrees(math.atan(size[0] / size[1])) * 0.35
     aim = float(np.clip(chance.normal(0.0, 5.0), -reach, reach))
@@ -230,7 +236,7 @@ def _exif(focal_mm: int) -> bytes:
 def developed(light: Float32, shot: Shot, people: People) -> Bytes:
     """Expose, put people in the way, and finish, (H, W, 3) uint8."""
     chance = np.random.default_rng([shot.seed, 7])
-    if shot.world != "traced" and shot.sitter_m is not None:
+    if shot.world not in ("traced", "views") and shot.sitter_m is not None:
         light = people.placed(light, shot, np.array(shot.sitter_m), chance)
     if shot.passer:
         across = float(np.clip(chance.normal(0.0, 0.35), -0.7, 0.7)) * shot.size[0] / 2.0
@@ -346,6 +352,41 @@ class Box:
         met = start + rays * far.min(axis=1, keepdims=True)
         met /= np.linalg.norm(met, axis=1, keepdims=True)
         return np.asarray(met @ self.turn.T)
+
+
+class Views:
+    """The demo location through its shipped views, from the line to the sitter only."""
+
+    def __init__(self) -> None:
+        self._views = demo_views(demo_spots()[LOCATION])
+
+    def holds(self, shot: Shot) -> bool:
+        """Whether the views show enough of what the lens does."""
+        return shot.full_fov_deg < _VIEWS_FOV_DEG
+
+    def light(self, shot: Shot) -> Float32:
+        """Linear display light that a photograph shows, (H, W, 3)."""
+        x, _, z = shot.position_m
+        turn = math.degrees(math.atan2(-x, z))
+        aim = wrap(shot.heading_deg - turn - 180.0)
+        stand = Stand(turn, math.hypot(x, z), aim, shot.pitch_deg, shot.roll_deg)
+        lens = Lens(
+            2.0 * math.degrees(math.atan(_VIEWS_WIDER * shot.size[0] / 2.0 / shot.focal_px)),
+            shot.size,
+        )
+        seen = self._views.view(stand, lens).picture
+        rays = shot.rays(_pixels(shot.size)) @ shot.rotation
+        places = rays[:, :2] / rays[:, 2:] * lens.focal_px + np.array(lens.size) / 2.0
+        x_map, y_map = (p.reshape(shot.size[::-1]).astype(np.float32) - 0.5 for p in places.T)
+        bent = cv2.remap(seen, x_map, y_map, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+        return _unshown(np.asarray(srgb_decode(bent.astype(np.float32) / 255.0), np.float32))
+
+
+def _unshown(tone: Float32) -> Float32:
+    """Undo `app.core.simulation.scene_files.shown`."""
+    less = np.float32(1.0) - tone
+    light = 12.5 * (np.sqrt(less**2 + 0.16 * tone) - less)
+    return np.asarray(light, np.float32)
 
 
 def boxes() -> dict[str, Box]:

@@ -1,6 +1,6 @@
 """How often `locate` finds photographs where they were taken, and how often where they were not.
 
-    python benchmarks/locate_photos.py FOLDER --make [--only traced|box|crop] [--share S]
+    python benchmarks/locate_photos.py FOLDER --make [--only views|traced|box|crop] [--share S]
     python benchmarks/locate_photos.py FOLDER [--most N] [--minutes M] [-o docs/locate-photos.json]
 
 The first takes the photographs (the traced ones need mitsuba-oidn and some hours of a processor),
@@ -23,9 +23,9 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from locate_cases import (  # isort: skip
-    SPOTS_M, People, World, boxes, developed, drawn_shots, filed, traced,
+    SPOTS_M, People, Views, World, boxes, developed, drawn_shots, filed, traced,
 )  # fmt: skip
-from heading_cases import ROOT, demo_spots, learnt, scenes  # isort: skip
+from heading_cases import LOCATION, ROOT, demo_spots, learnt, scenes  # isort: skip
 
 from app.core.angles import difference
 from app.core.files import atomic_write_text
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from app.core.turning.picture_file import PictureFile
 
 SETS: Final = (  # world, kind, photographs, seed
+    ("views", "at", 300, 16),
     ("crop", "at", 69, 11),
     ("box", "at", 161, 12),
     ("box", "beside", 322, 13),
@@ -53,9 +54,11 @@ def make(folder: Path, only: str | None, share: float, draw: int) -> None:
     for world, kind, count, seed in SETS:
         if only not in (None, world):
             continue
-        rooms: dict[str, World] = {**boxes()} if world != "traced" else {}
+        rooms: dict[str, World] = {**boxes()} if world in ("box", "crop") else {}
         if world == "traced":
             rooms = dict.fromkeys(SPOTS_M, traced())
+        if world == "views":
+            rooms = {LOCATION: Views()}
         for number, shot in enumerate(
             drawn_shots(world, rooms, kind, round(count * share), seed + draw)
         ):
@@ -150,7 +153,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--make", action="store_true")
-    parser.add_argument("--only", choices=["traced", "box", "crop"])
+    parser.add_argument("--only", choices=["views", "traced", "box", "crop"])
     parser.add_argument("--share", type=float, default=1.0)
     parser.add_argument("--draw", type=int, default=0, help="another gives other photographs")
     parser.add_argument("--most", type=int, default=1000)

@@ -6,6 +6,7 @@ show one wall in quite different tones. RootSIFT is R. Arandjelovic and A. Zisse
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Final, TypeAlias
 
@@ -13,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Features", "Pairs", "describe", "equalised", "pair"]
+__all__ = ["Features", "Pairs", "describe", "equalised", "pair", "pair_near"]
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
@@ -21,6 +22,8 @@ Float32: TypeAlias = NDArray[np.float32]
 _TILES: Final = (8, 8)
 _CLIP_LIMIT: Final = 3.0
 _CONTRAST: Final = 0.02  # weaker points than by default, as backgrounds are often soft
+_USUAL: Final = 0.75  # likeness of a rival, where none is near
+_AROUND: Final = 0.4  # cosine-like: what is further from the middle is in no picture
 _RIVALS: Final = 3  # one corner is often described twice, for two directions of its gradient
 
 
@@ -131,11 +134,53 @@ def pair(
     if len(first) == 0 or len(second) < 2:
         nothing = np.zeros(0, np.int64)
         return Pairs(nothing, nothing, np.zeros(0, np.float32))
-    likeness = first @ second.T
-    rows = np.arange(len(first))
+    return _told_apart(first @ second.T, spots, apart, limit)
+
+
+def pair_near(
+    first: Float32,
+    second: Float32,
+    spots: Float32,
+    expected: Float32,
+    reach: float,
+    apart: float,
+    limit: float,
+) -> Pairs:
+    """Match descriptors as `pair` does, but only near where a first answer expects each.
+
+    What stands twice in a place, or looks like much else, is unique there: so a picture has about
+    twice as many matches.
+
+    Parameters
+    ----------
+    first, second, spots, apart, limit :
+        As in `pair`; the coordinates are unit vectors.
+    expected : (N, 3) float32
+        Where the first set's points should be, unit vectors.
+    reach : float
+        How far from there they may be, radians.
+
+    Returns
+    -------
+    Pairs
+    """
+    around = np.flatnonzero(spots @ expected.mean(axis=0) > _AROUND)
+    if len(first) == 0 or len(around) < 2:
+        return pair(first, second[:0], spots[:0], apart, limit)
+    near = expected @ spots[around].T > math.cos(reach)
+    likeness = np.where(near, first @ second[around].T, np.float32(-1.0))
+    found = _told_apart(likeness, spots[around], apart, limit, _USUAL)
+    return Pairs(found.first, around[found.second], found.ratio)
+
+
+def _told_apart(
+    likeness: Float32, spots: Float32, apart: float, limit: float, usual: float = -1.0
+) -> Pairs:
+    """Choose the most alike, where nothing elsewhere is nearly as much, or as `usual`."""
+    rows = np.arange(len(likeness))
     best = np.argmax(likeness, axis=1)
     top = likeness[rows, best]
-    rival = np.full(len(first), -1.0, np.float32)
+    rival = np.full(len(likeness), -1.0, np.float32)
     likeness[rows, best] = -1.0
     for _ in range(_RIVALS):
         other = np.argmax(likeness, axis=1)
@@ -143,6 +188,7 @@ def pair(
         likeness[rows, other] = -1.0
         elsewhere = np.linalg.norm(spots[other] - spots[best], axis=1) > apart
         rival = np.where((rival < 0.0) & elsewhere, value, rival)
+    rival = np.maximum(rival, np.float32(usual))
     distance, further = (np.sqrt(np.maximum(2.0 - 2.0 * s, 1e-9)) for s in (top, rival))
     ratio = (distance / further).astype(np.float32)
     keep = np.flatnonzero(ratio < limit)

@@ -12,7 +12,7 @@ A heading that cannot be trusted is `unsure`, without a number: better none than
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
 
 import cv2
@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 from app.core.angles import wrap
 from app.core.turning import rotation
 from app.core.turning.confidence import LEAST_CONFIDENCE, Evidence, trust
-from app.core.turning.features import Features, describe, pair
+from app.core.turning.features import Features, Pairs, describe, pair, pair_near
 from app.core.turning.field import assumed_fov
 from app.core.turning.heading_index import HeadingIndex, build_index
-from app.core.turning.stand import Matches, Question, find_stand
+from app.core.turning.stand import Matches, Question, Stand, find_stand
 from app.core.turning.support import strays, support
 from app.core.turning.views import Lens
 
@@ -55,6 +55,8 @@ Float64: TypeAlias = NDArray[np.float64]
 _LEAST_SIDE: Final = 32
 _SAME: Final = math.radians(1.5)
 _RATIO: Final = 0.9  # generous: the fit and the whole picture decide
+_REACH: Final = math.radians(8.0)  # about where a first answer says
+_CLOSER_RATIO: Final = 0.85
 _NEAR_DEG: Final = 60.0
 _CARRIER_DEG: Final = 25.0  # who is further to the side carries no camera
 _CERTAIN: Final = 0.8  # ratio of a match that is seldom wrong
@@ -268,34 +270,54 @@ def compare(
     pairs = pair(described, known, spots, _SAME, _RATIO)
     lens = _lens(fov_deg, sight.size)
     rays = _rays(sight.features.places, lens)
-    asked, there = rays[pairs.first], spots[pairs.second].astype(np.float64)
+    shape = max(sight.size) / min(sight.size)
     known_lens = None if fov_deg is None else _STATED if sight.fine else _ABOUT
     question = Question(known_lens, sitter_deg, away, near_deg is not None)
-    shape = max(sight.size) / min(sight.size)
-    stand = find_stand(Matches(asked, there, pairs.ratio, shape), question)
+
+    def matches(pairs: Pairs) -> Matches:
+        there = spots[pairs.second].astype(np.float64)
+        return Matches(rays[pairs.first], there, pairs.ratio, shape)
+
+    stand = find_stand(matches(pairs), question)
     if stand is None:
         return None
-    pose, line, asked = stand.pose, stand.line, stand.rays(asked)
+    if sight.fine and not away:
+        expected = (stand.pose.expected(stand.rays(rays)) @ stand.pose.rotation.T).astype("f4")
+        closer = pair_near(described, known, spots, expected, _REACH, _SAME, _CLOSER_RATIO)
+        closer_stand = find_stand(matches(closer), question, stand.pose)
+        if closer_stand is not None:
+            pairs, stand = closer, closer_stand
+    whole = support(stand.rays(rays), described, spots, known, stand.pose)
+    evidence = _evidence(stand, pairs, matches(pairs), lens, question)
+    return Found(
+        stand.pose, replace(evidence, support=whole), fov_deg or _field(lens, stand.factor)
+    )
+
+
+def _evidence(
+    stand: Stand, pairs: Pairs, matches: Matches, lens: Lens, question: Question
+) -> Evidence:
+    pose, line, rays = stand.pose, stand.line, stand.rays(matches.rays)
     certain = pairs.ratio < _CERTAIN
     inside = pose.inside[certain]
-    evidence = Evidence(
+    wide = stand.factor * max(lens.size) / 2.0 / lens.focal_px
+    return Evidence(
         # One thing in the panorama that several points look like counts once.
         points=len(np.unique(pairs.second[pose.inside])),
         share=_share(inside),
-        spread=_spread(asked[pose.inside], lens),
-        support=support(stand.rays(rays), described, spots, known, pose),
+        spread=_spread(rays[pose.inside], lens),
+        support=0.0,
         error_deg=stand.error_deg(question),
         tilt=float(np.linalg.norm(pose.plane[1:])),
-        zoom=1.0 / max(pose.zoom, 0.1) if away else pose.zoom,
-        wide=None if question.lens_known else stand.factor * max(lens.size) / 2.0 / lens.focal_px,
-        strays=strays(asked[certain], there[certain], inside, pose),
+        zoom=1.0 / max(pose.zoom, 0.1) if question.away else pose.zoom,
+        wide=None if question.lens_known else wide,
+        strays=strays(rays[certain], matches.bearings[certain], inside, pose),
         freed=line.freed if line else 0.0,
         aside=line.aside if line else 0.0,
         loose_deg=math.degrees(line.loose_rad) if line else 0.0,
         flat=line.flat if line and line.loose_rad else 0.0,
         agree=line.agree if line else 0.0,
     )
-    return Found(pose, evidence, fov_deg or _field(lens, stand.factor))
 
 
 def judged(found: Found) -> Heading:

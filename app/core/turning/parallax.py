@@ -52,10 +52,14 @@ _MOST_TURN: Final = 0.3
 
 
 class Aim(NamedTuple):
-    """Where the probe's place is expected: radians to the right of the axis, and their spread."""
+    """Where the probe's place is expected: radians to the right of the axis, and their spread.
+
+    `unlikely` is a cost, as of so many points.
+    """
 
     angle: float
     spread: float
+    unlikely: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -225,7 +229,8 @@ def _aimed(seen: _Seen, starts: list[_Way], free: list[_Way], aim: Aim) -> list[
         if one.points == 0.0:
             level = float(way[1]) / max(float(way[2]), _AHEAD)
             way = _unit(np.array([math.tan(aim.angle), level, 1.0]))
-        found.append(_settled(seen, replace(one, way=way), aim))
+        settled = _settled(seen, replace(one, way=way), aim)
+        found.append(replace(settled, cost=settled.cost + aim.unlikely))
     return found
 
 

@@ -46,9 +46,10 @@ _LENS_ERROR: Final = 0.07  # of an angle, where the lens is estimated
 _GUESSED: Final = (0.12, 0.05)  # spread of a lens that is guessed, at first and again
 _UNSAID: Final = 0.2  # of a step aside, what parallax leaves open
 _TOWARD: Final = (
-    0.025,
+    0.018,
     0.15,
 )  # radians: a face beside the probe's place; of its tangent
+_SOMEBODY_ELSE: Final = 4.0
 _SURE: Final = 0.01
 _UNEVEN: Final = 0.12  # of an enlargement: depth that is not the plane's
 _SLOPE: Final = 0.4
@@ -152,7 +153,7 @@ class Stand:
         return math.hypot(math.degrees(self.pose.error_rad), lens, step)
 
 
-def find_stand(matches: Matches, question: Question) -> Stand | None:
+def find_stand(matches: Matches, question: Question, hint: Pose | None = None) -> Stand | None:
     """Find how a camera stands.
 
     Parameters
@@ -161,6 +162,8 @@ def find_stand(matches: Matches, question: Question) -> Stand | None:
         Right and wrong ones.
     question : Question
         What is known.
+    hint : Pose, optional
+        What fewer matches said.
 
     Returns
     -------
@@ -182,7 +185,7 @@ def find_stand(matches: Matches, question: Question) -> Stand | None:
     # Near the last heading the search has looked; who carries a camera is a hint, no line.
     if stand is None or question.near or question.away:
         return stand
-    others = [p for p in poses if p is not None and p is not pose]
+    others = [p for p in (*poses, hint) if p is not None and p is not pose]
     return _lined(stand, others, matches, question, outlooks[0])
 
 
@@ -206,6 +209,8 @@ def _lined(
     for spread in _GUESSED if question.lens is None else [question.lens]:
         aims = [Aim(0.0, math.radians(_AIM_DEG))]
         if question.sitter_deg is not None:
+            # Who was found may be somebody else.
+            aims = [aims[0]._replace(unlikely=_SOMEBODY_ELSE)]
             sitter = told.sitter * math.exp(scale)
             unsure = 0.0 if question.lens_known else _TOWARD[1] * sitter
             aims.append(Aim(math.atan(sitter), math.hypot(_TOWARD[0], unsure)))
