@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Features", "Pairs", "describe", "equalised", "pair", "pair_near"]
+__all__ = ["Features", "Pairs", "describe", "equalised", "pair", "pair_near", "thinned"]
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
@@ -171,6 +171,35 @@ def pair_near(
     likeness = np.where(near, first @ second[around].T, np.float32(-1.0))
     found = _told_apart(likeness, spots[around], apart, limit, _USUAL)
     return Pairs(found.first, around[found.second], found.ratio)
+
+
+def thinned(pairs: Pairs, places: Float32, cell: float, most: int) -> Pairs:
+    """Keep the most certain matches: one of each point found, and few from one part of a picture.
+
+    A striped carpet makes scores of points look like two or three of the panorama, and whatever
+    explains these would outweigh all else.
+
+    Parameters
+    ----------
+    pairs : Pairs
+        By `pair` or `pair_near`.
+    places : (N, 2) float32
+        Where the first set's points are.
+    cell : float
+        Side of a part, in the same unit.
+    most : int
+        From each part.
+    """
+    order = np.argsort(pairs.ratio, kind="stable")
+    _, once = np.unique(pairs.second[order], return_index=True)
+    order = order[np.sort(once)]
+    columns, rows = (places[pairs.first[order]] // cell).astype(np.int64).T
+    part = rows * 10_000 + columns
+    by_part = np.argsort(part, kind="stable")
+    starts = np.searchsorted(part[by_part], part[by_part], side="left")
+    few = by_part[np.arange(len(part)) - starts < most]
+    chosen = np.sort(order[few])
+    return Pairs(pairs.first[chosen], pairs.second[chosen], pairs.ratio[chosen])
 
 
 def _told_apart(

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from app.core.angles import wrap
 from app.core.turning import rotation
 from app.core.turning.confidence import LEAST_CONFIDENCE, Evidence, trust
-from app.core.turning.features import Features, Pairs, describe, pair, pair_near
+from app.core.turning.features import Features, Pairs, describe, pair, pair_near, thinned
 from app.core.turning.field import assumed_fov
 from app.core.turning.heading_index import HeadingIndex, build_index
 from app.core.turning.stand import Matches, Question, Stand, find_stand
@@ -57,6 +57,8 @@ _SAME: Final = math.radians(1.5)
 _RATIO: Final = 0.9  # generous: the fit and the whole picture decide
 _REACH: Final = math.radians(8.0)  # about where a first answer says
 _CLOSER_RATIO: Final = 0.85
+_PARTS: Final = 16  # of the longer side
+_MOST: Final = 6  # matches from one part
 _NEAR_DEG: Final = 60.0
 _CARRIER_DEG: Final = 25.0  # who is further to the side carries no camera
 _CERTAIN: Final = 0.8  # ratio of a match that is seldom wrong
@@ -267,7 +269,9 @@ def compare(
     chosen = np.arange(len(index)) if near_deg is None else index.near(near_deg, _NEAR_DEG)
     spots, known = index.bearings[chosen], index.descriptors[chosen]
     described = sight.features.descriptors
+    cell = max(sight.size) / _PARTS
     pairs = pair(described, known, spots, _SAME, _RATIO)
+    pairs = thinned(pairs, sight.features.places, cell, _MOST)
     lens = _lens(fov_deg, sight.size)
     rays = _rays(sight.features.places, lens)
     shape = max(sight.size) / min(sight.size)
@@ -284,6 +288,7 @@ def compare(
     if sight.fine and not away:
         expected = (stand.pose.expected(stand.rays(rays)) @ stand.pose.rotation.T).astype("f4")
         closer = pair_near(described, known, spots, expected, _REACH, _SAME, _CLOSER_RATIO)
+        closer = thinned(closer, sight.features.places, cell, _MOST)
         closer_stand = find_stand(matches(closer), question, stand.pose)
         if closer_stand is not None:
             pairs, stand = closer, closer_stand
