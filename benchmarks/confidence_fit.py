@@ -15,6 +15,7 @@ import argparse
 import json
 import math
 import pickle
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -28,7 +29,15 @@ from locate_cases import SPOTS_M  # isort: skip
 
 from app.core.angles import difference
 from app.core.turning import shot
-from app.core.turning.confidence import CLOSE_DEG, LEAST_CONFIDENCE, SIGNS, deviation_deg, signs
+from app.core.turning.confidence import (
+    CLOSE_DEG,
+    LEAST_CONFIDENCE,
+    LINE_SIGNS,
+    PLACE_SIGNS,
+    deviation_deg,
+    line_signs,
+    place_signs,
+)  # fmt: skip
 from app.core.turning.heading import HeadingIndex, Sight, compare, see
 from app.core.turning.shot import read_photo
 
@@ -38,9 +47,9 @@ if TYPE_CHECKING:
 TRAIN: Final = 71  # seed of the live pictures
 LIVE: Final = 40  # of each kind
 FOLDS: Final = 5
-LEAST: Final = {"share": 0.1, "strays": -1.0, "odd": -1.0}  # others say nearly as much: at least so
 MORE_IS_BETTER: Final = ("points", "support", "spread", "share")
-FALSE_COST: Final = 2.0  # a wrong heading is worse than none
+WITHIN: Final = {"strays": (-1.0, -0.5), "odd": (-3.0, -1.0)}  # others say nearly as much
+FALSE_COST: Final = (1.5, 3.0)  # a wrong heading is worse than none; lens known, or not
 PRIOR: Final = 0.02
 
 Row = dict[str, Any]
@@ -106,39 +115,62 @@ def live(maps: dict[str, HeadingIndex]) -> list[Row]:
     return [one for one in rows if one is not None]
 
 
-def greatest_likelihood(rows: list[Row]) -> tuple[NDArray[np.float64], float]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Weights:
+    """What is fitted: as in `app.core.turning.confidence`."""
+
+    place: NDArray[np.float64]
+    line: NDArray[np.float64]
+    factor: float
+
+    def trusted(self, one: Row) -> float:
+        """As `app.core.turning.confidence.trust`."""
+        evidence, result = one["evidence"], 1.0
+        for weights, told in ((self.place, place_signs), (self.line, line_signs)):
+            z = float(np.clip(np.dot(weights, told(evidence)), -50.0, 50.0))
+            result /= 1.0 + math.exp(-z)
+        return -result * math.expm1(-CLOSE_DEG / (self.factor * deviation_deg(evidence)))
+
+
+def greatest_likelihood(rows: list[Row]) -> Weights:
     """Weights that make what happened likeliest, none of the wrong sign; and the error's factor."""
     from scipy.optimize import minimize
-    from scipy.special import erf, expit
+    from scipy.special import expit
 
-    told = np.array([signs(r["evidence"]) for r in rows])
+    place, line = (
+        np.array([told(r["evidence"]) for r in rows]) for told in (place_signs, line_signs)
+    )
     error = np.array([deviation_deg(r["evidence"]) for r in rows])
     right = np.array([r["right"] for r in rows])
-    cost = np.where(right, 1.0, FALSE_COST)
-    scale = np.maximum(told.std(axis=0), 0.05)
-    scale[0] = 1.0
+    known = np.array([r["evidence"].wide is None for r in rows])
+    cost = np.where(right, 1.0, np.where(known, *FALSE_COST))
+    scales = [np.maximum(told.std(axis=0), 0.05) for told in (place, line)]
+    scales[0][0] = scales[1][0] = 1.0
+    split, signs = place.shape[1], (*PLACE_SIGNS, *LINE_SIGNS)
 
     def loss(x: NDArray[np.float64]) -> float:
-        close = erf(CLOSE_DEG / (math.sqrt(2.0) * np.exp(x[-1]) * error))
-        p = np.clip(close * expit(told / scale @ x[:-1]), 1e-5, 1.0 - 1e-5)
+        close = -np.expm1(-CLOSE_DEG / (np.exp(x[-1]) * error))
+        there, on_line = (
+            expit(told / scale @ part)
+            for told, scale, part in zip(
+                (place, line), scales, (x[:split], x[split:-1]), strict=True
+            )
+        )
+        p = np.clip(there * on_line * close, 1e-6, 1.0 - 1e-6)
         likely = (cost * np.where(right, np.log(p), np.log(1.0 - p))).sum()
-        small = PRIOR * len(rows) / 1000.0 * (x[1:-1] ** 2).sum()
-        return float(-likely + small + 2.0 * x[-1] ** 2)
+        return float(-likely + PRIOR * len(rows) / 1000.0 * (x[:-1] ** 2).sum() + 2.0 * x[-1] ** 2)
 
-    bounds: list[tuple[float | None, float | None]] = [(None, None)]
-    for number, name in enumerate(SIGNS[1:], start=1):
-        least = LEAST.get(name, 0.0) * float(scale[number])
-        bounds.append((least, None) if name in MORE_IS_BETTER else (None, least))
-    start = np.array([0.0 if low is None else low for low, _ in bounds] + [0.0])
-    best = minimize(loss, start, method="L-BFGS-B", bounds=[*bounds, (-1.0, 1.5)]).x
-    return best[:-1] / scale, math.exp(float(best[-1]))
-
-
-def trusted(one: Row, weights: NDArray[np.float64], factor: float) -> float:
-    """As `app.core.turning.confidence.trust`, with other weights."""
-    z = float(np.clip(np.dot(weights, signs(one["evidence"])), -50.0, 50.0))
-    close = math.erf(CLOSE_DEG / (math.sqrt(2.0) * factor * deviation_deg(one["evidence"])))
-    return close / (1.0 + math.exp(-z))
+    bounds: list[tuple[float, float]] = []
+    for name, scale in zip(signs, np.concatenate(scales), strict=True):
+        if name in MORE_IS_BETTER:
+            bounds.append((0.0, math.inf))
+        else:
+            least, most = WITHIN.get(name, (-math.inf, math.inf if name == "one" else 0.0))
+            bounds.append((least * float(scale), most * float(scale)))
+    bounds.append((math.log(0.82), 1.5))
+    start = np.clip(np.zeros(len(bounds)), *np.array(bounds, float).T)
+    x = minimize(loss, start, method="L-BFGS-B", bounds=bounds).x
+    return Weights(x[:split] / scales[0], x[split:-1] / scales[1], math.exp(float(x[-1])))
 
 
 def fit(rows: list[Row]) -> dict[str, Any]:
@@ -147,21 +179,27 @@ def fit(rows: list[Row]) -> dict[str, Any]:
     told: dict[str, list[tuple[float, bool]]] = {}
     for fold in range(FOLDS):
         left_out = set(rooms[fold::FOLDS])
-        weights, factor = greatest_likelihood([r for r in rows if r["room"] not in left_out])
+        weights = greatest_likelihood([r for r in rows if r["room"] not in left_out])
         for one in (r for r in rows if r["room"] in left_out):
             kind = one["kind"] + (", lens known" if one["evidence"].wide is None else "")
-            told.setdefault(kind, []).append((trusted(one, weights, factor), one["right"]))
-    weights, factor = greatest_likelihood(rows)
+            told.setdefault(kind, []).append((weights.trusted(one), one["right"]))
+    weights = greatest_likelihood(rows)
     sure = {k: [right for p, right in v if p >= LEAST_CONFIDENCE] for k, v in told.items()}
     return {
         "rows": len(rows),
-        "weights": {name: round(float(w), 2) for name, w in zip(SIGNS, weights, strict=True)},
-        "error_factor": round(factor, 2),
+        "place": named(PLACE_SIGNS, weights.place),
+        "line": named(LINE_SIGNS, weights.line),
+        "error_factor": round(weights.factor, 2),
         "rooms_left_out": {
             kind: {"rows": len(told[kind]), "accepted": len(sure[kind]), "right": sum(sure[kind])}
             for kind in sorted(told)
         },
     }
+
+
+def named(names: tuple[str, ...], weights: NDArray[np.float64]) -> dict[str, float]:
+    """Weights by their names."""
+    return {name: round(float(w), 2) for name, w in zip(names, weights, strict=True)}
 
 
 def main() -> None:

@@ -1,16 +1,19 @@
 """How likely a heading is right: within 3 deg of the truth, of a camera on the sitter's line.
 
-Two things can go wrong. The picture shows something else, or this place from beside the line
-through the sitter; against that speak how many points agree, how much better the whole picture fits
-there than beside (`app.core.turning.support`), that no camera which stands elsewhere explains more
-(`app.core.turning.parallax`), and slopes that a room has. Or the place is right and the angle
-is not; that is the standard error of the fit. The two are independent:
+Three things can go wrong. The picture shows something else: against that speak how many points
+agree, how widely they are spread, and how much better the whole picture fits there than beside
+(`app.core.turning.support`). It shows this place from beside the line through the sitter: against
+that, that no camera which stands elsewhere explains more (`app.core.turning.parallax`), and slopes
+that a room has. Or the place is right and the angle is not: that is the standard error of the fit.
+The three are independent:
 
-    P = 1 / (1 + exp(-z)) * erf(3 deg / (sqrt(2) k error)).
+    P = 1 / (1 + exp(-p)) * 1 / (1 + exp(-l)) * (1 - exp(-3 deg / (k error))).
 
-z is a sum over the evidence, `signs`, with weights in the order of `signs`. They and k are by
-greatest likelihood over photographs and live pictures, at the spot, beside it and of other places
-(`benchmarks/confidence_fit.py`). `docs/heading.md` says how that holds elsewhere.
+Errors have longer tails than a normal distribution's, as matches that are wrong are wrong together.
+
+p and l are sums over the evidence, `place_signs` and `line_signs`, with weights in their order.
+They and k are by greatest likelihood over photographs and live pictures, at the spot, beside it and
+of other places (`benchmarks/confidence_fit.py`). `docs/heading.md` says how that holds elsewhere.
 """
 
 from __future__ import annotations
@@ -22,10 +25,12 @@ from typing import Final
 __all__ = [
     "CLOSE_DEG",
     "LEAST_CONFIDENCE",
-    "SIGNS",
+    "LINE_SIGNS",
+    "PLACE_SIGNS",
     "Evidence",
     "deviation_deg",
-    "signs",
+    "line_signs",
+    "place_signs",
     "trust",
 ]
 
@@ -35,30 +40,28 @@ CLOSE_DEG: Final = 3.0
 LEAST_CONFIDENCE: Final = 0.8
 """With less a heading is not shown."""
 
-SIGNS: Final = (
-    "one", "points", "support", "spread", "share", "strays", "freed", "freed share", "aside",
-    "tilt", "steep", "odd", "under", "flat",
+PLACE_SIGNS: Final = ("one", "points", "support", "spread", "share", "strays")
+LINE_SIGNS: Final = (
+    "one", "points", "freed", "aside", "tilt", "steep", "odd", "flat", "loose",
 )  # fmt: skip
-"""What the numbers of `signs` are of."""
+"""What the numbers of `place_signs` and `line_signs` are of."""
 
-_WEIGHTS: Final = (
-    0.79, 1.69, 0.01, 2.29, 0.97, -1.0, -0.43, 0.0, -1.97, -0.46, -5.16, -1.0, -7.1, -23.17,
-)  # fmt: skip
-_ERROR_FACTOR: Final = 1.05
+_PLACE_WEIGHTS: Final = (3.75, 0.36, 0.24, 1.52, 4.37, -1.0)
+_LINE_WEIGHTS: Final = (3.49, 0.22, -0.69, -0.78, -2.66, -6.57, -3.0, -9.58, -0.78)
+_ERROR_FACTOR: Final = 0.82
 _SPREAD: Final = (0.05, 0.5)
 _SUPPORT: Final = (-2.0, 15.0)
-_POINTS: Final = 80  # many more come from a picture of many, true or not
-_SHARE: Final = (0.02, 0.98)
+_POINTS: Final = 100  # many more come from a picture of many, true or not
+_SHARE: Final = (0.02, 0.4)  # more depends on the camera
 _TILT: Final = (0.55, 1.5)  # less is that of any wall
 _STEEP: Final = (0.9, 3.0)  # slope over enlargement: less is that of a room behind the sitter
 _FREED: Final = (0.7, 15.0)  # less is by chance
-_FEW: Final = 3.0  # as if so many more points agreed
 _ASIDE: Final = (1.0, 12.0)
 _STRAYS: Final = 0.2  # as many are there by chance
-_FLAT: Final = 0.75
+_FLAT: Final = 0.7
+_LOOSE_DEG: Final = (0.3, 2.0)
 _LEAST_ERROR_DEG: Final = 0.05
 _WIDE: Final = (0.315, 1.036)  # half angles of 17.5 and 46 deg: tangents of usual lenses
-_UNDER: Final = 0.95
 _LEAST_ZOOM: Final = 0.8  # things look larger from the probe, unless the field of view is wrong
 
 
@@ -110,8 +113,8 @@ class Evidence:
     agree: float = 0.0
 
 
-def signs(evidence: Evidence) -> tuple[float, ...]:
-    """Return the evidence as numbers that weights are for, in the order of `SIGNS`.
+def place_signs(evidence: Evidence) -> tuple[float, ...]:
+    """Return what says that a picture shows this place, in the order of `PLACE_SIGNS`.
 
     Parameters
     ----------
@@ -119,24 +122,38 @@ def signs(evidence: Evidence) -> tuple[float, ...]:
         With at least one point.
     """
     share = _within(evidence.share, _SHARE)
-    steep = evidence.tilt / (max(evidence.zoom - 1.0, 0.0) + 0.2)
-    wide = None if evidence.wide is None else max(evidence.wide, 0.01)
-    odd = max(math.log(_WIDE[0] / wide), math.log(wide / _WIDE[1]), 0.0) if wide else 0.0
     return (
         1.0,
-        math.log(min(evidence.points, _POINTS)),
+        _points(evidence),
         _within(evidence.support, _SUPPORT),
         math.log(_within(evidence.spread, _SPREAD)),
         math.log(share / (1.0 - share)),
         max(evidence.strays - _STRAYS, 0.0),
+    )
+
+
+def line_signs(evidence: Evidence) -> tuple[float, ...]:
+    """Return what says that a camera is on the sitter's line, in the order of `LINE_SIGNS`.
+
+    Parameters
+    ----------
+    evidence : Evidence
+        With at least one point.
+    """
+    steep = evidence.tilt / (max(evidence.zoom - 1.0, 0.0) + 0.2)
+    free = evidence.wide is not None
+    wide = max(evidence.wide or 0.0, 0.01)
+    odd = max(math.log(_WIDE[0] / wide), math.log(wide / _WIDE[1]), 0.0) if free else 0.0
+    return (
+        1.0,
+        _points(evidence),
         _beyond(evidence.freed, _FREED),
-        math.log1p(max(evidence.freed - _FREED[0], 0.0) / (evidence.points + _FEW)),
         _beyond(evidence.aside, _ASIDE),
         _beyond(evidence.tilt, _TILT),
         _beyond(steep, _STEEP),
         odd,
-        max(_UNDER - evidence.zoom, 0.0) if wide is None else 0.0,
-        max(evidence.flat - _FLAT, 0.0) if wide is not None else 0.0,
+        max(evidence.flat - _FLAT, 0.0) if free else 0.0,
+        _within(evidence.loose_deg, _LOOSE_DEG) - _LOOSE_DEG[0] if free else 0.0,
     )
 
 
@@ -166,9 +183,19 @@ def trust(evidence: Evidence) -> float:
     """
     if evidence.points < 1 or evidence.zoom < _LEAST_ZOOM:
         return 0.0
-    z = math.fsum(w * sign for w, sign in zip(_WEIGHTS, signs(evidence), strict=True))
-    close = math.erf(CLOSE_DEG / (math.sqrt(2.0) * _ERROR_FACTOR * deviation_deg(evidence)))
-    return close / (1.0 + math.exp(-_within(z, (-50.0, 50.0))))
+    place = _likely(_PLACE_WEIGHTS, place_signs(evidence))
+    line = _likely(_LINE_WEIGHTS, line_signs(evidence))
+    close = -math.expm1(-CLOSE_DEG / (_ERROR_FACTOR * deviation_deg(evidence)))
+    return place * line * close
+
+
+def _likely(weights: tuple[float, ...], signs: tuple[float, ...]) -> float:
+    z = math.fsum(w * sign for w, sign in zip(weights, signs, strict=True))
+    return 1.0 / (1.0 + math.exp(-_within(z, (-50.0, 50.0))))
+
+
+def _points(evidence: Evidence) -> float:
+    return math.log(min(evidence.points, _POINTS))
 
 
 def _within(value: float, limits: tuple[float, float]) -> float:

@@ -74,6 +74,8 @@ _NO_SITTER: Final = 0.7
 _SEEN: Final = "Looking for the background"
 _CROPPED: Final = 0.87  # of the width that EXIF states, tangents: less is no lens that was rounded
 _WIDER: Final = 1.15
+_PROOF: Final = 0.87
+_FREE_PROOF: Final = 0.93  # a lens that nobody states takes the place of a step aside
 _CROP_PROOF: Final = 0.9  # a lens that contradicts EXIF needs more proof
 _OTHER_PROOF: Final = 0.97  # one that is as stated was tried, and nothing makes a picture wider
 _ALIKE: Final = (0.8, 1.0)  # of the points, at the probe's own place and elsewhere
@@ -328,6 +330,8 @@ class _Search:
             sought = _agreed(sought, self.stated_deg, evidence.agree >= least)
         elif width is not None:
             self.most = max(self.most, evidence.agree + evidence.freed)
+        if sought.heading.confidence < (_FREE_PROOF if width is None else _PROOF):
+            sought = replace(sought, heading=_refused(sought.heading))
         heading = sought.heading
         if heading.status == "found":
             if self.stated_deg is None or width is None or heading.zoom >= _NEARER:
@@ -355,10 +359,14 @@ def _agreed(sought: Sought, stated_deg: float, explained: bool) -> Sought:
     half, stated = (math.tan(math.radians(d) / 2.0) for d in (heading.fov_deg, stated_deg))
     cropped, wider = half < _CROPPED * stated, half > _WIDER * stated
     if not explained or heading.confidence < (_CROP_PROOF if cropped else _OTHER_PROOF):
-        return replace(sought, heading=replace(UNSURE, inliers=heading.inliers))
+        return replace(sought, heading=_refused(heading))
     if cropped or wider:
         return replace(sought, stated_deg=stated_deg)
     return replace(sought, heading=replace(heading, fov_deg=stated_deg))
+
+
+def _refused(heading: Heading) -> Heading:
+    return replace(UNSURE, inliers=heading.inliers, confidence=heading.confidence)
 
 
 def _as_stored(sought: Sought) -> Sought:
