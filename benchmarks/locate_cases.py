@@ -55,6 +55,7 @@ BESIDE_DEG: Final = (
 )
 _AXES: Final = np.diag([-1.0, -1.0, 1.0])  # camera axes (right, down, front) from a panorama's
 _FRAME_MM: Final = math.hypot(36.0, 24.0)
+_VIEWS_FOCAL_MM: Final = 60.0  # a longer lens sees more finely than they do
 _VIEWS_FOV_DEG: Final = 85.0  # a wider lens sees what no view shows
 _VIEWS_WIDER: Final = 1.1  # than the lens, so that what is bent comes from inside
 _CUT_PX: Final = 10.0  # rim of a cut-out person that is made soft
@@ -362,7 +363,7 @@ class Views:
 
     def holds(self, shot: Shot) -> bool:
         """Whether the views show enough of what the lens does."""
-        return shot.full_fov_deg < _VIEWS_FOV_DEG
+        return shot.full_fov_deg < _VIEWS_FOV_DEG and shot.focal_mm < _VIEWS_FOCAL_MM
 
     def light(self, shot: Shot) -> Float32:
         """Linear display light that a photograph shows, (H, W, 3)."""

@@ -3,8 +3,8 @@
     python benchmarks/locate_photos.py FOLDER --make [--only views|traced|box|crop] [--share S]
     python benchmarks/locate_photos.py FOLDER [--most N] [--minutes M] [-o docs/locate-photos.json]
 
-The first takes the photographs (the traced ones need mitsuba-oidn and some hours of a processor),
-the second looks for each as `turnlight locate` does: with its EXIF, and with none. At the spot, cut
+The first takes the photographs (the traced ones need mitsuba-oidn, LLVM and an hour), the second
+looks for each as `turnlight locate` does: with its EXIF, and with none. At the spot, cut
 afterwards, beside it by 1 to 3 m, and in the panorama of another room.
 """
 
@@ -44,6 +44,7 @@ SETS: Final = (  # world, kind, photographs, seed
     ("traced", "beside", 330, 15),
 )
 WITHIN_DEG: Final = 2.0
+LEAST_SIDE: Final = 210  # of a picture that is no thumbnail
 WIDTH: Final = 0.05
 
 
@@ -69,6 +70,7 @@ def make(folder: Path, only: str | None, share: float, draw: int) -> None:
             filed(shot, picture, path)
             if kind == "at":
                 kept = float(np.random.default_rng([shot.seed, 5]).uniform(0.45, 0.8))
+                kept = max(kept, LEAST_SIDE / min(shot.size))
                 cut = replace(shot, kept=kept, kind="cropped")
                 beside = folder / f"{world}-cropped-{number:03d}.jpg"
                 filed(cut, picture, beside)
