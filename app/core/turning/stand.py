@@ -45,7 +45,6 @@ _AWAY_UNSEEN: Final = 0.2
 _LENS_ERROR: Final = 0.07  # of an angle, where the lens is estimated
 _GUESSED: Final = (0.12, 0.05)  # spread of a lens that is guessed, at first and again
 _UNSAID: Final = 0.4  # of a step aside, what parallax leaves open
-_UNSAID_LENS: Final = 2.0
 _ALIKE: Final = 2.0  # neighbours err together
 _TOWARD: Final = (
     0.018,
@@ -152,7 +151,7 @@ class Stand:
         step = 0.0 if self.outlook.sitter_known else aim * abs(self.pose.zoom - 1.0)
         if self.line is not None:
             points = _ALIKE * math.degrees(self.line.error_rad)
-            return math.hypot(points, _UNSAID_LENS * lens, _UNSAID * step)
+            return math.hypot(points, lens, _UNSAID * step)
         return math.hypot(math.degrees(self.pose.error_rad), lens, step)
 
 
