@@ -48,6 +48,7 @@ LINE_SIGNS: Final = (
 
 _PLACE_WEIGHTS: Final = (3.75, 0.36, 0.24, 1.52, 4.37, -1.0)
 _LINE_WEIGHTS: Final = (3.49, 0.22, -0.69, -0.78, -2.66, -6.57, -3.0, -9.58, -0.78)
+_GUIDED: Final = 1.5  # odds against standing beside it, as a logarithm
 _ERROR_FACTOR: Final = 0.82
 _SPREAD: Final = (0.05, 0.5)
 _SUPPORT: Final = (-2.0, 15.0)
@@ -95,6 +96,8 @@ class Evidence:
         As in `app.core.turning.parallax.Line`; 0 where that was not asked.
     loose_deg : float
         Likewise, deg.
+    guided : bool
+        Whether it is a live picture of who follows the way shown, and is seldom beside the line.
     """
 
     points: int
@@ -111,6 +114,7 @@ class Evidence:
     loose_deg: float = 0.0
     flat: float = 0.0
     agree: float = 0.0
+    guided: bool = False
 
 
 def place_signs(evidence: Evidence) -> tuple[float, ...]:
@@ -184,13 +188,13 @@ def trust(evidence: Evidence) -> float:
     if evidence.points < 1 or evidence.zoom < _LEAST_ZOOM:
         return 0.0
     place = _likely(_PLACE_WEIGHTS, place_signs(evidence))
-    line = _likely(_LINE_WEIGHTS, line_signs(evidence))
+    line = _likely(_LINE_WEIGHTS, line_signs(evidence), _GUIDED if evidence.guided else 0.0)
     close = -math.expm1(-CLOSE_DEG / (_ERROR_FACTOR * deviation_deg(evidence)))
     return place * line * close
 
 
-def _likely(weights: tuple[float, ...], signs: tuple[float, ...]) -> float:
-    z = math.fsum(w * sign for w, sign in zip(weights, signs, strict=True))
+def _likely(weights: tuple[float, ...], signs: tuple[float, ...], before: float = 0.0) -> float:
+    z = before + math.fsum(w * sign for w, sign in zip(weights, signs, strict=True))
     return 1.0 / (1.0 + math.exp(-_within(z, (-50.0, 50.0))))
 
 

@@ -294,9 +294,8 @@ def compare(
             pairs, stand = closer, closer_stand
     whole = support(stand.rays(rays), described, spots, known, stand.pose)
     evidence = _evidence(stand, pairs, matches(pairs), lens, question)
-    return Found(
-        stand.pose, replace(evidence, support=whole), fov_deg or _field(lens, stand.factor)
-    )
+    evidence = replace(evidence, support=whole, guided=not sight.fine)
+    return Found(stand.pose, evidence, fov_deg or _field(lens, stand.factor))
 
 
 def _evidence(
