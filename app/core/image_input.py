@@ -22,6 +22,7 @@ __all__ = [
     "clear_error",
     "is_unwieldy",
     "open_image",
+    "picture_bytes",
     "read_rows",
     "read_start",
     "rows_at_once",
@@ -43,6 +44,7 @@ _KINDS: Final = {
     b"BM": (".bmp", ".dib"),
 }
 """Endings by which OpenImageIO finds the decoder, by the first bytes of a file."""
+_PICTURES: Final = ("jpeg", "png", "tiff", "webp", "bmp")
 _misnamed = threading.Lock()
 # OpenEXR, ImfCompression: rows that are packed together.
 _PACKED_ROWS: Final = {"zip": 16, "piz": 32, "pxr24": 16, "b44": 32, "b44a": 32, "dwaa": 32}
@@ -91,6 +93,27 @@ def open_image(path: Path, config: ImageSpec | None = None) -> ImageInput | None
     if source is None:
         clear_error()
     return source
+
+
+def picture_bytes(path: Path, most_bytes: int, most_pixels: int) -> NDArray[np.uint8] | None:
+    """Read a whole picture file for another decoder, after its header was looked at.
+
+    None where it is not an ordinary file, no picture of cameras and screens, or larger than asked.
+    """
+    source = open_image(path)
+    if source is None:
+        return None
+    spec, kind = source.spec(), source.format_name()
+    source.close()
+    pixels = int(spec.width) * int(spec.height) * int(spec.depth)
+    if kind not in _PICTURES or not 0 < pixels <= most_pixels:
+        return None
+    try:
+        with open_file(path) as stream:
+            data = stream.read(most_bytes + 1)
+    except OSError:
+        return None
+    return None if len(data) > most_bytes else np.frombuffer(data, np.uint8)
 
 
 def _endings(path: Path) -> tuple[str, ...]:
