@@ -26,6 +26,7 @@ __all__ = [
     "read_rows",
     "read_start",
     "rows_at_once",
+    "stated_orientation",
     "upright",
 ]
 
@@ -110,7 +111,7 @@ def picture_bytes(path: Path, most_bytes: int, most_pixels: int) -> NDArray[np.u
         return None
     try:
         with open_file(path) as stream:
-            data = stream.read(most_bytes + 1)
+            data = stream.read(min(os.fstat(stream.fileno()).st_size, most_bytes) + 1)
     except OSError:
         return None
     return None if len(data) > most_bytes else np.frombuffer(data, np.uint8)
@@ -227,6 +228,15 @@ def read_rows(
         return None
     whole = np.asarray(pixels).reshape(last - first, width, end - begin)
     return whole[start - first : stop - first]
+
+
+def stated_orientation(source: ImageInput) -> int:
+    """Return what a file's first row and column are, 1 to 8 as in EXIF, also of Radiance."""
+    stated = int(source.spec().get_int_attribute("Orientation", 1))
+    if source.format_name() == "hdr":
+        # OpenImageIO 3.2 takes "-X -Y" and "+X +Y" for each other.
+        stated = {6: 8, 8: 6}.get(stated, stated)
+    return stated if 1 <= stated <= 8 else 1
 
 
 def upright(pixels: NDArray[Any], orientation: int) -> NDArray[Any]:
