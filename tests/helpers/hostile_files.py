@@ -416,5 +416,8 @@ def _names(folder: Path, sound: Path) -> list[Hostile]:
     (folder / "self.exr").symlink_to(folder)
     others = ("socket", "loop", "dangling", "link", "folder", "self", "missing")
     found += [Hostile(folder / f"{name}.exr", "special") for name in others]
-    found += [Hostile(Path(name), "special") for name in ("/dev/zero", "/dev/full", "/dev/stdin")]
+    found += [
+        Hostile(Path(name), "special")
+        for name in ("/dev/zero", "/dev/full", "/dev/stdin", "/proc/kmsg")
+    ]
     return found

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import errno
 import os
+import stat
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import BinaryIO
 
 import pytest
 
@@ -184,3 +187,20 @@ def test_only_ordinary_files_are_opened(tmp_path: Path) -> None:
     (tmp_path / "loop").symlink_to("loop")
     with pytest.raises(OSError, match="symbolic links"):
         open_file(tmp_path / "loop")
+
+
+@POSIX
+@pytest.mark.parametrize("how", [lambda stream: stream.read(8), lambda stream: stream.read()])
+def test_content_that_would_have_to_be_waited_for_is_an_error(
+    how: Callable[[BinaryIO], bytes], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As that of /proc/kmsg, which says that it is an ordinary file."""
+    reading, writing = os.pipe()
+    os.set_blocking(reading, False)
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "open", lambda path, flags: reading)
+        patch.setattr(stat, "S_ISREG", lambda mode: True)
+        stream = open_file("kmsg")
+    with stream, pytest.raises(OSError, match="not an ordinary file"):
+        how(stream)
+    os.close(writing)
