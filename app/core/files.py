@@ -86,7 +86,7 @@ def check_target(path: Path | str) -> Path:
     Raises
     ------
     CoreError
-        When it is a folder or a device, or its folder is missing or not writable.
+        When it is a folder, a device or write-protected, or its folder is missing or not writable.
     """
     target = Path(path)
     folder = target.parent
@@ -109,6 +109,11 @@ def check_target(path: Path | str) -> Path:
     if not os.access(folder, os.W_OK | os.X_OK):
         raise CoreError(
             f"Cannot write {target}: the folder {folder} is not writable.", "Choose another folder."
+        )
+    if target.exists() and not os.access(target, os.W_OK):
+        # Where its folder takes files it could be replaced, but somebody has protected it.
+        raise CoreError(
+            f"Cannot write {target}: the file is write-protected.", "Choose another name."
         )
     return target
 

@@ -124,6 +124,20 @@ def test_folder_as_target(tmp_path: Path) -> None:
         check_target(tmp_path)
 
 
+def test_a_file_that_is_write_protected_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = tmp_path / "a.txt"
+    target.write_text("old")
+    # Whoever runs the tests may be allowed everything.
+    monkeypatch.setattr("app.core.files.os.access", lambda path, mode: Path(path) != target)
+    with pytest.raises(CoreError, match="the file is write-protected") as caught:
+        atomic_write_text(target, "new")
+    assert caught.value.hint
+    assert target.read_text() == "old"
+    assert names(tmp_path) == ["a.txt"]
+
+
 def test_name_too_long(tmp_path: Path) -> None:
     with pytest.raises(CoreError, match="Cannot write"):
         check_target(tmp_path / ("x" * 5000))
