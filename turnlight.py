@@ -38,8 +38,11 @@ def main() -> int:
         del sys.modules[name]
     sys.modules[_PACKAGE] = package
     spec.loader.exec_module(package)
-    from app.cli import main as run
-
+    try:
+        from app.cli import main as run
+    except KeyboardInterrupt:
+        sys.stderr.write("Stopped.\n")
+        return 130
     return run()
 
 

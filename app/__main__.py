@@ -2,7 +2,11 @@
 
 import sys
 
-from app.cli import main
+try:
+    from app.cli import main
+except KeyboardInterrupt:
+    sys.stderr.write("Stopped.\n")
+    sys.exit(130)
 
 if __name__ == "__main__":
     sys.exit(main())

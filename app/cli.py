@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn
 
 from app import __version__
+from app.commands.stopping import imports_whole
 from app.commands.streams import one_line, plain_streams
 from app.core.errors import Cancelled, CoreError
 from app.devices.errors import DISK, DeviceError
@@ -110,8 +111,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         # Libraries' remarks on odd numbers are for who writes programs.
         warnings.simplefilter("ignore")
     arguments = list(sys.argv[1:] if argv is None else argv)
-    with plain_streams(quiet=_command_in(arguments) is not None):
-        return _run(arguments)
+    try:
+        with imports_whole(), plain_streams(quiet=_command_in(arguments) is not None):
+            return _run(arguments)
+    except KeyboardInterrupt:  # Before the first word of the command, or after its last.
+        return _stopped()
 
 
 def _run(arguments: list[str]) -> int:

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import argparse
 import math
+from typing import Final
 
 from app.core.solve import OBJECTIVES
 
-__all__ = ["add_questions", "finite"]
+__all__ = ["MOST_DEG", "add_questions", "degrees", "finite"]
+
+MOST_DEG: Final = 36000.0
+"""Largest angle that is taken: far beyond, a number has no degrees left in it."""
 
 
 def add_questions(parser: argparse.ArgumentParser) -> None:
@@ -39,7 +43,7 @@ def add_questions(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--front",
         metavar="DEG",
-        type=finite,
+        type=degrees,
         default=0.0,
         help="azimuth in the panorama at which the photographer stands (default: 0)",
     )
@@ -60,4 +64,12 @@ def finite(text: str) -> float:
         value = math.nan
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"{text} is not a finite number")
+    return value
+
+
+def degrees(text: str) -> float:
+    """Read an angle, as `finite`."""
+    value = finite(text)
+    if abs(value) > MOST_DEG:
+        raise argparse.ArgumentTypeError(f"{text} is not an angle in degrees")
     return value

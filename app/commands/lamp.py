@@ -19,6 +19,7 @@ from app.core.second_light.comparable import compare, with_lux
 from app.core.second_light.dark_room import GUIDE, capture_lamp
 from app.core.second_light.library import (
     add_lamp,
+    check_distance,
     delete_lamp,
     lamps_folder,
     list_lamps,
@@ -146,6 +147,8 @@ def _add_masks(parser: argparse.ArgumentParser) -> None:
 
 def _add(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
     distance = None if args.distance is None else _positive(args.distance, "distance in metres")
+    if distance is not None:
+        check_distance(distance)  # Before the pictures are merged.
     lux = None if args.lux is None else _positive(args.lux, "illuminance in lux")
     times = args.times and tuple(_positive(t, "exposure time") for t in args.times.split(","))
     wishes = Wishes(times=times or None, response=args.response, sun="leave")

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import math
 import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from app.commands.asking import MOST_DEG
 from app.commands.outputs import check_ending, check_outputs, head_files
 from app.core import colour
 from app.core.angles import wrap
@@ -89,8 +89,8 @@ def run(args: argparse.Namespace) -> int:
     output = Path(args.output)
     # Everything that can be wrong with the words is said before anything is computed.
     check_ending(output, _WRITERS, "pictures")
-    if not math.isfinite(args.turn):
-        raise CoreError(f"The turn must be a number of degrees, not {args.turn}.")
+    if not abs(args.turn) <= MOST_DEG:
+        raise CoreError(f"The turn must be a number of degrees, not {args.turn:g}.")
     check_outputs([output], [args.env, *head_files(args.head)])
     transport = load_named(args.head)
     environment = read_environment(args.env)

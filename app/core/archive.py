@@ -73,8 +73,9 @@ def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict
     """
     try:
         with open_file(path) as stream:
-            fits = os.fstat(stream.fileno()).st_size <= most
-            raw = stream.read() if fits else b""
+            # A file of the system's own can have more in it than its size says.
+            raw = stream.read(min(os.fstat(stream.fileno()).st_size, most) + 1)
+            fits = len(raw) <= most
     except OSError as error:
         raise TransportError(f"There is no {noun} at {path}.", hint) from error
     try:

@@ -20,6 +20,8 @@ from app.core.image_input import (
     read_rows,
     read_start,
     rows_at_once,
+    stated_orientation,
+    upright,
 )
 
 if TYPE_CHECKING:
@@ -263,9 +265,8 @@ def _read_part(source: ImageInput, file: Path) -> FloatImage:
         if channels is None:
             continue
         _check_size(spec, file)
-        return _upright(
-            _on_display_window(_read_channels(source, part, channels, file), spec), spec
-        )
+        radiance = _on_display_window(_read_channels(source, part, channels, file), spec)
+        return _upright(radiance, stated_orientation(source))
     raise EnvironmentFileError(
         f"{file.name} has no red, green and blue channels.", "Export it as an RGB panorama."
     )
@@ -319,8 +320,15 @@ def _check_size(spec: ImageSpec, file: Path) -> None:
         )
 
 
+def _lies_on_its_side(spec: ImageSpec) -> bool:
+    """Whether the rows of the file are the columns of the picture (EXIF orientations 5 to 8)."""
+    return 5 <= spec.get_int_attribute("Orientation", 1) <= 8
+
+
 def _display_size(spec: ImageSpec) -> tuple[int, int]:
     """Size of the whole picture; a cropped panorama counts as the panorama it was cropped from."""
+    if _lies_on_its_side(spec):
+        return int(spec.height), int(spec.width)
     if spec.full_width == 2 * spec.full_height:
         return int(spec.full_width), int(spec.full_height)
     return int(spec.width), int(spec.height)
@@ -353,6 +361,8 @@ def _read_channels(
 def _on_display_window(radiance: FloatImage, spec: ImageSpec) -> FloatImage:
     """Place a cropped data window on the panorama; what was cropped away is black."""
     width, height = _display_size(spec)
+    if _lies_on_its_side(spec):
+        return radiance
     left, top = spec.x - spec.full_x, spec.y - spec.full_y
     whole = (left, top, spec.width, spec.height) == (0, 0, width, height)
     if whole or (width, height) == (spec.width, spec.height) != (spec.full_width, spec.full_height):
@@ -367,9 +377,10 @@ def _on_display_window(radiance: FloatImage, spec: ImageSpec) -> FloatImage:
     return panorama
 
 
-def _upright(radiance: FloatImage, spec: ImageSpec) -> FloatImage:
-    """Undo the mirrorings that a Radiance header can state (EXIF orientations 2 to 4), in place."""
-    orientation = spec.get_int_attribute("Orientation", 1)
+def _upright(radiance: FloatImage, orientation: int) -> FloatImage:
+    """Undo the mirrorings and turns that a header can state (EXIF 2.32); mirrorings in place."""
+    if orientation > 4:
+        return upright(radiance, orientation)
     height = len(radiance)
     if orientation in (2, 3):
         for row in range(0, height, _BAND_ROWS):

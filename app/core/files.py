@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import io
 import os
 import stat
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO, Final
+from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
 from app.core.errors import CoreError
 
@@ -34,16 +35,39 @@ def open_file(path: Path | str) -> BinaryIO:
     Raises
     ------
     OSError
-        When it cannot be opened, or is a folder, pipe, socket or device.
+        When it cannot be opened, or is a folder, pipe, socket or device; reading raises it where
+        the system makes the content up and has none yet, as that of /proc/kmsg.
     """
     handle = os.open(path, os.O_RDONLY | _NO_WAIT)
     mode = os.fstat(handle).st_mode
     if stat.S_ISREG(mode):
-        return os.fdopen(handle, "rb")
+        return io.BufferedReader(_Readable(handle, "rb"))
     os.close(handle)
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
-    raise OSError(errno.EINVAL, "It is not an ordinary file", os.fspath(path))
+    raise _no_file(os.fspath(path))
+
+
+class _Readable(io.FileIO):
+    """A file that has its content: one that would have to be waited for gives None otherwise."""
+
+    def readinto(self, buffer: Any, /) -> int:
+        """Read as much as fits."""
+        count = super().readinto(buffer)
+        if count is None:
+            raise _no_file(None)
+        return count
+
+    def readall(self) -> bytes:
+        """Read the rest."""
+        data = super().readall()
+        if data is None:
+            raise _no_file(None)
+        return data
+
+
+def _no_file(name: str | bytes | None) -> OSError:
+    return OSError(errno.EINVAL, "It is not an ordinary file", name)
 
 
 def check_target(path: Path | str) -> Path:
@@ -62,7 +86,7 @@ def check_target(path: Path | str) -> Path:
     Raises
     ------
     CoreError
-        When it is a folder or a device, or its folder is missing or not writable.
+        When it is a folder, a device or write-protected, or its folder is missing or not writable.
     """
     target = Path(path)
     folder = target.parent
@@ -85,6 +109,11 @@ def check_target(path: Path | str) -> Path:
     if not os.access(folder, os.W_OK | os.X_OK):
         raise CoreError(
             f"Cannot write {target}: the folder {folder} is not writable.", "Choose another folder."
+        )
+    if target.exists() and not os.access(target, os.W_OK):
+        # Where its folder takes files it could be replaced, but somebody has protected it.
+        raise CoreError(
+            f"Cannot write {target}: the file is write-protected.", "Choose another name."
         )
     return target
 

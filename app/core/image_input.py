@@ -22,9 +22,11 @@ __all__ = [
     "clear_error",
     "is_unwieldy",
     "open_image",
+    "picture_bytes",
     "read_rows",
     "read_start",
     "rows_at_once",
+    "stated_orientation",
     "upright",
 ]
 
@@ -43,6 +45,7 @@ _KINDS: Final = {
     b"BM": (".bmp", ".dib"),
 }
 """Endings by which OpenImageIO finds the decoder, by the first bytes of a file."""
+_PICTURES: Final = ("jpeg", "png", "tiff", "webp", "bmp")
 _misnamed = threading.Lock()
 # OpenEXR, ImfCompression: rows that are packed together.
 _PACKED_ROWS: Final = {"zip": 16, "piz": 32, "pxr24": 16, "b44": 32, "b44a": 32, "dwaa": 32}
@@ -91,6 +94,27 @@ def open_image(path: Path, config: ImageSpec | None = None) -> ImageInput | None
     if source is None:
         clear_error()
     return source
+
+
+def picture_bytes(path: Path, most_bytes: int, most_pixels: int) -> NDArray[np.uint8] | None:
+    """Read a whole picture file for another decoder, after its header was looked at.
+
+    None where it is not an ordinary file, no picture of cameras and screens, or larger than asked.
+    """
+    source = open_image(path)
+    if source is None:
+        return None
+    spec, kind = source.spec(), source.format_name()
+    source.close()
+    pixels = int(spec.width) * int(spec.height) * int(spec.depth)
+    if kind not in _PICTURES or not 0 < pixels <= most_pixels:
+        return None
+    try:
+        with open_file(path) as stream:
+            data = stream.read(min(os.fstat(stream.fileno()).st_size, most_bytes) + 1)
+    except OSError:
+        return None
+    return None if len(data) > most_bytes else np.frombuffer(data, np.uint8)
 
 
 def _endings(path: Path) -> tuple[str, ...]:
@@ -204,6 +228,15 @@ def read_rows(
         return None
     whole = np.asarray(pixels).reshape(last - first, width, end - begin)
     return whole[start - first : stop - first]
+
+
+def stated_orientation(source: ImageInput) -> int:
+    """Return what a file's first row and column are, 1 to 8 as in EXIF, also of Radiance."""
+    stated = int(source.spec().get_int_attribute("Orientation", 1))
+    if source.format_name() == "hdr":
+        # OpenImageIO 3.2 takes "-X -Y" and "+X +Y" for each other.
+        stated = {6: 8, 8: 6}.get(stated, stated)
+    return stated if 1 <= stated <= 8 else 1
 
 
 def upright(pixels: NDArray[Any], orientation: int) -> NDArray[Any]:

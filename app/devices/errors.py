@@ -7,7 +7,11 @@ its own failure.
 
 from __future__ import annotations
 
-from typing import Final
+import errno
+from typing import TYPE_CHECKING, Final, TypeVar
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 __all__ = [
     "DISK",
@@ -21,6 +25,7 @@ __all__ = [
     "NotACamera",
     "PasswordNeeded",
     "Unreachable",
+    "not_written",
 ]
 
 
@@ -116,8 +121,20 @@ class DownloadFailed(DeviceError):
     default_code = "download-failed"
 
 
-DISK: Final = frozenset({"disk", "disk-full", "not-written"})
+DISK: Final = frozenset({"disk", "disk-full"})
 """Codes of errors that are this computer's own: its disk takes no more."""
+
+_NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_Failed = TypeVar("_Failed", bound=DeviceError)
 
 LOSSES: Final = (Unreachable, BadReply, NotACamera, PasswordNeeded)
 """Errors after which the camera may be there all the same, once it has answered."""
+
+
+def not_written(kind: type[_Failed], folder: Path, error: OSError) -> _Failed:
+    """Say why a folder takes no file, in the same words whatever was to be written there."""
+    reason = (error.strerror or str(error) or type(error).__name__).rstrip(".").lower()
+    hint = "Check the folder and its disk, then try again."
+    if error.errno in _NO_ROOM:
+        hint = "Make room on the disk, then try again."
+    return kind(f"Cannot write into {folder}: {reason}.", hint, "disk")

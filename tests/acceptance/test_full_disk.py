@@ -10,6 +10,7 @@ import os
 import shutil
 import subprocess
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -221,6 +222,31 @@ def test_a_disk_that_is_read_only(
     done = zygote.run(case, work=small_disk)
     assert done.code == 2
     _check_refused(call, done, small_disk)
+
+
+PROTECTED: Final = [(call, "folder") for call in CALLS] + [
+    (call, "file") for call, (_, outputs) in CALLS.items() if outputs
+]
+
+
+@pytest.mark.parametrize(("call", "what"), quick_first(PROTECTED, 3))
+def test_what_somebody_has_protected(
+    call: str, what: str, zygote: Zygote, inputs: Path, tmp_path: Path
+) -> None:
+    """The folder, or the files that are there; root's rights are taken away for it."""
+    case = replace(_prepared(call, inputs, tmp_path), plain=True)
+    paths = [path for path in (tmp_path, *tmp_path.rglob("*")) if path.is_dir()]
+    if what == "file":
+        paths = [tmp_path / name for name in CALLS[call][1]]
+    before = {path: path.stat().st_mode for path in paths}
+    for path, mode in before.items():
+        path.chmod(mode & 0o555)
+    done = zygote.run(case, work=tmp_path)
+    for path, mode in before.items():
+        path.chmod(mode)
+    assert done.code == 2
+    _check_refused(call, done, tmp_path)
+    assert [name for name in CALLS[call][1] if (tmp_path / name).read_bytes() != OLD] == []
 
 
 @pytest.mark.parametrize("size", quick_first(["150k", "16k", "4k"], 1))

@@ -11,7 +11,7 @@ from app.cli import main
 from app.core.baking.backend import find_llvm
 from app.core.pack import load_pack, pack_path
 from app.core.transport import load_transport
-from tests.helpers.meshes import sphere, write_obj
+from tests.helpers.meshes import sphere, write_obj, write_ply
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -40,6 +40,17 @@ def test_a_small_head_is_baked_exported_and_solved_with(
     assert (scene / "scene.xml").is_file()
     assert {file.name for file in (scene / "meshes").iterdir()} == {"skin.ply", "eyes.ply"}
     assert not list(tmp_path.glob("*.bake"))
+
+
+def test_the_renderers_remarks_do_not_stand_in_the_answer(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """It writes to the descriptor itself, in colour, here about edges as Blender exports them."""
+    edges = "element edge 1\nproperty int vertex1\nproperty int vertex2\n|0 1\n"
+    mesh = write_ply(tmp_path / "ball.ply", *sphere(2), edges)
+    words = ["bake", "--head", str(mesh), "--unit", "100", "--json"]
+    assert main([*words, "--export-scene", str(tmp_path / "scene")]) == 0
+    assert json.loads(capfd.readouterr().out) == {"scene": str(tmp_path / "scene" / "scene.xml")}
 
 
 @needs_llvm

@@ -97,6 +97,7 @@ def test_exposures_without_iso_ask_for_a_meter(
         (["remove", "nothing"], "There is no lamp 'nothing'"),
         (["mask", "nothing", "--clear", "nadir:-10"], "There is no lamp"),
         (["add", "P", "a.jpg", "--distance", "near"], "no distance"),
+        (["add", "P", "a.jpg", "--distance", "1e300"], "cannot be kept"),
         (["add", "P", "a.jpg", "--lux", "-3"], "no illuminance"),
         ([], "ACTION"),
     ],

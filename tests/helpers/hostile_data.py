@@ -7,7 +7,7 @@ import json
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from app.core.paths import resources
 from tests.helpers.meshes import sphere, write_obj
 
 __all__ = ["Hostile", "hostile_archives", "hostile_meshes", "sealed_archives"]
+
+
+_EDGES: Final = "element edge 1\nproperty int vertex1\nproperty int vertex2\nend_header\n"
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,6 +146,9 @@ def hostile_meshes(folder: Path) -> list[Hostile]:
         head = ply.format(v=len(vertices), f=count)
         (folder / f"{name}.ply").write_text(head + body + "".join(lists[:-1]) + more)
         found.append(Hostile(folder / f"{name}.ply", "mesh"))
+    head = ply.format(v=len(vertices), f=len(faces)).replace("end_header\n", _EDGES)
+    (folder / "edges.ply").write_text(head + body + "".join(lists) + "0 1\n")
+    found.append(Hostile(folder / "edges.ply", "mesh"))
     more = "".join(f"element e{k} 0\nproperty float x\n" for k in range(100_000))
     head = ply.format(v=len(vertices), f=len(faces)).replace("end_header\n", more + "end_header\n")
     (folder / "elements.ply").write_text(head + body + "".join(lists))

@@ -251,6 +251,7 @@ def _lies(folder: Path, random: np.random.Generator) -> list[Hostile]:
         ("nan-exposure", b"#?RADIANCE\nEXPOSURE=nan\n\n-Y 4 +X 8\n" + b"\x80" * 128),
         ("negative", b"#?RADIANCE\n\n-Y -4 +X -8\n" + b"\x80" * 128),
         ("text-before", b"some words\n#?RADIANCE\n\n-Y 4 +X 8\n" + b"\x80" * 128),
+        ("columns", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n+X 16 -Y 32\n" + b"\x80" * 2048),
     ):
         (folder / f"{name}.hdr").write_bytes(head)
         found.append(Hostile(folder / f"{name}.hdr", "light"))
@@ -415,5 +416,8 @@ def _names(folder: Path, sound: Path) -> list[Hostile]:
     (folder / "self.exr").symlink_to(folder)
     others = ("socket", "loop", "dangling", "link", "folder", "self", "missing")
     found += [Hostile(folder / f"{name}.exr", "special") for name in others]
-    found += [Hostile(Path(name), "special") for name in ("/dev/zero", "/dev/full", "/dev/stdin")]
+    found += [
+        Hostile(Path(name), "special")
+        for name in ("/dev/zero", "/dev/full", "/dev/stdin", "/proc/kmsg")
+    ]
     return found

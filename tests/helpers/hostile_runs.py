@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import ctypes
 import fcntl
 import importlib
 import json
@@ -16,6 +17,7 @@ import os
 import re
 import resource
 import signal
+import struct
 import subprocess
 import sys
 import time
@@ -68,13 +70,15 @@ class Case:
     """One call of the program.
 
     `reads` are files that must not change; `stop_s` asks a command that has no end of its own, or
-    takes minutes, to stop after so many seconds.
+    takes minutes, to stop after so many seconds. `plain` takes the rights away that root has over
+    what others have protected.
     """
 
     words: tuple[str, ...]
     reads: tuple[Path, ...] = ()
     stop_s: float | None = None
     home: str = ""
+    plain: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,6 +264,7 @@ class Zygote:
             "home": case.home or str(work / "home"),
             "stop_s": case.stop_s,
             "limits": limits or {},
+            "plain": case.plain,
         }
         assert self._process.stdin is not None
         assert self._process.stdout is not None
@@ -442,6 +447,9 @@ def _child(order: dict[str, Any], out: int, err: int) -> None:
             resource.setrlimit(getattr(resource, name), (value, value))
         resource.setrlimit(resource.RLIMIT_CPU, (int(LIMIT_S), int(LIMIT_S)))
         resource.setrlimit(resource.RLIMIT_AS, (16 << 30, 16 << 30))
+        if order["plain"] and sys.platform == "linux":
+            # capset(2), version 3 of its header; no capability is left.
+            ctypes.CDLL(None).capset(struct.pack("Ii", 0x20080522, 0), bytes(24))
         try:
             code = _called(order["words"])
         except BaseException:  # noqa: BLE001

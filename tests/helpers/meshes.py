@@ -8,6 +8,20 @@ from pathlib import Path
 import numpy as np
 
 
+def write_ply(path: Path, vertices: np.ndarray, faces: np.ndarray, extra: str = "") -> Path:
+    """Write a PLY of text; `extra` is an element that heads do not have, with one line of it."""
+    head, _, line = extra.partition("|")
+    with path.open("w", encoding="ascii") as file:
+        file.write(f"ply\nformat ascii 1.0\nelement vertex {len(vertices)}\n")
+        file.writelines(f"property float {axis}\n" for axis in "xyz")
+        file.write(f"element face {len(faces)}\nproperty list uchar int vertex_indices\n")
+        file.write(f"{head}end_header\n")
+        file.writelines(f"{x} {y} {z}\n" for x, y, z in vertices)
+        file.writelines(f"3 {a} {b} {c}\n" for a, b, c in faces)
+        file.write(line)
+    return path
+
+
 def sphere(levels: int = 3) -> tuple[np.ndarray, np.ndarray]:
     """An icosphere of radius 10 cm."""
     golden = (1 + math.sqrt(5)) / 2

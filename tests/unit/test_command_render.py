@@ -112,6 +112,7 @@ def test_repairs_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
         (("hall.exr", "--turn", "0", "-o", "none/a.png"), CoreError, "there is no folder"),
         (("hall.exr", "--turn", "nan", "-o", "a.png"), CoreError, "number of degrees"),
         (("hall.exr", "--turn", "inf", "-o", "a.png"), CoreError, "number of degrees"),
+        (("hall.exr", "--turn", "1e300", "-o", "a.png"), CoreError, "number of degrees"),
         (("none.exr", "--turn", "0", "-o", "a.png"), EnvironmentFileError, "no file"),
         (("hall.exr", "--turn", "0", "-o", "a.png", "--head", "x"), TransportError, "no head"),
     ],

@@ -181,7 +181,7 @@ def test_a_file_that_is_gone_from_the_camera_is_left_out(
     assert len(result.frames) == len(result.plan.shots) - 1
 
 
-@pytest.mark.parametrize("code", ["disk-full", "not-written"])
+@pytest.mark.parametrize("code", ["disk-full", "disk"])
 def test_a_full_disk_is_no_lost_link(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reconnected: list[float], code: str
 ) -> None:

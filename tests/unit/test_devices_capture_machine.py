@@ -472,7 +472,8 @@ def test_a_full_disk_while_metering_is_named(
         return write(path, data)
 
     monkeypatch.setattr(Path, "write_bytes", full)
-    with pytest.raises(CaptureFailed, match="cannot be written: no space") as caught:
+    with pytest.raises(CaptureFailed, match=r"Cannot write into .*: no space left") as caught:
         made.shoot()
-    assert "disk" in caught.value.hint
+    assert caught.value.hint == "Make room on the disk, then try again."
+    assert caught.value.code == "disk"
     assert asked(made, "takePicture") == 1

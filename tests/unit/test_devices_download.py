@@ -1,5 +1,6 @@
 """Bringing files over: breaks, lies and endless answers, on virtual time."""
 
+import errno
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -383,9 +384,23 @@ def test_a_full_disk_is_said_before(bench: Bench, monkeypatch: pytest.MonkeyPatc
 
 def test_a_folder_that_is_gone_is_a_sentence(bench: Bench) -> None:
     bench.folder = bench.folder / "gone"
-    with pytest.raises(DownloadFailed, match="no such file") as caught:
+    with pytest.raises(DownloadFailed, match=r"Cannot write into .*gone: no such file") as caught:
         bench.fetch(plain())
-    assert caught.value.code != "interrupted"
+    assert caught.value.code == "disk"
+    assert caught.value.hint == "Check the folder and its disk, then try again."
+
+
+def test_a_disk_that_fills_up_meanwhile_is_said_as_for_every_file_of_a_capture(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*paths: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("app.devices.capture.download.os.replace", full)
+    with pytest.raises(DownloadFailed, match=r"Cannot write into .*: no space left") as caught:
+        bench.fetch(plain())
+    assert caught.value.hint == "Make room on the disk, then try again."
+    assert caught.value.code == "disk"
 
 
 def test_cancelling_keeps_the_part(bench: Bench) -> None:

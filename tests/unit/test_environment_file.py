@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,9 @@ import pytest
 from app.core.environment import read_environment
 from app.core.environment_file import MAX_WIDTH
 from app.core.errors import EnvironmentFileError
+from app.core.probe.decoding import decode
+from app.core.probe.metadata import read_header
+from app.core.progress import Token
 
 
 def write(
@@ -112,6 +115,35 @@ def test_a_mirrored_radiance_header_is_undone(tmp_path: Path, pixels: np.ndarray
     np.testing.assert_array_equal(read_environment(path).radiance, upright[::-1])
     path.write_bytes(data.replace(b"-Y 32 +X 64", b"-Y 32 -X 64"))
     np.testing.assert_array_equal(read_environment(path).radiance, upright[:, ::-1])
+
+
+@pytest.mark.parametrize(
+    ("size", "stored"),
+    [
+        ("+X 64 -Y 32", lambda texels: texels),
+        ("-X 64 -Y 32", lambda texels: texels[:, ::-1]),
+        ("+X 64 +Y 32", lambda texels: texels[::-1]),
+        ("-X 64 +Y 32", lambda texels: texels[::-1, ::-1]),
+    ],
+)
+def test_a_radiance_picture_by_columns_is_laid_down(
+    size: str, stored: Callable[[np.ndarray], np.ndarray], tmp_path: Path
+) -> None:
+    """The size names the outer axis first and how each runs: X to the right, Y upward."""
+    texels = np.random.default_rng(3).integers(128, 250, (32, 64, 4), np.uint8)
+    texels[..., 3] = 128
+    head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n"
+    usual, other = tmp_path / "usual.hdr", tmp_path / "other.hdr"
+    usual.write_bytes(f"{head}-Y 32 +X 64\n".encode() + texels.tobytes())
+    columns = np.ascontiguousarray(stored(texels).transpose(1, 0, 2))
+    other.write_bytes(f"{head}{size}\n".encode() + columns.tobytes())
+    wanted = read_environment(usual).radiance
+    np.testing.assert_array_equal(read_environment(other).radiance, wanted)
+    first, second = (decode(read_header(path).frame, Token()) for path in (usual, other))
+    np.testing.assert_array_equal(first, second)
+    other.write_bytes(other.read_bytes().replace(b"X 64", b"X 32").replace(b"Y 32", b"Y 64"))
+    with pytest.raises(EnvironmentFileError, match="is 32 x 64"):
+        read_environment(other)
 
 
 def test_a_cropped_exr_is_placed_on_its_panorama(tmp_path: Path, pixels: np.ndarray) -> None:

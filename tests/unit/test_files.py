@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import errno
 import os
+import stat
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import BinaryIO
 
 import pytest
 
@@ -121,6 +124,20 @@ def test_folder_as_target(tmp_path: Path) -> None:
         check_target(tmp_path)
 
 
+def test_a_file_that_is_write_protected_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = tmp_path / "a.txt"
+    target.write_text("old")
+    # Whoever runs the tests may be allowed everything.
+    monkeypatch.setattr("app.core.files.os.access", lambda path, mode: Path(path) != target)
+    with pytest.raises(CoreError, match="the file is write-protected") as caught:
+        atomic_write_text(target, "new")
+    assert caught.value.hint
+    assert target.read_text() == "old"
+    assert names(tmp_path) == ["a.txt"]
+
+
 def test_name_too_long(tmp_path: Path) -> None:
     with pytest.raises(CoreError, match="Cannot write"):
         check_target(tmp_path / ("x" * 5000))
@@ -184,3 +201,20 @@ def test_only_ordinary_files_are_opened(tmp_path: Path) -> None:
     (tmp_path / "loop").symlink_to("loop")
     with pytest.raises(OSError, match="symbolic links"):
         open_file(tmp_path / "loop")
+
+
+@POSIX
+@pytest.mark.parametrize("how", [lambda stream: stream.read(8), lambda stream: stream.read()])
+def test_content_that_would_have_to_be_waited_for_is_an_error(
+    how: Callable[[BinaryIO], bytes], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As that of /proc/kmsg, which says that it is an ordinary file."""
+    reading, writing = os.pipe()
+    os.set_blocking(reading, False)
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "open", lambda path, flags: reading)
+        patch.setattr(stat, "S_ISREG", lambda mode: True)
+        stream = open_file("kmsg")
+    with stream, pytest.raises(OSError, match="not an ordinary file"):
+        how(stream)
+    os.close(writing)

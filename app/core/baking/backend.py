@@ -57,6 +57,8 @@ def select_variant(variant: str = "auto") -> Any:
     try:
         mitsuba = importlib.import_module("mitsuba")
         mitsuba.set_variant(_NAMES[wanted])
+        # Its remarks would stand in the answer, in colour; what matters is raised.
+        mitsuba.set_log_level(mitsuba.LogLevel.Error)
         if wanted != "scalar":
             float_type = mitsuba.Float
             importlib.import_module("drjit").eval(float_type(1.0) + float_type(1.0))

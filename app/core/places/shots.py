@@ -22,6 +22,7 @@ import numpy as np
 
 from app.core.errors import CoreError
 from app.core.files import atomic_write_bytes
+from app.core.image_input import picture_bytes
 from app.core.places.originals import ORIGINALS, adopt_files
 from app.core.places.place import PlaceError
 from app.core.progress import Report, Token, silent
@@ -325,15 +326,14 @@ def thumbnail_of(folder: Path, shot: Shot) -> NDArray[np.uint8] | None:
         sRGB; None where there is none that can be read.
     """
     path = folder / _FOLDER / f"{shot.key}.jpg"
-    try:
-        if not path.is_file() or path.stat().st_size > _MOST_THUMBNAIL:
-            return None
-        read = cv2.imread(str(path), cv2.IMREAD_COLOR)
-    except (OSError, cv2.error):
+    data = picture_bytes(path, _MOST_THUMBNAIL, _THUMBNAIL**2)
+    if data is None:
         return None
-    if read is None or max(read.shape[:2]) > _THUMBNAIL:
-        return None
-    return np.asarray(cv2.cvtColor(read, cv2.COLOR_BGR2RGB), np.uint8)
+    with contextlib.suppress(cv2.error):
+        read = cv2.imdecode(data, cv2.IMREAD_COLOR_RGB)
+        if read is not None and max(read.shape[:2]) <= _THUMBNAIL:
+            return np.asarray(read, np.uint8)
+    return None
 
 
 def mark_shot(folder: Path, key: str, *, removed: bool) -> None:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from app.core.errors import ProbeError
-from app.core.image_input import is_unwieldy, open_image, read_start
+from app.core.image_input import is_unwieldy, open_image, read_start, stated_orientation
 from app.core.probe.frame import Exposure, Frame, LensExposure, Pose
 from app.core.probe.makernote import RicohNote, read_ricoh_note
 
@@ -193,10 +193,11 @@ def _header(source: ImageInput, file: Path, note: RicohNote | None) -> Header:
     _check_format(source.format_name(), spec, file)
     _check_size(spec, file)
     shutter, iso, aperture = _shutter(spec), _iso(spec), _aperture(spec)
-    orientation = int(_number(spec, "Orientation", (1.0, 8.0)) or 1)
+    orientation = stated_orientation(source)
     rows, columns = int(spec.height), int(spec.width)
-    # How a full panorama is held is said by its pose; viewers pass over this tag there.
-    turned = 1 if columns == 2 * rows else orientation
+    # How a full panorama is held is said by its pose; viewers pass over EXIF's tag there.
+    passed_over = columns == 2 * rows and source.format_name() != "hdr"
+    turned = 1 if passed_over else orientation
     frame = Frame(
         path=file,
         shape=(columns, rows) if turned >= 5 else (rows, columns),

@@ -48,7 +48,7 @@ _MOST_BYTES: Final = 1 << 16
 _NAME: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,40}")
 _SHA: Final = r"[0-9a-f]{64}"
 _PICTURE: Final = 256
-_HOLD: Final = "It is still in memory: make room, then save again."
+_AGAIN: Final = "Make room or allow writing there, then try again."
 
 
 def write_lamp(folder: Path, lamp: CapturedLamp) -> None:
@@ -74,9 +74,9 @@ def write_lamp(folder: Path, lamp: CapturedLamp) -> None:
         with contextlib.suppress(CoreError):  # Only its looks would be lost.
             write_png(folder / f"{lamp.name}.png", picture_of(lamp))
     except OSError as error:
-        raise CoreError(f"The lamp was not kept: {words_of(error)}.", _HOLD) from error
+        raise CoreError(f"The lamp was not kept in {folder}: {words_of(error)}.", _AGAIN) from error
     except CoreError as error:
-        raise CoreError(f"The lamp was not kept. {error.message}", _HOLD) from error
+        raise CoreError(f"The lamp was not kept. {error.message}", _AGAIN) from error
     write_text(folder, lamp)
 
 
@@ -94,7 +94,7 @@ def write_text(folder: Path, lamp: CapturedLamp) -> None:
     try:
         write_json(folder / f"{lamp.name}.json", facts, _MOST_BYTES)
     except CoreError as error:
-        raise CoreError(f"The lamp was not kept. {error.message}", _HOLD) from error
+        raise CoreError(f"The lamp was not kept. {error.message}", _AGAIN) from error
 
 
 def facts_of(folder: Path, name: str) -> tuple[Facts, tuple[str, ...]]:

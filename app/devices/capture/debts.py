@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from app.core.errors import CoreError
-from app.core.files import atomic_write_text
+from app.core.files import atomic_write_text, open_file
 from app.devices.capture.session import JOURNAL, Session
 from app.devices.errors import BadReply
 from app.devices.osc.untrusted import parse_json, table, words
@@ -58,7 +58,7 @@ class Debts:
 
     def _read(self) -> list[str]:
         try:
-            with self._path.open("rb") as stream:
+            with open_file(self._path) as stream:
                 listed = table(parse_json(stream.read(_MOST_BYTES))).get("sessions")
         except (OSError, BadReply):
             return []

@@ -25,6 +25,7 @@ from app.devices.errors import (
     DeviceError,
     DownloadFailed,
     Unreachable,
+    not_written,
 )
 
 if TYPE_CHECKING:
@@ -159,7 +160,7 @@ def fetch_file(
         When it did not come whole after several attempts. The code is "interrupted" when the
         link broke, "bad-answers" when the camera answered wrongly; "damaged",
         "damaged-on-camera" or "too-long" when the file itself is at fault; "disk-full",
-        "not-written" or "other-file" when it cannot be put where it belongs.
+        "disk" or "other-file" when it cannot be put where it belongs.
     CameraRefused
         At once, where trying again is of no use.
     Cancelled
@@ -176,8 +177,7 @@ def fetch_file(
     try:
         transfer.run()
     except OSError as error:
-        message = f"Cannot write {target.name}: {(error.strerror or str(error)).lower()}."
-        raise DownloadFailed(message, "Make room.", "not-written") from error
+        raise not_written(DownloadFailed, target.parent, error) from error
     return target
 
 

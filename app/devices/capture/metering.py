@@ -20,7 +20,14 @@ from app.devices.capture.journal import EXPOSURE_LIMITS, SessionFrame
 from app.devices.capture.recovery import NOT_NOW, newest_address
 from app.devices.capture.single import Forgotten, take_picture
 from app.devices.capture.status import Stage
-from app.devices.errors import BadReply, CameraRefused, CaptureFailed, DeviceError, Unreachable
+from app.devices.errors import (
+    BadReply,
+    CameraRefused,
+    CaptureFailed,
+    DeviceError,
+    Unreachable,
+    not_written,
+)
 
 if TYPE_CHECKING:
     from app.core.probe.frame import Exposure
@@ -209,10 +216,7 @@ def _exposure_of(job: Job, url: str) -> Exposure:
         # It may have been cut off on the way: asked for again.
         raise BadReply("The picture for metering could not be read.", "Start again.") from error
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise CaptureFailed(
-            f"Cannot write into {path.parent}: {reason}.", "Make room on the disk.", "disk"
-        ) from error
+        raise not_written(CaptureFailed, path.parent, error) from error
     finally:
         with contextlib.suppress(OSError):
             path.unlink()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from app.core.image_input import open_image
+from app.core.image_input import picture_bytes
 from app.devices.webcam.pictures import fitted
 from app.devices.webcam.protocol import WebcamError
 from app.devices.webcam.stream import Manner, WebcamStream
@@ -196,20 +196,12 @@ def _place(names: list[str], shown: str, by: int) -> int:
 
 def _read(path: Path) -> Bytes | None:
     """Decode a picture as it is to be looked at, (H, W, 3) uint8 sRGB; None where none is."""
+    data = picture_bytes(path, _MOST_BYTES, _MOST_PIXELS)
+    if data is None:
+        return None
     try:
-        size = path.stat().st_size
-        if not path.is_file() or not 0 < size <= _MOST_BYTES:
-            return None
-        # What a file says of its size is looked at before memory is asked for.
-        opened = open_image(path)
-        if opened is None:
-            return None
-        spec = opened.spec()
-        opened.close()
-        if not 0 < spec.width * spec.height <= _MOST_PIXELS:
-            return None
-        picture = cv2.imdecode(np.fromfile(path, np.uint8), cv2.IMREAD_COLOR_RGB)
-    except (OSError, ValueError, cv2.error):
+        picture = cv2.imdecode(data, cv2.IMREAD_COLOR_RGB)
+    except cv2.error:
         return None
     return None if picture is None else np.asarray(picture, np.uint8)
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from app.core.environment import reduce
 from app.core.errors import CoreError
+from app.core.image_input import picture_bytes
 from app.core.images import write_exr
 from app.core.pack import load_named_pack
 from app.core.places import (
@@ -73,6 +74,8 @@ __all__ = [
 Bytes: TypeAlias = NDArray[np.uint8]
 
 _TILE_ROWS: Final = 128
+_MOST_BYTES: Final = 256 << 20
+_MOST_PIXELS: Final = 140_000_000
 _CLIPPED_CODE: Final = 250
 _ROUGH_STYLES: Final = 3
 _SIDES: Final = {
@@ -351,17 +354,20 @@ def small_picture(path: Path) -> Bytes | None:
     Parameters
     ----------
     path : Path
-        JPEG or another picture that OpenCV reads.
+        JPEG, PNG, TIFF, WebP or BMP.
 
     Returns
     -------
     (128, w, 3) uint8 or None
         SRGB; None where it cannot be read.
     """
+    data = picture_bytes(path, _MOST_BYTES, _MOST_PIXELS)
+    if data is None:
+        return None
     try:
-        found = cv2.imread(str(path), cv2.IMREAD_REDUCED_COLOR_8)
+        found = cv2.imdecode(data, cv2.IMREAD_REDUCED_COLOR_8)
         if found is not None and found.shape[0] < _TILE_ROWS:
-            found = cv2.imread(str(path), cv2.IMREAD_COLOR)
+            found = cv2.imdecode(data, cv2.IMREAD_COLOR)
     except cv2.error:
         return None
     if found is None or found.shape[0] < 2:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol, TypeAlias, TypeVar
@@ -10,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.image_input import picture_bytes
 from app.core.places import (
     PlaceSummary,
     TrashedPlace,
@@ -34,6 +36,7 @@ __all__ = ["DeletedRow", "ShelfPresenter", "ShelfRow", "ShelfState", "ShelfView"
 T = TypeVar("T")
 
 _MOST_BYTES: Final = 4 << 20
+_MOST_PIXELS: Final = 1 << 20
 _MOST_PICTURES: Final = 500
 
 _Looked: TypeAlias = tuple[
@@ -318,11 +321,11 @@ def _look(folder: Path, most: int) -> _Looked:
 
 
 def _thumbnail(path: Path | None) -> NDArray[np.uint8] | None:
-    try:
-        if path is None or path.stat().st_size > _MOST_BYTES:
-            return None
-        read = cv2.imread(str(path), cv2.IMREAD_COLOR)
-    except (OSError, cv2.error):
-        # The place may have been deleted since it was listed.
+    # The place may have been deleted since it was listed.
+    data = None if path is None else picture_bytes(path, _MOST_BYTES, _MOST_PIXELS)
+    if data is None:
         return None
-    return None if read is None else np.asarray(cv2.cvtColor(read, cv2.COLOR_BGR2RGB), np.uint8)
+    with contextlib.suppress(cv2.error):
+        read = cv2.imdecode(data, cv2.IMREAD_COLOR_RGB)
+        return None if read is None else np.asarray(read, np.uint8)
+    return None
