@@ -47,7 +47,15 @@ from app.core.colour import srgb_encode
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["CLIPPED_CODE", "FrameTables", "Scheme", "clipped_code", "float_tables", "frame_tables"]
+__all__ = [
+    "CLIPPED_CODE",
+    "FrameTables",
+    "Scheme",
+    "clipped_code",
+    "float_tables",
+    "frame_tables",
+    "relative_error",
+]
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
@@ -241,6 +249,17 @@ def float_tables(
         value=np.stack([linear] * 3).astype(np.float32),
         clipped=65536,
     )
+
+
+def relative_error(value: Float32) -> Float64:
+    """Relative error of 8-bit codes by noise alone, (256,), of the light they stand for, (3, 256).
+
+    Infinite for codes of no light.
+    """
+    linear = value.mean(axis=0, dtype=np.float64) / float(value.max())
+    variance = _variance(linear, np.gradient(linear) * _CODE_ERROR)
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.sqrt(variance) / linear)
 
 
 def neutral_end(table: Float64) -> Float64:
