@@ -114,6 +114,10 @@ class FrameTables:
         Radiance that a code stands for, per channel.
     clipped : int
         Codes from here on are clipped.
+    spent : int
+        Codes from here on may be clipped: JPEG moves 255 by several beside a lamp. They have no
+        weight, and a pixel that a darker frame clips is clipped in this one. The darkest frame's
+        are those that are clipped.
     """
 
     bright: Float32 = field(repr=False)
@@ -123,6 +127,7 @@ class FrameTables:
     ramp: int
     value: Float32 = field(repr=False)
     clipped: int
+    spent: int
 
 
 def clipped_code(table: Float64) -> int:
@@ -200,6 +205,7 @@ def frame_tables(
         ramp=_first(bright < own.max()),
         value=(linear * 2.0 ** (reference_ev - stops[index])).astype(np.float32),
         clipped=int(np.searchsorted(codes, first)),
+        spent=int(np.searchsorted(codes, first - _RAMP_END * (index != np.argmin(exposure)))),
     )
 
 
@@ -248,6 +254,7 @@ def float_tables(
         ramp=_first(bright < own.max()),
         value=np.stack([linear] * 3).astype(np.float32),
         clipped=65536,
+        spent=65536,
     )
 
 
