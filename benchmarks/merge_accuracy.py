@@ -313,13 +313,15 @@ def memorial(folder: Path) -> dict[str, float]:
             chosen = choose_response(stack.samples, stack.stops, mode)
             for scheme in SCHEMES:
                 table = chosen.response.table
+                sure = chosen.response.name == "sRGB"
+                plain = sure or scheme != "noise"
                 merged = merge(
                     stack,
                     chosen.response,
                     chosen.stops,
                     scheme=scheme,
-                    known=chosen.response.name == "sRGB",
-                    doubts=doubts(stack.samples, table, chosen.stops) if scheme == "noise" else (),
+                    known=sure,
+                    doubts=() if plain else doubts(stack.samples, table, chosen.stops),
                     size=None,
                 )
                 name = f"{scheme}, {mode}"

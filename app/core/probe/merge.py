@@ -181,7 +181,7 @@ def merge(
         token=token or Token(),
         halves=half_lights(lights, whole) if halved else (),
         black=_black(stack, known, sphere) * 2.0 ** (reference - max(stops)),
-        doubts=tuple(doubts[index] for index in order) if doubts and _coded(stack) else (),
+        doubts=_doubts(stack, doubts, scheme, order),
     )
     result = _run(stack, plan, order, report)
     if plan.black:
@@ -231,9 +231,12 @@ def _lights(
     return tuple(lights)
 
 
-def _coded(stack: FrameStack) -> bool:
-    """Whether all frames are of 8 bits and full size."""
-    return all(stack.whole) and all(frame.kind == "uint8" for frame in stack.frames)
+def _doubts(
+    stack: FrameStack, doubts: Sequence[float], scheme: Scheme, order: Sequence[int]
+) -> tuple[float, ...]:
+    """Doubts in order, where all frames are of 8 bits and full size and their weights ours."""
+    coded = all(stack.whole) and all(frame.kind == "uint8" for frame in stack.frames)
+    return tuple(doubts[k] for k in order) if doubts and coded and scheme == "noise" else ()
 
 
 def _black(stack: FrameStack, known: bool, sphere: bool) -> float:

@@ -349,8 +349,9 @@ def _light_of(
 
 
 def _unlike(stack: FrameStack, choice: ResponseChoice) -> tuple[float, ...]:
-    """Measure how far the frames of anything but a camera for panoramas differ."""
-    if choice.response.name == "sRGB" and stack.shape[1] == 2 * stack.shape[0]:
+    """Measure how far frames differ, unless they are panoramas or the curve is why."""
+    doubtful = bool(choice.remarks) or stack.shape[1] == 2 * stack.shape[0]
+    if choice.response.name == "sRGB" and doubtful:
         return ()
     return doubts(stack.samples, choice.response.table, choice.stops)
 
