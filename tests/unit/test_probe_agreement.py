@@ -44,12 +44,12 @@ def test_the_memorial_church_agrees_with_its_frames_as_well_as_opencvs_merges(
     inside = cv2.dilate(marked, np.ones((5, 5), np.uint8)) == 0
     ours = spreads(merged(frames, times.tolist(), tmp_path).merged.radiance, frames, inside)
     curve = cv2.createCalibrateDebevec().process(frames, times)
-    light = np.nan_to_num(cv2.createMergeDebevec().process(frames, times, curve))
-    debevec = spreads(light, frames, inside)
+    light = np.asarray(cv2.createMergeDebevec().process(frames, times, curve), np.float32)
+    debevec = spreads(np.nan_to_num(light).astype(np.float32), frames, inside)
     small = [np.ascontiguousarray(frame[::4, ::4]) for frame in frames]
     curve = cv2.createCalibrateRobertson().process(small, times)
-    light = np.nan_to_num(cv2.createMergeRobertson().process(frames, times, curve))
-    robertson = spreads(light, frames, inside)
+    light = np.asarray(cv2.createMergeRobertson().process(frames, times, curve), np.float32)
+    robertson = spreads(np.nan_to_num(light).astype(np.float32), frames, inside)
     assert ours[0] <= min(debevec[0], robertson[0])
     assert ours[1] <= min(debevec[1], robertson[1])
 
