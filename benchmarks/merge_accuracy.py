@@ -34,6 +34,7 @@ from memorial_map import read_map  # noqa: E402
 from app.core.colour import luminance, srgb_decode  # noqa: E402
 from app.core.environment import read_environment, reduce_radiance  # noqa: E402
 from app.core.paths import resources  # noqa: E402
+from app.core.probe.agreement import doubts  # noqa: E402
 from app.core.probe.frame import Bracket, Exposure, Frame, Merged  # noqa: E402
 from app.core.probe.half_size import anchors  # noqa: E402
 from app.core.probe.merge import SIZE, merge  # noqa: E402
@@ -311,9 +312,17 @@ def memorial(folder: Path) -> dict[str, float]:
         for mode in ("auto", "srgb", "recover"):
             chosen = choose_response(stack.samples, stack.stops, mode)
             for scheme in SCHEMES:
+                table = chosen.response.table
                 sure = chosen.response.name == "sRGB"
+                plain = sure or scheme != "noise"
                 merged = merge(
-                    stack, chosen.response, chosen.stops, scheme=scheme, known=sure, size=None
+                    stack,
+                    chosen.response,
+                    chosen.stops,
+                    scheme=scheme,
+                    known=sure,
+                    doubts=() if plain else doubts(stack.samples, table, chosen.stops),
+                    size=None,
                 )
                 name = f"{scheme}, {mode}"
                 rows[name] = log_error(merged.radiance.astype(np.float64), truth, inside)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.colour import srgb_decode, srgb_encode
+from app.core.probe.kernel import FrameLight, merge_band
 from app.core.probe.weighting import Scheme, clipped_code, float_tables, frame_tables, neutral_end
 
 SRGB = np.repeat(srgb_decode(np.arange(256) / 255.0).astype(np.float64)[None], 3, axis=0)
@@ -133,3 +134,16 @@ def test_where_the_response_is_not_known_darker_frames_have_more_of_a_say() -> N
             assert black[2] / black[0] == pytest.approx(4.0 ** (stops[2] - stops[0]), rel=0.02)
     assert shares[1.0, False] > 1.25 * shares[1.0, True]
     assert shares[2.0, True] < shares[2.0, False] < 1.25 * shares[2.0, True] + 0.01
+
+
+def test_what_the_darkest_frame_clips_is_clipped_though_jpeg_moved_a_brighter_frames_white() -> (
+    None
+):
+    lights = [FrameLight(frame_tables(SRGB, index, STOPS, 0.0)) for index in range(3)]
+    codes = np.array([[252, 252, 255, 252], [255, 252, 255, 250], [255, 252, 253, 40]], np.uint8)
+    bands = [np.repeat(frame[None, :, None], 3, axis=2) for frame in codes]
+    band = merge_band(bands, lights, [None] * 3)
+    assert band.clipped is not None
+    assert (band.clipped[0] > 0).tolist() == [True, False, False, False]
+    # A frame's own count is of what it surely clips.
+    assert band.clipped_counts == [1, 2, 1]

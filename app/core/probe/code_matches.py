@@ -11,7 +11,7 @@ n-th brightest of the other, wherever it lies (same paper, section 4).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
@@ -58,6 +58,16 @@ _JUMP: Final = 6.0
 _WIDE: Final = 4.0
 _WIDE_CODES: Final = 2.0
 
+# Codes of a frame that clips below white: they scatter by so much more than the usual, and hold
+# at least so many places and nearly all of those that are brighter still.
+_OPEN_ENDED: Final = 2.5
+_OPEN_CODES: Final = 3.0
+_OPEN_PLACES: Final = 20
+_OPEN_SHARE: Final = 0.01
+_NEARLY_ALL: Final = 0.8
+_DARKEST_WHITE, _LIGHTEST_WHITE = 160, 240
+_NO_WHITE: Final = 256
+
 _CODES: Final = np.arange(256)
 _POWERS: Final = np.stack([_CODES**0, _CODES, _CODES**2], axis=-1).astype(np.float64)
 
@@ -84,6 +94,9 @@ class CodeMatches:
         Pairs of frames (brighter, darker) that were matched by rank.
     raised_black : bool
         Whether no light at all has a code well above 0, as in scans of film.
+    whites : tuple[int, ...]
+        Of each frame: the first code that stands for any amount of light, where that is well below
+        255 since a local tone curve has darkened what was clipped; 256 where it is not.
     """
 
     bright: Integers
@@ -95,6 +108,7 @@ class CodeMatches:
     scatter: Floats
     turned: tuple[tuple[int, int], ...] = ()
     raised_black: bool = False
+    whites: tuple[int, ...] = ()
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -118,29 +132,20 @@ class CodeMatches:
         return difference
 
     def of_channel(self, channel: int) -> CodeMatches:
-        """Only the rows of one channel.
+        """Only the rows of one channel: 0, 1 or 2."""
+        return self.where(self.channel == channel)
 
-        Parameters
-        ----------
-        channel : int
-            0, 1 or 2.
-
-        Returns
-        -------
-        CodeMatches
-            A part of the rows.
-        """
-        keep = self.channel == channel
-        return CodeMatches(
-            self.bright[keep],
-            self.dark[keep],
-            self.channel[keep],
-            self.code[keep],
-            self.dark_code[keep],
-            self.places[keep],
-            self.scatter[keep],
-            self.turned,
-            self.raised_black,
+    def where(self, keep: NDArray[np.bool_]) -> CodeMatches:
+        """Only the rows to keep, (R,)."""
+        return replace(
+            self,
+            bright=self.bright[keep],
+            dark=self.dark[keep],
+            channel=self.channel[keep],
+            code=self.code[keep],
+            dark_code=self.dark_code[keep],
+            places=self.places[keep],
+            scatter=self.scatter[keep],
         )
 
 
@@ -200,6 +205,7 @@ def match_codes(samples: Samples, stops: Sequence[float], reach: int = 2) -> Cod
     least = [float(code + _OVER_BLACK) if code else _LOWEST_DARK for code in black]
     columns: list[NDArray[np.float64]] = [np.empty((0, 7))]
     turned: list[tuple[int, int]] = []
+    whites = [_NO_WHITE] * len(stops)
     for bright, dark in frame_pairs(stops, reach):
         keep = valid[bright] & valid[dark]
         joint = _joint_histograms(samples[bright][keep], samples[dark][keep])
@@ -207,6 +213,8 @@ def match_codes(samples: Samples, stops: Sequence[float], reach: int = 2) -> Cod
         if _smeared(means):
             turned.append((bright, dark))
             means = [_by_rank(histogram) for histogram in joint]
+        elif dark == bright + 1:
+            whites[bright] = _white(joint[0] + joint[1] + joint[2])
         for number, mean in enumerate(means):
             rows = _continuous(_usable(*mean, least=least[number]))
             head = (bright, dark, number)
@@ -223,7 +231,25 @@ def match_codes(samples: Samples, stops: Sequence[float], reach: int = 2) -> Cod
         scatter=table[:, 6],
         turned=tuple(turned),
         raised_black=any(black),
+        whites=tuple(whites),
     )
+
+
+def _white(histogram: Integers) -> int:
+    """First code from which on the darker frame shows anything, 256 where there is none."""
+    places = histogram.sum(axis=1)
+    low, high = _quantiles(histogram, (0.16, 0.84))
+    told = (places >= _OPEN_PLACES) & (_CODES >= _LOWEST) & (_CODES <= _HIGHEST)
+    usual = told & (_CODES < _DARKEST_WHITE)
+    if not usual.any():
+        return _NO_WHITE
+    most = _OPEN_ENDED * float(np.median((high - low)[usual])) + _OPEN_CODES
+    wide = told & (_CODES >= _DARKEST_WHITE) & (high - low > most)
+    brighter = np.cumsum((places * told)[::-1])[::-1]
+    open_ended = np.cumsum((places * wide)[::-1])[::-1]
+    wide &= open_ended > np.maximum(_NEARLY_ALL * brighter, _OPEN_SHARE * places.sum())
+    first = int(np.argmax(wide))
+    return first if wide[first] and first <= _LIGHTEST_WHITE else _NO_WHITE
 
 
 def _filled(frame: Samples) -> NDArray[np.bool_]:

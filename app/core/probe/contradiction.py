@@ -18,6 +18,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.probe.weighting import clipped_code
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -123,6 +125,8 @@ class Predictions:
         self._alike = rising.ndim == 2
         self.stops = tuple(stops)
         self._slack = slack
+        # White that a local tone curve has darkened counts as clipped from there on.
+        self._clipped = [CLIPPED - (254 - clipped_code(one)) for one in self._tables]
         self._made: dict[tuple[float, int, int, Tolerance], _Prediction] = {}
 
     def between(self, bright: int, dark: int, tolerance: Tolerance) -> _Prediction:
@@ -131,7 +135,9 @@ class Predictions:
         key = (step, 0, 0, tolerance) if self._alike else (step, bright, dark, tolerance)
         if key not in self._made:
             wider = replace(tolerance, stops=tolerance.stops + self._slack)
-            self._made[key] = _predict(self._tables[bright], self._tables[dark], step, wider)
+            clipped = self._clipped[bright], self._clipped[dark]
+            tables = self._tables[bright], self._tables[dark]
+            self._made[key] = _predict(*tables, step, wider, clipped)
         return self._made[key]
 
     def apart(self, bright: Bytes, dark: Bytes, index: int) -> Float64:
@@ -202,8 +208,13 @@ def worst(pixels: Any) -> Bytes:
     return np.asarray(cv2.max(cv2.max(red, green), blue), np.uint8)
 
 
-def _predict(brights: Float64, darks: Float64, step: float, tolerance: Tolerance) -> _Prediction:
-    """Lowest, likeliest and highest code after `step` more stops, for each code."""
+def _predict(
+    brights: Float64, darks: Float64, step: float, tolerance: Tolerance, clipped: tuple[int, int]
+) -> _Prediction:
+    """Lowest, likeliest and highest code after `step` more stops, for each code.
+
+    `clipped` is the mean of codes from which on the brighter and the darker frame are clipped.
+    """
     codes = np.arange(256.0)
     slack = tolerance.codes + tolerance.toe * np.exp(-codes / 16.0)
     low, middle, high = np.empty((3, 256, 3))
@@ -213,9 +224,9 @@ def _predict(brights: Float64, darks: Float64, step: float, tolerance: Tolerance
         high[:, channel] = _brighter(dark, bright, codes + slack, step + tolerance.stops)
     # What ought to be clipped may be anything above the clipping limit, and so may what a frame
     # that is itself clipped predicts.
-    low = np.minimum(low - tolerance.codes, CLIPPED)
+    low = np.minimum(low - tolerance.codes, clipped[0])
     high += tolerance.codes
-    high[(high >= CLIPPED) | (codes[:, None] >= CLIPPED)] = 255.0
+    high[(high >= clipped[0]) | (codes[:, None] >= clipped[1])] = 255.0
     return _Prediction(_table(np.floor(low)), _table(middle), _table(np.ceil(high)), tolerance)
 
 

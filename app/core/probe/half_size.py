@@ -28,10 +28,11 @@ from app.core.probe.kernel import (
     FrameLight,
     Sums,
     black_pixels,
-    clipped_pixels,
+    clipped_count,
     distrust,
     hue_rises,
     look_up,
+    spent_pixels,
     weigh,
 )
 
@@ -274,12 +275,13 @@ def _half(pixels: Pixels, half: HalfLight, peak: Bytes) -> _View:
     planes = cv2.split(pixels)
     light = half.light
     largest, hidden = _with_hidden(planes, np.asarray(cv2.LUT(peak, half.reach)))
-    clipped = clipped_pixels(largest, largest, light)
-    count = 0 if clipped is None else 4 * cv2.countNonZero(clipped)
+    clipped, count = (
+        spent_pixels(largest, largest, light),
+        4 * clipped_count(largest, largest, light),
+    )
     if count and hidden is not None:
         # Of four pixels of which some are hidden, about two clip.
-        among = clipped_pixels(hidden, hidden, light)
-        count -= 0 if among is None else 2 * cv2.countNonZero(among)
+        count -= 2 * clipped_count(hidden, hidden, light)
     smooth = [look_up(plane, light.tables.value[c]) for c, plane in enumerate(planes)]
     return _View(planes, largest, hidden, clipped, count, smooth)
 
@@ -296,13 +298,13 @@ def _anchor(
     sums = [_of_four(plane, table) for plane, table in zip(full, tables.codes, strict=True)]
     planes, peak = [_halved(plane) for plane in full], _peak(brightest)
     largest, hidden = _with_hidden(planes, peak)
-    mask = clipped_pixels(brightest, brightest, light)
+    mask = spent_pixels(brightest, brightest, light)
     view = _View(
         planes,
         largest,
         hidden,
         None if mask is None else _halved(mask),
-        0 if mask is None else cv2.countNonZero(mask),
+        clipped_count(brightest, brightest, light),
         [look_up(plane, table) for plane, table in zip(sums, tables.mean, strict=True)],
         exact,
     )

@@ -28,13 +28,14 @@ __all__ = [
     "FrameLight",
     "Sums",
     "black_pixels",
-    "clipped_pixels",
+    "clipped_count",
     "distrust",
     "hue_rises",
     "keep_hue",
     "lift_black",
     "look_up",
     "merge_band",
+    "spent_pixels",
     "weigh",
     "wide_tables",
 ]
@@ -165,8 +166,8 @@ def merge_band(
         largest = cv2.max(cv2.max(planes[0], planes[1]), planes[2])
         smallest = cv2.min(cv2.min(planes[0], planes[1]), planes[2])
         index = _index(largest, light)
-        clipped, black = clipped_pixels(index, largest, light), black_pixels(index)
-        counts.append(0 if clipped is None else cv2.countNonZero(clipped))
+        counts.append(clipped_count(index, largest, light))
+        clipped, black = spent_pixels(index, largest, light), black_pixels(index)
         faint = look_up(_index(smallest, light), light.tables.faint)
         if trust is not None:
             clipped = distrust(faint, clipped, trust)
@@ -278,12 +279,22 @@ def _value(plane: Plane, light: FrameLight, channel: int) -> Float32:
     return look_up(plane, light.tables.value[channel])
 
 
-def clipped_pixels(index: Plane, largest: Plane, light: FrameLight) -> Bytes | None:
-    """Return 255 where the frame is clipped; None where no pixel is."""
+def clipped_count(index: Plane, largest: Plane, light: FrameLight) -> int:
+    """Count the pixels that a frame clips."""
+    mask = _at_end(index, largest, light, light.tables.clipped)
+    return 0 if mask is None else cv2.countNonZero(mask)
+
+
+def spent_pixels(index: Plane, largest: Plane, light: FrameLight) -> Bytes | None:
+    """Return 255 where the frame may be clipped; None where no pixel is."""
+    return _at_end(index, largest, light, light.tables.spent)
+
+
+def _at_end(index: Plane, largest: Plane, light: FrameLight, code: int) -> Bytes | None:
     if largest.dtype == np.float32:
         plane, limit = largest, light.unit * _FLOAT_CLIPPED if light.clips else np.inf
     else:
-        plane, limit = index, float(light.tables.clipped)
+        plane, limit = index, float(code)
     return _compare(plane, limit, cv2.CMP_GE) if plane.max() >= limit else None
 
 

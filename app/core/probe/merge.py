@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.probe.agreement import agree
 from app.core.probe.decoding import row_bands
 from app.core.probe.frame import Merged
 from app.core.probe.half_size import HalfLight, half_lights, merge_halved
@@ -89,6 +90,7 @@ class _Plan:
     token: Token
     halves: tuple[HalfLight, ...] = ()
     black: float = 0.0
+    doubts: tuple[float, ...] = ()
 
 
 def reference_exposure(stops: Sequence[float]) -> float:
@@ -103,6 +105,7 @@ def merge(
     *,
     scheme: Scheme = "noise",
     known: bool = True,
+    doubts: Sequence[float] = (),
     trust: Sequence[Float32 | None] | None = None,
     size: tuple[int, int] | None = SIZE,
     sphere: bool = True,
@@ -129,6 +132,9 @@ def merge(
         Which weights.
     known : bool, optional
         Whether the response is known, not recovered from the bracket.
+    doubts : Sequence[float], optional
+        By how much each frame differs from its neighbours, where frames do not fit each other
+        (`app.core.probe.agreement`); only for 8-bit frames of full size.
     trust : Sequence of NDArray[np.float32] or None, (h, w) each, optional
         How far to trust each frame at each place, 0 to 1, at the size of the proxies,
         interpolated bilinearly; None for a frame that is trusted everywhere.
@@ -175,6 +181,7 @@ def merge(
         token=token or Token(),
         halves=half_lights(lights, whole) if halved else (),
         black=_black(stack, known, sphere) * 2.0 ** (reference - max(stops)),
+        doubts=_doubts(stack, doubts, scheme, order),
     )
     result = _run(stack, plan, order, report)
     if plan.black:
@@ -222,6 +229,14 @@ def _lights(
             )
             lights.append(FrameLight(tables))
     return tuple(lights)
+
+
+def _doubts(
+    stack: FrameStack, doubts: Sequence[float], scheme: Scheme, order: Sequence[int]
+) -> tuple[float, ...]:
+    """Doubts in order, where all frames are of 8 bits and full size and their weights ours."""
+    coded = all(stack.whole) and all(frame.kind == "uint8" for frame in stack.frames)
+    return tuple(doubts[k] for k in order) if doubts and coded and scheme == "noise" else ()
 
 
 def _black(stack: FrameStack, known: bool, sphere: bool) -> float:
@@ -315,6 +330,8 @@ def _merge_rows(plan: _Plan, frames: Sequence[Pixels], offset: int, rows: tuple[
     else:
         bands = [pixels[start - offset : stop - offset] for pixels in frames]
         band = merge_band(bands, plan.lights, trusts)
+        if plan.doubts:
+            agree(bands, plan.lights, trusts, plan.doubts, band.radiance)
     if plan.black:
         lift_black(band.radiance, plan.black)
     return _reduced(band, plan.reduction, start, stop)

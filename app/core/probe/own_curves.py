@@ -6,6 +6,9 @@ least-squares problem from the codes that match between frames (`app.core.probe.
 frames leave open what monotone function of the radiance they agree on, and a flatter one always
 makes them agree better. So what saturates a frame is held near its stated exposure, and the mean of
 all d_k near 0: a camera that brightens one frame and darkens another does so around sRGB.
+
+Curves that differ from place to place besides darken what is clipped, to codes well under 255; such
+codes count as clipped.
 """
 
 from __future__ import annotations
@@ -18,6 +21,8 @@ from app.core.probe.response_recovery import srgb_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from numpy.typing import NDArray
 
     from app.core.probe.code_matches import CodeMatches, Floats
 
@@ -56,40 +61,49 @@ def recover_own_curves(
     Returns
     -------
     tables : (K, 3, 256) float64
-        Linear light of each code of each frame, rising from 0 to 1, the same for all channels.
+        Linear light of each code of each frame, rising from 0 to 1, the same for all channels; 1
+        from the code on that `CodeMatches.whites` names.
     stops : tuple[float, ...]
         Exposures that go with them: what saturates each frame.
     """
     frames = len(stops)
-    hats = _hats()
+    white = np.minimum(matches.whites or [255] * frames, 255)
     base = np.log2(srgb_table()[1:])
+    design, wanted, variance = _equations(
+        matches.where(matches.code < white[matches.bright]), stops
+    )
+    prior, home = _prior(white, base)
+    unknowns = np.zeros(frames * _NODES)
+    for _ in range(_ROUNDS):
+        off = wanted - design @ unknowns
+        weighted = design.T / (variance * _ALIKE * (1.0 + off**2 / variance / _CAUCHY**2))
+        pull = weighted @ wanted + home
+        unknowns = np.asarray(np.linalg.solve(weighted @ design + prior, pull), np.float64)
+    departs = unknowns.reshape(frames, _NODES) @ _hats().T
+    logs = _rising(base + departs, base) - np.asarray(stops)[:, None]
+    ends = logs[np.arange(frames), white - 1]
+    tables = np.zeros((frames, 3, 256))
+    tables[:, :, 1:] = np.exp2(np.minimum(logs - ends[:, None], 0.0))[:, None]
+    return tables, tuple(float(-end) for end in ends)
+
+
+def _equations(matches: CodeMatches, stops: Sequence[float]) -> tuple[Floats, Floats, Floats]:
+    """Return the design, (R, unknowns), what it has to give, (R,), and its variance, (R,)."""
+    hats, base = _hats(), np.log2(srgb_table()[1:])
     bright = matches.code - 1
     dark = np.clip(matches.dark_code, 1.0, 255.0)
     below = np.minimum(dark.astype(np.int64), 254) - 1
     part = np.log2(dark / (below + 1)) / np.log2((below + 2) / (below + 1.0))
     hat_dark = hats[below] * (1.0 - part)[:, None] + hats[below + 1] * part[:, None]
     base_dark = base[below] * (1.0 - part) + base[below + 1] * part
-    rows = np.zeros((len(matches), frames, _NODES))
+    rows = np.zeros((len(matches), len(stops), _NODES))
     index = np.arange(len(matches))
     rows[index, matches.bright] += hats[bright]
     rows[index, matches.dark] -= hat_dark
-    design = rows.reshape(len(matches), -1)
     wanted = matches.steps(stops) - (base[bright] - base_dark)
     slope = base[below + 1] - base[below]
     codes = np.maximum(matches.scatter, 0.5) ** 2 / matches.places + _FLOOR_CODES**2
-    variance = slope**2 * codes + _FLOOR_STOPS**2
-    unknowns = np.zeros(frames * _NODES)
-    prior = np.kron(np.eye(frames), _prior())
-    prior += np.kron(np.full((frames, frames), (1.0 / frames / _MEAN) ** 2), np.eye(_NODES))
-    for _ in range(_ROUNDS):
-        off = wanted - design @ unknowns
-        weighted = design.T / (variance * _ALIKE * (1.0 + off**2 / variance / _CAUCHY**2))
-        unknowns = np.linalg.solve(weighted @ design + prior, weighted @ wanted)
-    departs = unknowns.reshape(frames, _NODES) @ hats.T
-    logs = _rising(base + departs, base) - np.asarray(stops)[:, None]
-    tables = np.zeros((frames, 3, 256))
-    tables[:, :, 1:] = np.exp2(logs - logs[:, -1:])[:, None]
-    return tables, tuple(float(-white) for white in logs[:, -1])
+    return rows.reshape(len(matches), -1), wanted, slope**2 * codes + _FLOOR_STOPS**2
 
 
 def _hats() -> Floats:
@@ -100,11 +114,14 @@ def _hats() -> Floats:
     return np.column_stack([np.interp(place, nodes, row) for row in np.eye(_NODES)])
 
 
-def _prior() -> Floats:
+def _prior(white: NDArray[np.int64], base: Floats) -> tuple[Floats, Floats]:
+    """Quadratic form of what is unlikely, and its pull, given what code each frame clips at."""
+    frames = len(white)
     bend = np.diff(np.eye(_NODES), 2, axis=0)
-    form: Floats = bend.T @ bend / _BENDS**2 + np.eye(_NODES) / _DEPARTS**2
-    form[-1, -1] += 1.0 / _WHITE**2
-    return form
+    form = np.kron(np.eye(frames), bend.T @ bend / _BENDS**2 + np.eye(_NODES) / _DEPARTS**2)
+    form += np.kron(np.full((frames, frames), (1.0 / frames / _MEAN) ** 2), np.eye(_NODES))
+    ends = np.kron(np.eye(frames), np.ones(_NODES)) * np.tile(_hats()[white - 1], frames)
+    return form + ends.T @ ends / _WHITE**2, ends.T @ -base[white - 1] / _WHITE**2
 
 
 def _rising(logs: Floats, base: Floats) -> Floats:

@@ -23,6 +23,7 @@ from app.core.colour import srgb_encode
 from app.core.environment import from_radiance
 from app.core.errors import ProbeError
 from app.core.probe import align, handheld, moved
+from app.core.probe.agreement import doubts
 from app.core.probe.bracket import read_bracket
 from app.core.probe.clutter import foot_of
 from app.core.probe.decoding import MemoryRows, halvable, is_whole
@@ -315,6 +316,7 @@ def _light_of(
                 response.stops,
                 scheme=wishes.weights,
                 known=known,
+                doubts=_unlike(stack, response),
                 trust=motion.masks,
                 size=size if circles is None else circle_size(stack.shape, circles, size),
                 sphere=circles is None,
@@ -344,6 +346,14 @@ def _light_of(
         ),
         stitching=stitching,
     )
+
+
+def _unlike(stack: FrameStack, choice: ResponseChoice) -> tuple[float, ...]:
+    """Measure how far frames differ, unless they are panoramas or the curve is why."""
+    doubtful = bool(choice.remarks) or stack.shape[1] == 2 * stack.shape[0]
+    if choice.response.name == "sRGB" and doubtful:
+        return ()
+    return doubts(stack.samples, choice.response.table, choice.stops)
 
 
 def _opened(

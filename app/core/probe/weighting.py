@@ -47,7 +47,15 @@ from app.core.colour import srgb_encode
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["CLIPPED_CODE", "FrameTables", "Scheme", "clipped_code", "float_tables", "frame_tables"]
+__all__ = [
+    "CLIPPED_CODE",
+    "FrameTables",
+    "Scheme",
+    "clipped_code",
+    "float_tables",
+    "frame_tables",
+    "relative_error",
+]
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
@@ -106,6 +114,10 @@ class FrameTables:
         Radiance that a code stands for, per channel.
     clipped : int
         Codes from here on are clipped.
+    spent : int
+        Codes from here on may be clipped: JPEG moves 255 by several beside a lamp. They have no
+        weight, and a pixel that a darker frame clips is clipped in this one. The darkest frame's
+        are those that are clipped.
     """
 
     bright: Float32 = field(repr=False)
@@ -115,6 +127,7 @@ class FrameTables:
     ramp: int
     value: Float32 = field(repr=False)
     clipped: int
+    spent: int
 
 
 def clipped_code(table: Float64) -> int:
@@ -192,6 +205,7 @@ def frame_tables(
         ramp=_first(bright < own.max()),
         value=(linear * 2.0 ** (reference_ev - stops[index])).astype(np.float32),
         clipped=int(np.searchsorted(codes, first)),
+        spent=int(np.searchsorted(codes, first - _RAMP_END * (index != np.argmin(exposure)))),
     )
 
 
@@ -240,7 +254,19 @@ def float_tables(
         ramp=_first(bright < own.max()),
         value=np.stack([linear] * 3).astype(np.float32),
         clipped=65536,
+        spent=65536,
     )
+
+
+def relative_error(value: Float32) -> Float64:
+    """Relative error of 8-bit codes by noise alone, (256,), of the light they stand for, (3, 256).
+
+    Infinite for codes of no light.
+    """
+    linear = value.mean(axis=0, dtype=np.float64) / float(value.max())
+    variance = _variance(linear, np.gradient(linear) * _CODE_ERROR)
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.sqrt(variance) / linear)
 
 
 def neutral_end(table: Float64) -> Float64:
