@@ -324,19 +324,25 @@ def _evidence(
     )
 
 
-def judged(found: Found) -> Heading:
+def judged(
+    found: Found, least: float = LEAST_CONFIDENCE, confidence: float | None = None
+) -> Heading:
     """Trust a pose, or not.
 
     Parameters
     ----------
     found : Found
         By `compare`.
+    least : float, optional
+        With less confidence it is unsure.
+    confidence : float, optional
+        What else is known taken into account; by default that of its own evidence.
     """
-    confidence = trust(found.evidence)
+    confidence = trust(found.evidence) if confidence is None else confidence
     points = found.evidence.points
     heading, pitch, roll = found.pose.angles_deg
     absurd = abs(pitch) > rotation.MOST_PITCH_DEG or abs(roll) > rotation.MOST_ROLL_DEG
-    if absurd or confidence < LEAST_CONFIDENCE:
+    if absurd or confidence < least:
         return Heading("unsure", None, inliers=points, confidence=0.0 if absurd else confidence)
     zoom, fov = found.pose.zoom, round(found.fov_deg, 2)
     return Heading("found", wrap(heading), pitch, roll, points, confidence, zoom, fov)

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.angles import wrap
+from app.core.angles import difference, wrap
 from app.core.errors import CoreError
 from app.core.gallery import value_at
 from app.core.progress import Report, Token, silent
@@ -74,8 +74,10 @@ _NO_SITTER: Final = 0.7
 _SEEN: Final = "Looking for the background"
 _CROPPED: Final = 0.87  # of the width that EXIF states, tangents: less is no lens that was rounded
 _WIDER: Final = 1.15
-_PROOF: Final = 0.85
-_FREE_PROOF: Final = 0.92  # a lens that nobody states takes the place of a step aside
+_PROOF: Final = (0.8, 0.9, 0.85)  # with the sitter, with a sitter ignored, with nobody seen
+_FREE_PROOF: Final = (0.92, 0.96, 0.92)  # a lens that nobody states takes the place of a step aside
+_SAME_DEG: Final = 1.0
+_SAME_PROOF: Final = (0.45, 0.65)  # of two answers that agree, the less and the more certain one
 _CROP_PROOF: Final = 0.92  # a lens that contradicts EXIF needs more proof
 _OTHER_PROOF: Final = 0.97  # one that is as stated was tried, and nothing makes a picture wider
 _ALIKE: Final = (0.8, 1.0)  # of the points, at the probe's own place and elsewhere
@@ -318,20 +320,19 @@ class _Search:
     spare: Sought | None = None
     agree: int = 0  # points, at most
     most: float = 0.0  # the same of a camera with the stated lens that stands anywhere
+    with_sitter: Heading | None = None  # what was found so, whether trusted or not
 
     def ends(
         self, found: Found, width: float | None, sitter: Sitter | None, mirrored: bool
     ) -> bool:
         """Take in one more answer, and tell whether it is the last."""
-        sought = Sought(judged(found), sitter, mirrored)
+        sought = Sought(self._judged(found, width, sitter), sitter, mirrored)
         evidence = found.evidence
         if self.stated_deg is not None and width is None:
             least = _ALIKE[evidence.loose_deg > 0.0] * self.most
             sought = _agreed(sought, self.stated_deg, evidence.agree >= least)
         elif width is not None:
             self.most = max(self.most, evidence.agree + evidence.freed)
-        if sought.heading.confidence < (_FREE_PROOF if width is None else _PROOF):
-            sought = replace(sought, heading=_refused(sought.heading))
         heading = sought.heading
         if heading.status == "found":
             if self.stated_deg is None or width is None or heading.zoom >= _NEARER:
@@ -345,6 +346,26 @@ class _Search:
         ):  # fmt: skip
             self.best = Sought(heading)
         return False
+
+    def _judged(self, found: Found, width: float | None, sitter: Sitter | None) -> Heading:
+        """Ask for more proof where somebody was seen and is ignored; two that agree need less."""
+        alone, with_sitter = judged(found, 0.0), self.with_sitter
+        case = 0 if sitter is not None else 1 if with_sitter is not None else 2
+        if sitter is not None:
+            self.with_sitter = alone
+        if width is None:
+            return judged(found, _FREE_PROOF[case])
+        if with_sitter is not None and _alike(with_sitter, alone):
+            less, more = sorted((with_sitter.confidence, alone.confidence))
+            if less >= _SAME_PROOF[0] and more >= _SAME_PROOF[1]:
+                return judged(found, confidence=1.0 - (1.0 - less) * (1.0 - more))
+        return judged(found, _PROOF[case])
+
+
+def _alike(one: Heading, other: Heading) -> bool:
+    if one.heading_deg is None or other.heading_deg is None:
+        return False
+    return abs(difference(one.heading_deg, other.heading_deg)) <= _SAME_DEG
 
 
 def _agreed(sought: Sought, stated_deg: float, explained: bool) -> Sought:
