@@ -6,14 +6,18 @@ at (a PNG) passes through `tone_map`.
 
 from __future__ import annotations
 
-from typing import Final, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
 __all__ = [
     "FADE",
     "LUMINANCE_WEIGHTS",
+    "REC709",
     "SHOULDER_START",
     "SKIN_LEVEL",
     "FloatImage",
@@ -21,6 +25,7 @@ __all__ = [
     "face_exposure",
     "luminance",
     "panorama_exposure",
+    "rec709_from",
     "shoulder",
     "srgb_decode",
     "srgb_encode",
@@ -43,8 +48,16 @@ SKIN_LEVEL: Final = 0.34
 SHOULDER_START: Final = 0.55
 """Linear value, 1 = display white, up to which pictures are left as they are."""
 
+REC709: Final = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
+"""Chromaticities x, y of red, green, blue and white (ITU-R BT.709-6, item 1.3)."""
+
 FADE: Final = 2.0
 """How far over the shoulder's start a colour is halfway to white."""
+_BRADFORD: Final = np.array(
+    [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]]
+)
+_FARTHEST_XY: Final = 10.0  # ACES' blue and cameras' primaries lie outside the visible, not so far
+_LEAST_Y: Final = 1e-4
 _BRIGHT_LEVEL: Final = 0.6
 # Glints on the eyes are brighter than the skin by far and must not decide the exposure.
 _GLINT_PERCENTILE: Final = 99.0
@@ -78,6 +91,52 @@ def luminance(rgb: ArrayLike) -> FloatImage:
         raise ValueError(f"luminance needs three channels in the last axis, not {values.shape}")
     result: FloatImage = np.asarray(values @ np.asarray(LUMINANCE_WEIGHTS, dtype=np.float32))
     return result
+
+
+def rec709_from(chromaticities: Sequence[float]) -> NDArray[np.float64]:
+    """Return what takes linear colours of other primaries to Rec. 709, white to white.
+
+    Primaries by SMPTE RP 177-1993, section 3.3; whites adapted in Bradford's cone space
+    (ICC.1:2022, annex E).
+
+    Parameters
+    ----------
+    chromaticities : sequence of float
+        CIE x, y of red, green, blue and white, as an OpenEXR file states them.
+
+    Returns
+    -------
+    (3, 3) float64
+        To be multiplied by columns of red, green, blue.
+
+    Raises
+    ------
+    ValueError
+        When no light has these colours.
+    """
+    source, white = _xyz_from(chromaticities)
+    target, target_white = _xyz_from(REC709)
+    cones = np.diag((_BRADFORD @ target_white) / (_BRADFORD @ white))
+    adapted = np.linalg.inv(_BRADFORD) @ cones @ _BRADFORD
+    return np.asarray(np.linalg.inv(target) @ adapted @ source)
+
+
+def _xyz_from(chromaticities: Sequence[float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return XYZ of the primaries, one a column, and of white, whose Y is 1."""
+    xy = np.asarray(chromaticities, np.float64)
+    if xy.shape != (8,) or not np.isfinite(xy).all() or np.abs(xy).max() > _FARTHEST_XY:
+        raise ValueError("chromaticities are eight numbers")
+    x, y = xy.reshape(4, 2).T
+    if abs(y[3]) < _LEAST_Y:
+        raise ValueError("white has no luminance")
+    columns = np.stack([x, y, 1.0 - x - y])
+    if abs(np.linalg.det(columns[:, :3])) < _LEAST_Y:
+        raise ValueError("the primaries lie on a line")
+    white = columns[:, 3] / y[3]
+    scale = np.linalg.solve(columns[:, :3], white)
+    if scale.min() <= 0.0:
+        raise ValueError("white is not between the primaries")
+    return columns[:, :3] * scale, white
 
 
 def srgb_encode(linear: ArrayLike) -> FloatImage:

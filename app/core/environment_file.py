@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from app.core.colour import rec709_from
 from app.core.errors import EnvironmentFileError
 from app.core.image_input import (
     clear_error,
@@ -42,6 +43,7 @@ _MOST_REPAIRED: Final = 0.03  # of the sphere, or of the light
 _MAX_PARTS: Final = 16
 _BAND_ROWS: Final = 64
 _READ_ROWS: Final = 512
+_SAME_PRIMARIES: Final = 2e-3  # of a colour: what headers round away
 _EXR: Final = b"\x76\x2f\x31\x01"
 _OTHER_IMAGES: Final = (
     (b"\xff\xd8\xff", "JPEG"),
@@ -266,10 +268,28 @@ def _read_part(source: ImageInput, file: Path) -> FloatImage:
             continue
         _check_size(spec, file)
         radiance = _on_display_window(_read_channels(source, part, channels, file), spec)
+        _to_rec709(radiance, spec, file)
         return _upright(radiance, stated_orientation(source))
     raise EnvironmentFileError(
         f"{file.name} has no red, green and blue channels.", "Export it as an RGB panorama."
     )
+
+
+def _to_rec709(radiance: FloatImage, spec: ImageSpec, file: Path) -> None:
+    """Bring colours of other primaries, such as ACES', to those that everything here has."""
+    stated = spec.getattribute("chromaticities")
+    if not isinstance(stated, tuple):
+        return
+    try:
+        matrix = rec709_from(stated)
+    except ValueError:
+        raise _damaged(file) from None
+    if np.abs(matrix - np.eye(3)).max() < _SAME_PRIMARIES:
+        return
+    for first in range(0, len(radiance), _READ_ROWS):
+        band = radiance[first : first + _READ_ROWS]
+        with np.errstate(invalid="ignore", over="ignore"):
+            band[:] = band @ matrix.T.astype(np.float32)
 
 
 def _colour_channels(spec: ImageSpec) -> tuple[int, ...] | None:

@@ -130,3 +130,42 @@ def test_a_white_floor_is_not_bleached() -> None:
 
 def test_to_bytes_rounds_and_clips() -> None:
     assert colour.to_bytes([-1.0, 0.0, 0.5, 1.0, 2.0]).tolist() == [0, 0, 128, 255, 255]
+
+
+class TestOtherPrimaries:
+    """Against the matrices that the standards and the Academy publish."""
+
+    BT2020 = (0.708, 0.292, 0.170, 0.797, 0.131, 0.046, 0.3127, 0.3290)
+    ACES = (0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, 0.32168, 0.33767)
+
+    def test_bt2020_as_bt2087_states_it(self) -> None:
+        published = [
+            [1.6605, -0.5876, -0.0728],
+            [-0.1246, 1.1329, -0.0083],
+            [-0.0182, -0.1006, 1.1187],
+        ]
+        np.testing.assert_allclose(colour.rec709_from(self.BT2020), published, atol=1e-4)
+
+    def test_aces_with_its_own_white(self) -> None:
+        published = [
+            [2.52169, -1.13413, -0.38756], [-0.27648, 1.37272, -0.09624], [-0.01538, -0.15298, 1.16835],
+        ]  # fmt: skip
+        np.testing.assert_allclose(colour.rec709_from(self.ACES), published, atol=1e-3)
+
+    def test_white_stays_white_and_rec709_itself(self) -> None:
+        np.testing.assert_allclose(colour.rec709_from(self.ACES).sum(axis=1), 1.0, atol=1e-9)
+        np.testing.assert_allclose(colour.rec709_from(colour.REC709), np.eye(3), atol=1e-12)
+
+    @pytest.mark.parametrize(
+        "junk",
+        [
+            (0.0,) * 8,
+            (float("nan"),) * 8,
+            (0.64, 0.33),
+            (0.64, 0.33, 0.64, 0.33, 0.15, 0.06, 0.3127, 0.329),
+            (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.9, 0.05),
+        ],
+    )
+    def test_what_is_no_colour(self, junk: tuple[float, ...]) -> None:
+        with pytest.raises(ValueError, match=r"chromaticities|white|primaries"):
+            colour.rec709_from(junk)

@@ -261,3 +261,33 @@ def test_absurd_sizes_are_refused_from_the_header_alone(tmp_path: Path, width: i
 def test_unreadable_names_are_refused_in_words() -> None:
     with pytest.raises(EnvironmentFileError):
         read_environment("nul\0byte.exr")
+
+
+def with_primaries(path: Path, pixels: np.ndarray, chromaticities: tuple[float, ...]) -> Path:
+    """Write an OpenEXR file that states what its colours are."""
+    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, "float")
+    spec.attribute("chromaticities", oiio.TypeDesc("float[8]"), chromaticities)
+    output = oiio.ImageOutput.create(str(path))
+    assert output is not None
+    assert output.open(str(path), spec)
+    assert output.write_image(pixels)
+    assert output.close()
+    return path
+
+
+def test_a_panorama_of_aces_colours_is_brought_to_rec709(tmp_path: Path) -> None:
+    """By the matrix that the Academy publishes; grey stays grey."""
+    aces = (0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, 0.32168, 0.33767)
+    pixels = np.tile(np.array([0.4, 0.3, 0.2], np.float32), (32, 64, 1))
+    pixels[:16] = 0.5
+    read = read_environment(with_primaries(tmp_path / "aces.exr", pixels, aces)).radiance
+    red, green = (2.52169, -1.13413, -0.38756), (-0.27648, 1.37272, -0.09624)
+    published = np.array([red, green, (-0.01538, -0.15298, 1.16835)])
+    np.testing.assert_allclose(read[20, 10], published @ [0.4, 0.3, 0.2], atol=2e-3)
+    np.testing.assert_allclose(read[4, 10], 0.5, atol=1e-5)
+
+
+def test_primaries_that_no_light_has_are_damage(tmp_path: Path) -> None:
+    path = with_primaries(tmp_path / "junk.exr", np.ones((32, 64, 3), np.float32), (0.3,) * 8)
+    with pytest.raises(EnvironmentFileError, match="damaged"):
+        read_environment(path)
