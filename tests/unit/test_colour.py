@@ -148,8 +148,10 @@ class TestOtherPrimaries:
 
     def test_aces_with_its_own_white(self) -> None:
         published = [
-            [2.52169, -1.13413, -0.38756], [-0.27648, 1.37272, -0.09624], [-0.01538, -0.15298, 1.16835],
-        ]  # fmt: skip
+            [2.52169, -1.13413, -0.38756],
+            [-0.27648, 1.37272, -0.09624],
+            [-0.01538, -0.15298, 1.16835],
+        ]
         np.testing.assert_allclose(colour.rec709_from(self.ACES), published, atol=1e-3)
 
     def test_white_stays_white_and_rec709_itself(self) -> None:
