@@ -301,3 +301,14 @@ class Sequences(RuleBasedStateMachine):
 
 
 test_any_sequence_is_taken_back_step_by_step = Sequences.TestCase
+
+
+def test_what_is_unsaved_bears_the_new_title(tmp_path: Path) -> None:
+    """Found by the sequences: the draft said the old one until the style was entered again."""
+    world = World(tmp_path)
+    world.paint("other", LEFT)
+    world.desk.own_styles.rename(world.style("other"), "One", lambda: None, pytest.fail)
+    titles = {title for title, _ in world.state()["drafts"].values()}
+    assert titles == {"Mine", "One"}
+    world.undo.undo()
+    assert {title for title, _ in world.state()["drafts"].values()} == {"Mine", "Other"}

@@ -48,7 +48,7 @@ LINE_SIGNS: Final = (
 
 _PLACE_WEIGHTS: Final = (3.75, 0.36, 0.24, 1.52, 4.37, -1.0)
 _LINE_WEIGHTS: Final = (3.49, 0.22, -0.69, -0.78, -2.66, -6.57, -3.0, -9.58, -0.78)
-_GUIDED: Final = 1.5  # odds against standing beside it, as a logarithm
+_GUIDED: Final = 1.5  # odds against another lens from beside it, as a logarithm
 _ERROR_FACTOR: Final = 0.82
 _SPREAD: Final = (0.05, 0.5)
 _SUPPORT: Final = (-2.0, 15.0)
@@ -188,7 +188,8 @@ def trust(evidence: Evidence) -> float:
     if evidence.points < 1 or evidence.zoom < _LEAST_ZOOM:
         return 0.0
     place = _likely(_PLACE_WEIGHTS, place_signs(evidence))
-    line = _likely(_LINE_WEIGHTS, line_signs(evidence), _GUIDED if evidence.guided else 0.0)
+    guided = _GUIDED if evidence.guided and evidence.wide is not None else 0.0
+    line = _likely(_LINE_WEIGHTS, line_signs(evidence), guided)
     close = -math.expm1(-CLOSE_DEG / (_ERROR_FACTOR * deviation_deg(evidence)))
     return place * line * close
 

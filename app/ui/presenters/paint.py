@@ -443,6 +443,8 @@ class PaintPresenter:
         easel = self._known.get(style.name)
         if easel is not None:
             easel.saved_as(style, easel.path)
+            # What is unsaved bears the style's title, too.
+            self._keeper.keep(easel.path, easel.draft())
             self._refresh()
 
     def _files_changed(self) -> None:

@@ -114,9 +114,9 @@ def open_canvas(folder: Path, key: str, head: Head, own: Sequence[UserStyle]) ->
     saved = (mine.weights, mine.ignore) if mine is not None else None
     if draft is not None:
         start = draft.origin if mine is not None and draft.origin else key
-        return Opened(
-            key, draft.canvas, look, path, start, draft.title or title, mine, True, notes, saved
-        )
+        if mine is None:
+            title = draft.title or title
+        return Opened(key, draft.canvas, look, path, start, title, mine, True, notes, saved)
     if mine is not None:
         canvas = from_user_style(mine, head.transport)
     elif built_in is not None:
