@@ -312,3 +312,11 @@ def test_what_is_unsaved_bears_the_new_title(tmp_path: Path) -> None:
     assert titles == {"Mine", "One"}
     world.undo.undo()
     assert {title for title, _ in world.state()["drafts"].values()} == {"Mine", "Other"}
+
+
+def test_so_does_what_was_left_for_another_style(tmp_path: Path) -> None:
+    world = World(tmp_path)
+    world.desk.own_styles.rename(world.style("mine"), "One", lambda: None, pytest.fail)
+    world.clear("left-loop")
+    world.undo.undo()
+    assert {title for title, _ in world.state()["drafts"].values()} == {"Mine"}

@@ -446,6 +446,11 @@ class PaintPresenter:
             # What is unsaved bears the style's title, too.
             self._keeper.keep(easel.path, easel.draft())
             self._refresh()
+            return
+        self._keeper.flush()
+        path, draft, _ = find_draft(self._services.folders.drafts, style.name)
+        if draft is not None:
+            self._keeper.keep(path, replace(draft, title=style.title))
 
     def _files_changed(self) -> None:
         """Show what saving, naming or deleting changed."""
