@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -22,39 +21,9 @@ from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo import UndoStack
 from app.ui.presenters.work import ImmediateRunner
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
+from tests.helpers.told import Told
 
 __all__ = ["Studio", "Told", "lamp_light", "studio"]
-
-
-@dataclass
-class Told:
-    """Remembers what was told."""
-
-    messages: list[str] = field(default_factory=list)
-    actions: dict[str, Callable[[], None]] = field(default_factory=dict)
-    errors: list[Exception] = field(default_factory=list)
-
-    def tell(
-        self,
-        message: str,
-        *,
-        kind: str = "info",
-        actions: Sequence[Any] = (),
-        about: str = "",
-        stay: bool = False,
-    ) -> None:
-        """Note a message and its buttons."""
-        del kind, about, stay
-        self.messages.append(message)
-        self.actions.update(actions)
-
-    def mended(self, about: str) -> None:
-        """Nothing is on a screen here."""
-
-    def tell_error(self, error: Exception, *, actions: Sequence[Any] = (), about: str = "") -> None:
-        """Note an error."""
-        del actions
-        self.errors.append(error)
 
 
 @dataclass

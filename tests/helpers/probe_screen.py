@@ -28,6 +28,7 @@ from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo import UndoStack
 from tests.helpers.cameras import Rig
 from tests.helpers.probes import place as lit_place
+from tests.helpers.told import Told
 
 SERIAL = "00112358"
 
@@ -106,32 +107,6 @@ class Keyring:
     def set(self, account: str, password: str) -> bool:
         self.kept[account] = password
         return True
-
-
-class Told:
-    """Remembers what was told."""
-
-    def __init__(self) -> None:
-        self.messages: list[str] = []
-
-    def tell(
-        self,
-        message: str,
-        *,
-        kind: str = "info",
-        actions: Sequence[Any] = (),
-        about: str = "",
-        stay: bool = False,
-    ) -> None:
-        del kind, about, stay
-        self.messages.append(message)
-
-    def mended(self, about: str) -> None:
-        """Nothing is on a screen here."""
-
-    def tell_error(self, error: Exception, *, actions: Sequence[Any] = (), about: str = "") -> None:
-        del actions
-        self.messages.append(str(error))
 
 
 class Loudspeaker:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from datetime import UTC, datetime
 from functools import cache
 from itertools import count
@@ -26,6 +26,7 @@ from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.styles import StylesPresenter
 from app.ui.presenters.styles_state import CardState
 from app.ui.presenters.undo import UndoStack
+from tests.helpers.told import Told
 
 
 @cache
@@ -96,33 +97,6 @@ class HoldingRunner:
 
     def running(self, key: str) -> bool:
         return key in self.waiting
-
-
-class Told:
-    """Remembers what was told, and its buttons."""
-
-    def __init__(self) -> None:
-        self.messages: list[str] = []
-        self.buttons: dict[str, Callable[[], None]] = {}
-
-    def tell(
-        self,
-        message: str,
-        *,
-        kind: str = "info",
-        actions: Sequence[Any] = (),
-        about: str = "",
-        stay: bool = False,
-    ) -> None:
-        del kind, about, stay
-        self.messages.append(message)
-        self.buttons = dict(actions)
-
-    def mended(self, about: str) -> None:
-        """Nothing is on a screen here."""
-
-    def tell_error(self, error: Exception, *, actions: Sequence[Any] = (), about: str = "") -> None:
-        self.tell(str(error), actions=actions)
 
 
 class Table:

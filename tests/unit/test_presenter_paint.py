@@ -175,7 +175,7 @@ def test_draft_is_kept_and_found_after_a_crash(tmp_path: Path) -> None:
     np.testing.assert_array_equal(found.weights, painted.weights)
     np.testing.assert_array_equal(found.start_weights, painted.start_weights)
     assert any("Your draft of My Split is back" in one for one in again.told.messages)
-    again.told.actions["Start afresh"]()
+    again.told.buttons["Start afresh"]()
     assert not again.presenter.canvas.touched  # type: ignore[union-attr]
     assert not list(again.drafts.glob("*"))
 
@@ -204,7 +204,7 @@ def test_leaving_ends_the_stroke_keeps_the_draft_and_offers_to_go_on(room: Studi
     room.leave()
     assert room.told.messages[-1].startswith("Draft kept")
     assert load_draft(room.drafts / "paint-left-loop.npz").canvas.touched
-    room.told.actions["Continue"]()
+    room.told.buttons["Continue"]()
     assert (room.model.step, room.model.painting) == (Step.STYLES, "left-loop")
 
 

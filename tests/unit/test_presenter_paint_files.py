@@ -162,7 +162,7 @@ def test_copy_is_made_and_can_be_painted_on(room: Studio) -> None:
     room.presenter.files.duplicate()
     assert [one.title for one in room.model.user_styles] == ["Mine", "Mine 2"]
     assert room.model.painting == "mine"
-    room.told.actions["Paint on it"]()
+    room.told.buttons["Paint on it"]()
     assert (room.model.painting, _state(room).title) == ("mine-2", "Mine 2")
 
 
@@ -174,7 +174,7 @@ def test_deleted_style_goes_and_comes_back(room: Studio) -> None:
     assert (room.model.painting, room.model.user_styles) == (None, ())
     assert room.model.chosen != "mine"
     assert list_user_styles(room.styles)[0] == ()
-    room.told.actions["Undo"]()
+    room.told.buttons["Undo"]()
     assert [one.title for one in list_user_styles(room.styles)[0]] == ["Mine"]
     assert room.model.chosen == "mine"
     room.enter("mine")

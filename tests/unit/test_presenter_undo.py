@@ -157,7 +157,7 @@ def test_what_was_undone_is_said_and_offered_again(world: World) -> None:
 
 def test_a_message_takes_back_its_own_step_whatever_came_after(world: World) -> None:
     world.delete_style("mine", in_paint=False)
-    back = world.room.told.actions["Undo"]
+    back = world.room.told.buttons["Undo"]
     world.desk.move_front(40.0)
     back()
     assert "mine" in world.own()

@@ -293,13 +293,13 @@ def compare(
         if closer_stand is not None:
             pairs, stand = closer, closer_stand
     whole = support(stand.rays(rays), described, spots, known, stand.pose)
-    evidence = _evidence(stand, pairs, matches(pairs), lens, question)
-    evidence = replace(evidence, support=whole, guided=not sight.fine)
+    evidence = _evidence(stand, pairs, matches(pairs), lens, question, whole)
+    evidence = evidence if sight.fine else replace(evidence, guided=True)
     return Found(stand.pose, evidence, fov_deg or _field(lens, stand.factor))
 
 
 def _evidence(
-    stand: Stand, pairs: Pairs, matches: Matches, lens: Lens, question: Question
+    stand: Stand, pairs: Pairs, matches: Matches, lens: Lens, question: Question, whole: float
 ) -> Evidence:
     pose, line, rays = stand.pose, stand.line, stand.rays(matches.rays)
     certain = pairs.ratio < _CERTAIN
@@ -310,7 +310,7 @@ def _evidence(
         points=len(np.unique(pairs.second[pose.inside])),
         share=_share(inside),
         spread=_spread(rays[pose.inside], lens),
-        support=0.0,
+        support=whole,
         error_deg=stand.error_deg(question),
         tilt=float(np.linalg.norm(pose.plane[1:])),
         zoom=1.0 / max(pose.zoom, 0.1) if question.away else pose.zoom,

@@ -78,7 +78,6 @@ _PROOF: Final = (0.8, 0.88, 0.96)  # with the sitter, with a sitter ignored, wit
 _FREE_PROOF: Final = (0.92, 0.97, 0.96)  # a lens that nobody states takes the place of a step aside
 _SAME_DEG: Final = 1.0
 _SAME_PROOF: Final = (0.45, 0.65)  # of two answers that agree, the less and the more certain one
-_CROP_PROOF: Final = 0.92  # a lens that contradicts EXIF needs more proof
 _OTHER_PROOF: Final = 0.97  # one that is as stated was tried, and nothing makes a picture wider
 _ALIKE: Final = (0.8, 1.0)  # of the points, at the probe's own place and elsewhere
 _AGREE: Final = 25  # points of a mirror image never do
@@ -291,6 +290,7 @@ def search_photo(
     for mirrored in (False, True):
         if search.agree >= _AGREE:
             break  # from elsewhere, perhaps, but the right way round
+        search.with_sitter = None
         picture = np.ascontiguousarray(photo.picture[:, ::-1]) if mirrored else photo.picture
         report(0.5 * mirrored, _SEEN)
         token.check()
@@ -320,7 +320,7 @@ class _Search:
     spare: Sought | None = None
     agree: int = 0  # points, at most
     most: float = 0.0  # the same of a camera with the stated lens that stands anywhere
-    with_sitter: Heading | None = None  # what was found so, whether trusted or not
+    with_sitter: Heading | None = None  # the answer that holds to the person in the picture
 
     def ends(
         self, found: Found, width: float | None, sitter: Sitter | None, mirrored: bool
@@ -379,7 +379,7 @@ def _agreed(sought: Sought, stated_deg: float, explained: bool) -> Sought:
         return sought
     half, stated = (math.tan(math.radians(d) / 2.0) for d in (heading.fov_deg, stated_deg))
     cropped, wider = half < _CROPPED * stated, half > _WIDER * stated
-    if not explained or heading.confidence < (_CROP_PROOF if cropped else _OTHER_PROOF):
+    if not explained or (not cropped and heading.confidence < _OTHER_PROOF):
         return replace(sought, heading=_refused(heading))
     if cropped or wider:
         return replace(sought, stated_deg=stated_deg)
