@@ -53,11 +53,13 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "--head", metavar="NAME", default="generic", help="head to use (default: %(default)s)"
     )
-    parser.add_argument(
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument(
         "--growth",
         action="store_true",
         help="instead: how cost grows with styles, turns, texels and frames",
     )
+    which.add_argument("--only", choices=BARS, metavar="ROW", default="", help="time one row")
     parser.add_argument(
         "--no-peers", action="store_true", help="leave out other programs, some take minutes"
     )
@@ -104,7 +106,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _bench(args: argparse.Namespace, transport: Transport, pack: StylePack, token: Token) -> int:
-    found = run_all(transport, pack, Teller(), token, peers=not args.no_peers, more=_more)
+    peers = not args.no_peers
+    found = run_all(transport, pack, Teller(), token, peers=peers, only=args.only, more=_more)
     values = as_json(found, args.head)
     # Said first: minutes of measuring are not lost to a full disk.
     print(json.dumps(values) if args.json else _table(found))

@@ -74,6 +74,8 @@ class SearchTables:
 class Curves:
     """Values at all turns; index k belongs to turn 5.625 k deg.
 
+    Those of several lights have one more axis, in front.
+
     Attributes
     ----------
     quality : (S, 64) float64
@@ -186,10 +188,11 @@ def curves(tables: SearchTables, light: Floats) -> Curves:
     -------
     Curves
     """
-    return curves_of(tables, light[None])[0]
+    found = curves_of(tables, light[None])
+    return Curves(found.quality[0], found.mean[0], found.contrast[0], found.lamps[0])
 
 
-def curves_of(tables: SearchTables, lights: Floats) -> list[Curves]:
+def curves_of(tables: SearchTables, lights: Floats) -> Curves:
     """Find the curves of several lights at once, in less time than one after another.
 
     Parameters
@@ -201,8 +204,8 @@ def curves_of(tables: SearchTables, lights: Floats) -> list[Curves]:
 
     Returns
     -------
-    list of Curves
-        One for each light.
+    Curves
+        (N, ...) each.
     """
     spectra = _spectra(tables, lights)
     first, second = _products_of(spectra, tables.basis)
@@ -223,8 +226,7 @@ def curves_of(tables: SearchTables, lights: Floats) -> list[Curves]:
         cross += 2 * (_products(even_p, odd_q) + _products(even_q, odd_p))
     squared = _unfold(same[..., None], cross[..., None])[:, 0]
     contrast = np.sqrt(np.maximum(squared, 0.0))
-    found = zip(_quality(tables, spectra), sums, contrast, strict=True)
-    return [Curves(quality, own[0], spread, own[1:]) for quality, own, spread in found]
+    return Curves(_quality(tables, spectra), sums[:, 0], contrast, sums[:, 1:])
 
 
 def _spectra(tables: SearchTables, lights: Floats) -> Float64:

@@ -232,7 +232,7 @@ def match_and_strength(pack: StylePack, found: Curves) -> tuple[Float64, Float64
     pack : StylePack
         Head and styles.
     found : Curves
-        Of all its styles.
+        Of all its styles; those of several lights give results with one more axis.
 
     Returns
     -------
@@ -245,13 +245,14 @@ def match_and_strength(pack: StylePack, found: Curves) -> tuple[Float64, Float64
         The same, except that a style with several lamps is no stronger than the weakest of
         them, each measured alike by its own part of the picture; else half a badger would do.
     """
-    ratio = found.quality / np.maximum(found.mean, 1e-30)
-    match = _match(found.quality, pack.weight_norm[:, None], found.contrast)
+    mean = np.maximum(found.mean, 1e-30)[..., None, :]
+    ratio = found.quality / mean
+    match = _match(found.quality, pack.weight_norm[:, None], found.contrast[..., None, :])
     whole = 100.0 * ratio / pack.studio_ratio[:, None]
     strength = whole.copy()
-    single = 100.0 * found.lamps / (np.maximum(found.mean, 1e-30) * pack.lamp_ratio[:, None])
-    for row, lamp in zip(pack.lamp_style, single, strict=True):
-        np.minimum(strength[row], lamp, out=strength[row])
+    single = 100.0 * found.lamps / (mean * pack.lamp_ratio[:, None])
+    for lamp, row in enumerate(pack.lamp_style):
+        np.minimum(strength[..., row, :], single[..., lamp, :], out=strength[..., row, :])
     return match, whole, strength
 
 
@@ -340,7 +341,7 @@ def solve_on_table(
 def _match(quality: Float64, norm: NDArray[np.float64] | float, contrast: Float64) -> Float64:
     """100 x correlation; 0 where the face has no contrast at all."""
     product = norm * contrast
-    flat = product <= 1e-12 * np.max(product)
+    flat = product <= 1e-12 * np.max(product, axis=-1, keepdims=True)
     return np.where(flat, 0.0, 100.0 * quality / np.where(flat, 1.0, product))
 
 

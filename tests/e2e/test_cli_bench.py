@@ -92,6 +92,13 @@ def test_json(capsys: pytest.CaptureFixture[str], head: str, tmp_path: Path) -> 
     assert [path.name for path in kept.iterdir()] == ["speed.json"]
 
 
+@pytest.mark.slow
+def test_one_row_alone(capsys: pytest.CaptureFixture[str], head: str) -> None:
+    assert main(["bench", "--head", head, "--no-peers", "--only", "render.rgb", "--json"]) == 0
+    (row,) = json.loads(capsys.readouterr().out)["rows"]
+    assert row["name"] == "render.rgb"
+
+
 def _found(*_: object, **__: object) -> Bench:
     rows = (
         Row("solve.quality", 0.001, 0.001, 0.001, 0.001, "loop"),

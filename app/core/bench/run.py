@@ -87,6 +87,7 @@ def run_all(
     token: Token,
     *,
     peers: bool = True,
+    only: str = "",
     more: Callable[[], Iterable[Case]] = tuple,
     shape: tuple[int, int] = THETA_V.shape,
 ) -> Bench:
@@ -104,6 +105,8 @@ def run_all(
         Checked between calls.
     peers : bool, optional
         Whether to time other programs, too.
+    only : str, optional
+        Name of the one row wanted.
     more : callable, optional
         Makes cases that this package cannot know of.
     shape : tuple of int, optional
@@ -120,7 +123,8 @@ def run_all(
     rows: list[Row] = []
 
     def timed(cases: Sequence[Case], start: float, stop: float) -> None:
-        rows.extend(time_all(cases, speed, span(report, start, stop), token))
+        wanted = [case for case in cases if only in ("", case.name)]
+        rows.extend(time_all(wanted, speed, span(report, start, stop), token))
 
     timed([*search_cases(transport, pack)], 0.0, 0.15)
     stock = _stock(transport) if peers else ()

@@ -8,14 +8,12 @@ frames that cannot be compared: no correction is better than a wrong one.
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.probe.pixels import workers
 from app.core.probe.registration import Fit, Level, pyramid, register, usable_share
 from app.core.sphere import angle_of
 
@@ -99,13 +97,12 @@ def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[Alignment
     count = len(frames)
     if count < 2 or frames[0].shape[1] != 2 * frames[0].shape[0]:
         return (_ALONE,) * count
-    with ThreadPoolExecutor(workers(count)) as pool:
-        pyramids = list(pool.map(pyramid, frames))
-        middle = _best(pyramids)
-        others = [index for index in range(count) if index != middle]
-        near = [k for k in others if abs(stops[k] - stops[middle]) <= _FAR_STOPS]
-        found = pool.map(lambda k: _between(middle, k, pyramids, stops), near)
-        direct = dict(zip(near, found, strict=True))
+    # One after another: threads of such small pictures wait for each other longer than they save.
+    pyramids = [pyramid(frame) for frame in frames]
+    middle = _best(pyramids)
+    others = [index for index in range(count) if index != middle]
+    near = [k for k in others if abs(stops[k] - stops[middle]) <= _FAR_STOPS]
+    direct = {k: _between(middle, k, pyramids, stops) for k in near}
     fits: dict[int, Fit] = {middle: Fit(np.eye(3), error_deg=0.0)}
     for index in sorted(others, key=lambda k: (abs(stops[k] - stops[middle]), k)):
         fit = direct.get(index, Fit(np.eye(3)))

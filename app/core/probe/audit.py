@@ -24,7 +24,7 @@ from app.core.probe.lights import Light, LightGrid, light_grid
 from app.core.probe.sky import SPREAD, direct_normal_lux
 from app.core.probe.sun import added_light
 from app.core.probe.sun_finder import find_sun, sun_core
-from app.core.probe.whatif import Choice, choices, choose, given_up
+from app.core.probe.whatif import choices, given_up
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -257,10 +257,6 @@ def _changes(
 ) -> tuple[StyleChange, ...]:
     named, maps, whole = _brightened(lights, grid, pack.header.environment)
     base = whole if environment is None else np.asarray(environment, np.float64)
-    turns = choose(pack, base, objective).turns
-    count = len(pack.styles)
-    cases: list[list[WhatIf]] = [[] for _ in range(count)]
-    worst, least = np.zeros(count), np.full(count, np.inf)
     trials = [
         (name, stops, (2.0**stops - 1.0) * extra)
         for name, extra in zip(named, maps, strict=True)
@@ -269,19 +265,23 @@ def _changes(
     if restoration is not None:
         trials += _restored(restoration, pack.header.environment)
     brighter = [np.maximum(base + extra, 0.0) for _, _, extra in trials]
-    for (name, stops, _), then in zip(trials, choices(pack, brighter, objective), strict=True):
-        lost = given_up(then, turns)
-        np.maximum(worst, lost, out=worst)
-        np.minimum(least, np.where(lost > DOUBT, abs(stops), np.inf), out=least)
-        if name and stops != _FURTHER:
-            _note(cases, name, stops, then, lost)
+    found = choices(pack, [base, *brighter], objective)
+    turns, then = found[0].turns, found[1:]
+    lost = given_up(then, turns)
+    amounts = np.array([abs(stops) for _, stops, _ in trials])[:, None]
+    least = np.where(lost > DOUBT, amounts, np.inf).min(axis=0, initial=np.inf)
+    best = np.where(then.allowed, then.curve, -np.inf).argmax(axis=-1)
+    told = [k for k, (name, stops, _) in enumerate(trials) if name and stops != _FURTHER]
     return tuple(
         StyleChange(
             style.name,
             style.title,
             turn_of_index(int(turns[row])),
-            tuple(cases[row]),
-            float(worst[row]),
+            tuple(
+                WhatIf(*trials[k][:2], turn_of_index(int(best[k, row])), float(lost[k, row]))
+                for k in told
+            ),
+            float(lost[:, row].max(initial=0.0)),
             float(least[row]) if np.isfinite(least[row]) else None,
         )
         for row, style in enumerate(pack.styles)
@@ -298,12 +298,6 @@ def _restored(restoration: Restoration, shape: tuple[int, int]) -> list[tuple[st
         (restoration.light, math.log2(end / lux), (end - lux) / (lux - held) * disc)
         for end in restoration.range_lux
     ]
-
-
-def _note(cases: list[list[WhatIf]], name: str, stops: float, then: Choice, lost: Float64) -> None:
-    best = np.where(then.allowed, then.curve, -np.inf).argmax(axis=1)
-    for row, turn in enumerate(best):
-        cases[row].append(WhatIf(name, stops, turn_of_index(int(turn)), float(lost[row])))
 
 
 def _brightened(

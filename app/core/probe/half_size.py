@@ -323,8 +323,10 @@ def _keep_hue_of_four(
     """Do what `keep_hue` does to each of four pixels to their mean."""
     near, rises = hue_rises(full, brightest, light)
     row, column = np.divmod(near, brightest.shape[1])
+    place = row // 2 * (brightest.shape[1] // 2) + column // 2
     for plane, rise in zip(exact, rises, strict=True):
-        np.add.at(plane, (row // 2, column // 2), rise / 4)
+        # By one flat index: numpy adds ten times as fast so.
+        np.add.at(plane.reshape(-1), place, rise / np.float32(4.0))
 
 
 def _halved(plane: NDArray[Any]) -> NDArray[Any]:

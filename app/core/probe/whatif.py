@@ -18,7 +18,7 @@ from app.core.search import curves_of
 from app.core.solve import match_and_strength
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
     from app.core.pack import StylePack
     from app.core.search import Curves
@@ -35,22 +35,26 @@ _AT_ONCE: Final = 16  # lights: few enough that their waves stay near the proces
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """What decides the turn of every style under one light.
+    """What decides the turn of every style under one light, or under each of N.
 
     Attributes
     ----------
-    curve : (S, 64) float64
+    curve : (S, 64) or (N, S, 64) float64
         The objective: match where the picture objective chooses, quality C where C does.
-    allowed : (S, 64) bool
+    allowed : (S, 64) or (N, S, 64) bool
         Turns that may be chosen: those of sufficient strength.
     """
 
     curve: Float64
     allowed: Bool
 
+    def __getitem__(self, lights: int | slice) -> Choice:
+        """Choose one or some of several lights."""
+        return Choice(self.curve[lights], self.allowed[lights])
+
     @property
     def turns(self) -> Int64:
-        """(S,) int64: the turn chosen for each style, 0..63, as `app.core.solve` would."""
+        """(S,) int64: the turn chosen for each style under one light, as `app.core.solve` would."""
         return np.array(
             [best_index(c, a) for c, a in zip(self.curve, self.allowed, strict=True)], np.int64
         )
@@ -80,12 +84,12 @@ def choose(
     EnvironmentFileError
         If the environment is black or not finite.
     """
-    return next(choices(pack, [light], objective))
+    return choices(pack, [light], objective)[0]
 
 
 def choices(
     pack: StylePack, lights: Sequence[NDArray[np.floating[Any]]], objective: Objective = "picture"
-) -> Iterator[Choice]:
+) -> Choice:
     """Find what decides the turns under each of several lights.
 
     Parameters
@@ -96,21 +100,25 @@ def choices(
     objective : {"picture", "paper"}
         As `choose` takes them.
 
-    Yields
-    ------
+    Returns
+    -------
     Choice
-        In the lights' order.
+        Of all the lights, in their order.
 
     Raises
     ------
     EnvironmentFileError
         As `choose`.
     """
+    parts = []
     for start in range(0, len(lights), _AT_ONCE):
         some = lights[start : start + _AT_ONCE]
         seen = [pack.seen(normalised(light, pack.header.environment)[0]) for light in some]
-        for found in curves_of(pack.tables, np.stack(seen)):
-            yield _choice(pack, found, objective)
+        parts.append(_choice(pack, curves_of(pack.tables, np.stack(seen)), objective))
+    return Choice(
+        np.concatenate([part.curve for part in parts]),
+        np.concatenate([part.allowed for part in parts]),
+    )
 
 
 def _choice(pack: StylePack, found: Curves, objective: Objective) -> Choice:
@@ -118,9 +126,9 @@ def _choice(pack: StylePack, found: Curves, objective: Objective) -> Choice:
         return Choice(found.quality, np.ones(found.quality.shape, bool))
     match, whole, strength = match_and_strength(pack, found)
     every_lamp, as_whole = strength >= MIN_STRENGTH, whole >= MIN_STRENGTH
-    attainable = (every_lamp & (match >= EPSILON)).any(axis=1, keepdims=True)
+    attainable = (every_lamp & (match >= EPSILON)).any(axis=-1, keepdims=True)
     allowed = np.where(attainable, every_lamp, as_whole)
-    weak = ~allowed.any(axis=1, keepdims=True)
+    weak = ~allowed.any(axis=-1, keepdims=True)
     return Choice(np.where(weak, found.quality, match), allowed | weak)
 
 
@@ -130,18 +138,18 @@ def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
     Parameters
     ----------
     truth : Choice
-        Under the true light.
+        Under the true light, or under each of N.
     turns : (S,) int
         The turn taken for each style, 0..63.
 
     Returns
     -------
-    (S,) float64
+    (S,) or (N, S) float64
         (best value of the objective among the turns allowed, minus its value at the turn taken)
         over the range of the objective's curve; 0 to 1.
     """
-    best = np.where(truth.allowed, truth.curve, -np.inf).max(axis=1)
-    taken = truth.curve[np.arange(len(truth.curve)), turns]
-    span = np.ptp(truth.curve, axis=1)
+    best = np.where(truth.allowed, truth.curve, -np.inf).max(axis=-1)
+    taken = truth.curve[..., np.arange(len(turns)), turns]
+    span = np.ptp(truth.curve, axis=-1)
     lost = (best - taken) / np.maximum(span, 1e-30)
     return np.asarray(np.clip(lost, 0.0, 1.0), np.float64)
