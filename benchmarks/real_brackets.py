@@ -8,7 +8,7 @@ frame, shot by hand, with somebody who walks. Ours goes the program's whole way 
 Debevec and Robertson are calibrated from the same frames; where a hand shakes they get frames
 aligned by AlignMTB, and, as another row, frames as shot. Each merge is held against the frames as
 it laid them on each other. Made brackets have a truth: the error is of the luminance, after the
-best scale.
+best scale; where nothing moved, the spread of the truth itself is told as well.
 """
 
 from __future__ import annotations
@@ -203,6 +203,9 @@ def measured(one: Set, crops: Path | None) -> dict[str, Any]:
     row["methods"] = {"ours": judged(one, light, frames, home)}
     row["moved"] = round(probe.moved.share, 3)
     row["words"] = [str(word) for word in probe.warnings]
+    if one.made is not None and not one.held and one.made.still.all():
+        truth = one.made.seen(len(one.frames) // 2)[0]
+        row["methods"]["truth"] = judged(one, truth, one.frames, len(one.frames) // 2)
     pictures = {"ours": light}
     for method in ("debevec", "robertson"):
         ways: dict[str, bool] = {method: one.held}
