@@ -25,8 +25,6 @@ from app.devices.errors import DISK, DeviceError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["COMMANDS", "build_parser", "main"]
-
 COMMANDS: Final = {
     "solve": "find the best turn for each style in a panorama",
     "light": "where to turn and where to hold a second light",
@@ -65,11 +63,6 @@ def build_parser(command: str | None = None) -> argparse.ArgumentParser:
     the module of the command that is going to run is imported; the others are names with a
     line of help.
 
-    Parameters
-    ----------
-    command : str, optional
-        Name of the command that is going to run, a key of `COMMANDS`.
-
     Returns
     -------
     argparse.ArgumentParser
@@ -95,11 +88,6 @@ def build_parser(command: str | None = None) -> argparse.ArgumentParser:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and turn its errors into a sentence and an exit code.
-
-    Parameters
-    ----------
-    argv : Sequence[str], optional
-        Arguments without the program's name; those of the process by default.
 
     Returns
     -------

@@ -14,11 +14,6 @@ __all__ = ["Wishes", "start"]
 def start(wishes: Wishes) -> int:
     """Show the window until it is closed.
 
-    Parameters
-    ----------
-    wishes : Wishes
-        From the command line.
-
     Returns
     -------
     int

@@ -24,21 +24,13 @@ if TYPE_CHECKING:
     from app.core.turning.picture_file import PictureFile
     from app.core.turning.sitter import Sitter
 
-__all__ = ["add_parser", "run"]
-
 _LONGEST: Final = 4096  # pixels of the longer side; points are found in far smaller pictures
 _USUAL_FOV_DEG: Final = 60.0
 _FIELDS_DEG: Final = (5.0, 170.0)
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``align`` command to the command line.
-
-    Parameters
-    ----------
-    subparsers : argparse._SubParsersAction
-        Where commands are added.
-    """
+    """Add the ``align`` command to the command line."""
     parser = subparsers.add_parser(
         "align",
         help="how a picture lies on another, and how far there still is to turn",
@@ -79,11 +71,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Align two pictures; write the overlay whole or not at all, and over neither of them.
-
-    Parameters
-    ----------
-    args : argparse.Namespace
-        With ``target``, ``view``, ``output``, ``opacity``, ``fov``, ``view_fov`` and ``json``.
 
     Returns
     -------

@@ -8,20 +8,12 @@ from typing import Final
 
 from app.core.solve import OBJECTIVES
 
-__all__ = ["MOST_DEG", "add_questions", "degrees", "finite"]
-
 MOST_DEG: Final = 36000.0
 """Largest angle that is taken: far beyond, a number has no degrees left in it."""
 
 
 def add_questions(parser: argparse.ArgumentParser) -> None:
-    """Add the panorama and what is asked of it: styles, head, objective, front, form of the answer.
-
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-        Of the command.
-    """
+    """Add the panorama and what is asked of it: styles, head, objective and front."""
     parser.add_argument("environment", metavar="ENV", help="panorama, OpenEXR or Radiance .hdr")
     parser.add_argument(
         "--style", metavar="NAME", nargs="+", action="extend", help="styles wanted (default: all)"

@@ -22,20 +22,12 @@ if TYPE_CHECKING:
     from app.core.baking.bake import Quality
     from app.core.baking.scene import HeadMesh
 
-__all__ = ["add_parser", "run"]
-
 _LARGEST_PICTURE = 400
 _LARGEST_ENVIRONMENT = 256
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``bake`` command to the command line.
-
-    Parameters
-    ----------
-    subparsers : argparse._SubParsersAction
-        Where commands are added.
-    """
+    """Add the ``bake`` command to the command line."""
     parser = subparsers.add_parser(
         "bake",
         help="compute the light transport of a head",
@@ -74,16 +66,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Bake a transport, or export the scene, or both.
-
-    Parameters
-    ----------
-    args : argparse.Namespace
-        As parsed by the parser of `add_parser`.
-
-    Returns
-    -------
-    int
-        0.
 
     Raises
     ------

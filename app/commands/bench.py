@@ -29,20 +29,12 @@ if TYPE_CHECKING:
     from app.core.pack import StylePack
     from app.core.transport import Transport
 
-__all__ = ["add_parser", "run"]
-
 _SPEED: Final = "speed.json"
 _GROWTH: Final = "growth.json"
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``bench`` command to the command line.
-
-    Parameters
-    ----------
-    subparsers : argparse._SubParsersAction
-        Where commands are added.
-    """
+    """Add the ``bench`` command to the command line."""
     parser = subparsers.add_parser(
         "bench",
         help="time the hot paths against a plain implementation",
@@ -76,11 +68,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Run the command.
-
-    Parameters
-    ----------
-    args : argparse.Namespace
-        As parsed by `add_parser`.
 
     Returns
     -------

@@ -18,8 +18,6 @@ from app.core.paths import resources
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["start_case"]
-
 _SCENE: Final = "courtyard"
 _STOPPED: Final = (130, -signal.SIGINT, -signal.SIGTERM)
 _LIMIT_S: Final = 120.0

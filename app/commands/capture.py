@@ -39,8 +39,6 @@ if TYPE_CHECKING:
     from app.devices.found import FoundCamera
     from app.devices.osc.link import Credentials
 
-__all__ = ["StatusTeller", "add_parser", "rough_words", "run"]
-
 _STOPPING: Final = "Stopping; the camera gets its settings back. Once more to end at once."
 _MOST_DELAY_S: Final = 10
 _SAY_AGAIN_S: Final = 5.0
@@ -48,13 +46,7 @@ _ROUGH_STYLES: Final = 3
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``capture`` command to the command line.
-
-    Parameters
-    ----------
-    subparsers : argparse._SubParsersAction
-        Where commands are added.
-    """
+    """Add the ``capture`` command to the command line."""
     parser = subparsers.add_parser(
         "capture",
         help="take a bracket with a camera and make an environment of it",
@@ -96,16 +88,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Take a bracket, or wait for one.
-
-    Parameters
-    ----------
-    args : argparse.Namespace
-        As parsed by the parser of `add_parser`.
-
-    Returns
-    -------
-    int
-        0.
 
     Raises
     ------
@@ -151,15 +133,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 class StatusTeller:
-    """Says on stderr how far a capture is: one line for each change.
-
-    Parameters
-    ----------
-    clock : Clock
-        For saying a long step again from time to time.
-    pack : StylePack, optional
-        Head and styles for a first answer from small pictures; without it none is said.
-    """
+    """Says on stderr how far a capture is: one line for each change."""
 
     def __init__(self, clock: Clock, pack: StylePack | None = None) -> None:
         self._clock = clock
@@ -188,15 +162,7 @@ class StatusTeller:
 
 
 def rough_words(rough: Rough, pack: StylePack) -> str:
-    """Say how to turn for the styles that match best, as small pictures tell it.
-
-    Parameters
-    ----------
-    rough : Rough
-        Light of the small pictures.
-    pack : StylePack
-        Head and styles.
-    """
+    """Say how to turn for the styles that match best, as small pictures tell it."""
     light = reduce(rough.environment("small pictures"), pack.header.environment)
     results = [each for each in solve_all(pack, light) if each.attainable]
     best = sorted(results, key=lambda each: -each.match)[:_ROUGH_STYLES]

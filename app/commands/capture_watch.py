@@ -28,23 +28,11 @@ if TYPE_CHECKING:
     from app.core.probe.probe import Probe
     from app.devices.watch import IncomingBracket
 
-__all__ = ["watch_folder"]
-
 _NAME: Final = "environment.exr"
 
 
 def watch_folder(args: argparse.Namespace) -> int:
     """Wait for one bracket and make an environment of it.
-
-    Parameters
-    ----------
-    args : argparse.Namespace
-        `watch` is the folder; `output` the file to write, or the folder for it.
-
-    Returns
-    -------
-    int
-        0.
 
     Raises
     ------

@@ -33,20 +33,12 @@ if TYPE_CHECKING:
     from app.core.pack import StylePack
     from app.core.progress import Report
 
-__all__ = ["add_parser", "run"]
-
 _OFFSETS: Final = "offsets.npz"
 _CERTAINTY: Final = "certainty.json"
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``evaluate`` command to the command line.
-
-    Parameters
-    ----------
-    subparsers : argparse._SubParsersAction
-        Where commands are added.
-    """
+    """Add the ``evaluate`` command to the command line."""
     parser = subparsers.add_parser(
         "evaluate",
         help="the paper's evaluation on any folder of environments",
@@ -89,16 +81,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Run the command.
-
-    Parameters
-    ----------
-    args : argparse.Namespace
-        As parsed by `add_parser`.
-
-    Returns
-    -------
-    int
-        0.
 
     Raises
     ------

@@ -35,20 +35,12 @@ if TYPE_CHECKING:
 
     from app.core.second_light.captured import CapturedLamp
 
-__all__ = ["add_parser", "run"]
-
 _STEPS = "\n".join(f"{number}. {step}" for number, step in enumerate(GUIDE, 1))
 _ANY_WHITE = 1.0  # stands for a known place where only the lamp is judged
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``lamp`` command to the command line.
-
-    Parameters
-    ----------
-    subparsers : argparse._SubParsersAction
-        Where commands are added.
-    """
+    """Add the ``lamp`` command to the command line."""
     parser = subparsers.add_parser(
         "lamp",
         help="the library of lamps that were captured in a dark room",
@@ -75,16 +67,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Do what was asked with the library.
-
-    Parameters
-    ----------
-    args : argparse.Namespace
-        As parsed by the parser of `add_parser`.
-
-    Returns
-    -------
-    int
-        0.
 
     Raises
     ------

@@ -43,20 +43,12 @@ if TYPE_CHECKING:
     from app.core.second_light.search import Placed
     from app.core.transport import Transport
 
-__all__ = ["add_parser", "run"]
-
 _POWERS = ("best", "full")
 _REACHES = ("any", "floor", "arm")
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``light`` command to the command line.
-
-    Parameters
-    ----------
-    subparsers : argparse._SubParsersAction
-        Where commands are added.
-    """
+    """Add the ``light`` command to the command line."""
     parser = subparsers.add_parser(
         "light",
         help="where to turn and where to hold a second light",
@@ -119,11 +111,6 @@ class _Scale:
 
 def run(args: argparse.Namespace) -> int:
     """Run the command.
-
-    Parameters
-    ----------
-    args : argparse.Namespace
-        As parsed by `add_parser`.
 
     Returns
     -------

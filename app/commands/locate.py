@@ -17,19 +17,11 @@ from app.core.turning.shot import read_photo, search_photo
 if TYPE_CHECKING:
     from app.core.turning.shot import Sought
 
-__all__ = ["add_parser", "run"]
-
 _FOV_DEG: Final = (10.0, 150.0)
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``locate`` command to the command line.
-
-    Parameters
-    ----------
-    subparsers : argparse._SubParsersAction
-        Where commands are added.
-    """
+    """Add the ``locate`` command to the command line."""
     parser = subparsers.add_parser(
         "locate",
         help="where in a panorama a photograph looks",
@@ -63,11 +55,6 @@ def _fov(text: str) -> float:
 
 def run(args: argparse.Namespace) -> int:
     """Run the command.
-
-    Parameters
-    ----------
-    args : argparse.Namespace
-        As parsed by `add_parser`.
 
     Returns
     -------

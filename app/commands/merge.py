@@ -24,8 +24,6 @@ from app.core.probe.probe import Probe, Wishes, measure
 if TYPE_CHECKING:
     import argparse
 
-__all__ = ["add_parser", "run"]
-
 _WRITERS: Final = (".exr", ".hdr")
 _MOST_STOPS: Final = 30
 _SUN_WORDS: Final = {
@@ -37,13 +35,7 @@ _SUN_WORDS: Final = {
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``merge`` command to the command line.
-
-    Parameters
-    ----------
-    subparsers : argparse._SubParsersAction
-        Where commands are added.
-    """
+    """Add the ``merge`` command to the command line."""
     parser = subparsers.add_parser(
         "merge",
         help="merge a bracket of exposures into an environment",
@@ -123,16 +115,6 @@ def _add_corrections(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Merge a bracket and write the environment whole or not at all.
-
-    Parameters
-    ----------
-    args : argparse.Namespace
-        As parsed by the parser of `add_parser`.
-
-    Returns
-    -------
-    int
-        0.
 
     Raises
     ------

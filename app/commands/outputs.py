@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from app.core.probe.masks import MaskSpec
 
-__all__ = ["check_ending", "check_outputs", "head_files", "mask_files"]
-
 _Key: TypeAlias = tuple[int, int, str]
 
 
@@ -42,10 +40,6 @@ def check_outputs(
     ----------
     outputs : iterable of Path
         Files to be written; None is passed over.
-    inputs : iterable of Path
-        Files that are read, and folders whose files are. Links count as what they lead to.
-    members : sequence of str, optional
-        Endings of the files that are read from folders.
 
     Raises
     ------

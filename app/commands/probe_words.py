@@ -11,16 +11,6 @@ if TYPE_CHECKING:
     from app.core.probe.lights import Light
     from app.core.probe.probe import Probe
 
-__all__ = [
-    "PARTS",
-    "clutter_facts",
-    "frame_facts",
-    "frame_rows",
-    "lamp_rows",
-    "probe_facts",
-    "shutter_words",
-]
-
 PARTS: Final = ("metering", "exposing", "download", "merge")
 """Parts of a capture whose time is told."""
 
@@ -30,11 +20,6 @@ _LEAST_SHARE: Final = 0.0005  # of the light, for a row of its own in the table
 
 def probe_facts(probe: Probe) -> dict[str, Any]:
     """Say for JSON what a probe found.
-
-    Parameters
-    ----------
-    probe : Probe
-        A measured bracket.
 
     Returns
     -------
@@ -95,13 +80,7 @@ def frame_rows(probe: Probe) -> list[str]:
 
 
 def lamp_rows(probe: Probe) -> list[str]:
-    """Return a table of the lamps that matter, and what to do about those that are clipped.
-
-    Returns
-    -------
-    list[str]
-        Empty where there is nothing to say.
-    """
+    """Return a table of the lamps that matter, and what to do about those that are clipped."""
     lines: list[str] = []
     lamps = [light for light in probe.finished.lights if light.share >= _LEAST_SHARE]
     if lamps:

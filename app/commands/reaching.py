@@ -22,24 +22,9 @@ if TYPE_CHECKING:
     from app.devices.osc.endpoint import Endpoint
     from app.devices.osc.messages import Info
 
-__all__ = ["find_camera", "given_password", "keep", "kept_password"]
-
 
 def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
     """Look for a camera, or ask what is at an address.
-
-    Parameters
-    ----------
-    address : str
-        As typed, or "auto".
-    clock : Clock
-        Time.
-    token : Token
-        Stops the search.
-
-    Returns
-    -------
-    FoundCamera
 
     Raises
     ------
@@ -63,18 +48,6 @@ def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
 def given_password(user: str | None, password_file: Path | None) -> Credentials | None:
     """Read the password that a user gave.
 
-    Parameters
-    ----------
-    user : str or None
-        User name.
-    password_file : Path or None
-        File whose first line is the password; given together with `user`.
-
-    Returns
-    -------
-    Credentials or None
-        None where none was given.
-
     Raises
     ------
     CoreError
@@ -89,16 +62,6 @@ def given_password(user: str | None, password_file: Path | None) -> Credentials 
 
 def kept_password(camera: FoundCamera) -> Credentials | None:
     """Look into the system's keyring where a camera asks for a password.
-
-    Parameters
-    ----------
-    camera : FoundCamera
-        Who may ask for one.
-
-    Returns
-    -------
-    Credentials or None
-        None where none is needed.
 
     Raises
     ------
@@ -121,8 +84,6 @@ def keep(camera: FoundCamera, info: Info | None, credentials: Credentials | None
 
     Parameters
     ----------
-    camera : FoundCamera
-        As it was found.
     info : Info or None
         What it said of itself: one that wants a password says so only when it has got it.
     credentials : Credentials or None

@@ -23,19 +23,11 @@ if TYPE_CHECKING:
     from app.core.colour import FloatImage
     from app.core.transport import Transport
 
-__all__ = ["add_parser", "picture_at", "run"]
-
 _WRITERS: Final = (".png", ".exr")
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``render`` command to the command line.
-
-    Parameters
-    ----------
-    subparsers : argparse._SubParsersAction
-        Where commands are added.
-    """
+    """Add the ``render`` command to the command line."""
     parser = subparsers.add_parser(
         "render",
         help="picture of the head under an environment",
@@ -70,16 +62,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Render one picture and write it whole or not at all.
 
-    Parameters
-    ----------
-    args : argparse.Namespace
-        With ``env``, ``turn``, ``output``, ``head`` and ``json``.
-
-    Returns
-    -------
-    int
-        0.
-
     Raises
     ------
     CoreError
@@ -113,8 +95,6 @@ def picture_at(transport: Transport, radiance: FloatImage) -> FloatImage:
 
     Parameters
     ----------
-    transport : Transport
-        The head.
     radiance : NDArray[np.float32], (H, W, 3)
         Linear Rec. 709 radiance in the transport's size.
 

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from app.core.environment import Environment
     from app.devices.clock import Clock
 
-__all__ = ["MEAN_CD_M2", "add_parser", "run", "scene_scale"]
-
 MEAN_CD_M2: Final = 400.0
 """Mean luminance over the sphere that a scene is given, in cd/m2."""
 
@@ -41,13 +39,7 @@ _TICK_S: Final = 0.2
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``simulate-camera`` command to the command line.
-
-    Parameters
-    ----------
-    subparsers : argparse._SubParsersAction
-        Where commands are added.
-    """
+    """Add the ``simulate-camera`` command to the command line."""
     parser = subparsers.add_parser(
         "simulate-camera",
         help="an imitation 360 camera on this machine",
@@ -102,11 +94,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Serve the camera until it is interrupted.
 
-    Parameters
-    ----------
-    args : argparse.Namespace
-        As parsed by the parser of `add_parser`.
-
     Returns
     -------
     int
@@ -151,8 +138,6 @@ def scene_scale(environment: Environment, mean_cd_m2: float = MEAN_CD_M2) -> flo
 
     Parameters
     ----------
-    environment : Environment
-        Relative.
     mean_cd_m2 : float, optional
         Mean over the sphere in cd/m2.
 

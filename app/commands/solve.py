@@ -27,17 +27,9 @@ if TYPE_CHECKING:
     from app.core.pack import StylePack
     from app.core.transport import Transport
 
-__all__ = ["add_parser", "run"]
-
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``solve`` command to the command line.
-
-    Parameters
-    ----------
-    subparsers : argparse._SubParsersAction
-        Where commands are added.
-    """
+    """Add the ``solve`` command to the command line."""
     parser = subparsers.add_parser(
         "solve",
         help="find the best turn for each style in a panorama",
@@ -58,11 +50,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Run the command.
-
-    Parameters
-    ----------
-    args : argparse.Namespace
-        As parsed by `add_parser`.
 
     Returns
     -------

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from app.core.progress import Token
 
-__all__ = ["imports_whole", "stopping"]
-
 _IMPORTING: Final = "<frozen importlib._bootstrap>"
 _LATER_S: Final = 0.02
 
@@ -68,15 +66,7 @@ def _is_importing(frame: FrameType | None) -> bool:
 
 @contextlib.contextmanager
 def stopping(token: Token, words: str = "Stopping.") -> Iterator[None]:
-    """Let Ctrl-C ask for a stop; the second one ends the program at once.
-
-    Parameters
-    ----------
-    token : Token
-        Is cancelled by the first.
-    words : str, optional
-        Said on stderr then.
-    """
+    """Let Ctrl-C ask for a stop; the second one ends the program at once."""
     if threading.current_thread() is not threading.main_thread():
         yield  # signals are the main thread's
         return

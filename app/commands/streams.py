@@ -18,8 +18,6 @@ from app.core.errors import CoreError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["one_line", "plain_streams"]
-
 _STEERING: Final = (
     *(code for code in range(0x20) if chr(code) not in "\n\t"),
     *range(0x7F, 0xA0),

@@ -13,17 +13,9 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Sequence
 
-__all__ = ["add_parser", "as_json", "as_table", "run"]
-
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Add the ``styles`` command to the command line.
-
-    Parameters
-    ----------
-    subparsers : argparse._SubParsersAction
-        Where commands are added.
-    """
+    """Add the ``styles`` command to the command line."""
     parser = subparsers.add_parser(
         "styles",
         help="list the styles and their lamps",
@@ -34,18 +26,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the styles.
-
-    Parameters
-    ----------
-    args : argparse.Namespace
-        With ``json``.
-
-    Returns
-    -------
-    int
-        0.
-    """
+    """Print the styles."""
     styles = load_styles(user_data() / "styles")
     print(json.dumps(as_json(styles), ensure_ascii=False) if args.json else as_table(styles))
     return 0
@@ -53,11 +34,6 @@ def run(args: argparse.Namespace) -> int:
 
 def as_json(styles: Sequence[Style]) -> dict[str, list[dict[str, object]]]:
     """Describe styles as plain data.
-
-    Parameters
-    ----------
-    styles : Sequence[Style]
-        The styles.
 
     Returns
     -------
@@ -82,18 +58,7 @@ def as_json(styles: Sequence[Style]) -> dict[str, list[dict[str, object]]]:
 
 
 def as_table(styles: Sequence[Style]) -> str:
-    """Lay styles out for reading, one line per lamp.
-
-    Parameters
-    ----------
-    styles : Sequence[Style]
-        The styles.
-
-    Returns
-    -------
-    str
-        Lines without a trailing line end.
-    """
+    """Lay styles out for reading, one line per lamp."""
     lines = [f"{'name':<18}{'light from':<32}{'azimuth':>8}{'elev.':>7}{'size':>6}{'power':>7}"]
     for style in styles:
         for index, lamp in enumerate(style.lamps):

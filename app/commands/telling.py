@@ -5,8 +5,6 @@ from __future__ import annotations
 import sys
 import time
 
-__all__ = ["Teller"]
-
 _PAUSE_S = 1.0  # between two lines about the same step
 
 

@@ -9,15 +9,6 @@ from __future__ import annotations
 import math
 from typing import Final
 
-__all__ = [
-    "TURNS",
-    "difference",
-    "direction",
-    "lies_on_arc",
-    "turn_of_index",
-    "wrap",
-]
-
 TURNS: Final = 64
 """Number of turns of the search grid: one per column of a 64 x 32 environment, 5.625 deg apart."""
 
@@ -66,13 +57,6 @@ def difference(a_deg: float, b_deg: float) -> float:
 
 def turn_of_index(index: float, count: int = TURNS) -> float:
     """Return the turn of a place on the search grid.
-
-    Parameters
-    ----------
-    index : float
-        Place on the grid; need not be whole nor in [0, count).
-    count : int, optional
-        Turns on the grid.
 
     Returns
     -------

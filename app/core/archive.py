@@ -23,16 +23,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = [
-    "CONTRADICTIONS",
-    "digest",
-    "parse_header",
-    "read_arrays",
-    "read_sealed",
-    "write_arrays",
-    "write_sealed",
-]
-
 CONTRADICTIONS: Final = (
     AttributeError,
     IndexError,
@@ -52,19 +42,8 @@ def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict
 
     Parameters
     ----------
-    path : Path
-        The file.
-    noun : str
-        What it should be, for messages.
-    hint : str
-        What to do when it is not.
     most : int, optional
         Largest size, packed and unpacked, bytes.
-
-    Returns
-    -------
-    dict
-        Arrays by name.
 
     Raises
     ------
@@ -104,14 +83,8 @@ def write_sealed(
 
     Parameters
     ----------
-    path : Path
-        The file.
     arrays : dict of str to array
         None of them called "header".
-    header : dict
-        With "format_version"; anything that JSON can hold.
-    packed : bool, optional
-        Whether to compress them.
     """
     checksum = digest(arrays)
     words = json.dumps({**header, "sha256": checksum}).encode()
@@ -139,15 +112,6 @@ def read_sealed(
     most: int = MAX_BYTES,
 ) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """Read what `write_sealed` wrote.
-
-    Parameters
-    ----------
-    path, noun, hint, most
-        As for `read_arrays`.
-    version : int
-        Newest version that is understood.
-    names : collection of str, optional
-        Arrays that must be there, and under the checksum; others are passed over. All by default.
 
     Returns
     -------

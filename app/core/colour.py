@@ -14,25 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = [
-    "FADE",
-    "LUMINANCE_WEIGHTS",
-    "REC709",
-    "SHOULDER_START",
-    "SKIN_LEVEL",
-    "FloatImage",
-    "develop",
-    "face_exposure",
-    "luminance",
-    "panorama_exposure",
-    "rec709_from",
-    "shoulder",
-    "srgb_decode",
-    "srgb_encode",
-    "to_bytes",
-    "tone_map",
-]
-
 FloatImage: TypeAlias = NDArray[np.float32]
 """Array of linear light or of display values in 0..1, float32; shape stated where it is used."""
 
@@ -98,11 +79,6 @@ def rec709_from(chromaticities: Sequence[float]) -> NDArray[np.float64]:
 
     Primaries by SMPTE RP 177-1993, section 3.3; whites adapted in Bradford's cone space
     (ICC.1:2022, annex E).
-
-    Parameters
-    ----------
-    chromaticities : sequence of float
-        CIE x, y of red, green, blue and white, as an OpenEXR file states them.
 
     Returns
     -------
@@ -189,11 +165,6 @@ def shoulder(linear: ArrayLike) -> FloatImage:
 
     Value and slope are continuous, so no edge shows where the shoulder begins.
 
-    Parameters
-    ----------
-    linear : array_like, any shape
-        Linear light, 1 = display white; negative values become 0.
-
     Returns
     -------
     NDArray[np.float32], same shape
@@ -223,8 +194,6 @@ def face_exposure(face_luminance: ArrayLike, level: float = SKIN_LEVEL) -> float
     ----------
     face_luminance : array_like
         Luminance of the face pixels only, any shape and scale.
-    level : float, optional
-        Linear display luminance for an even face.
 
     Returns
     -------
@@ -257,8 +226,6 @@ def panorama_exposure(radiance_luminance: ArrayLike, level: float = 0.20) -> flo
     ----------
     radiance_luminance : array_like, (H, W)
         Luminance of an equirectangular panorama, any scale.
-    level : float, optional
-        Linear display luminance of the middle tone.
 
     Returns
     -------
@@ -310,8 +277,6 @@ def develop(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
     ----------
     rgb : array_like, (..., 3)
         Linear Rec. 709 light.
-    gain : float, optional
-        Exposure, for example from `face_exposure`.
 
     Returns
     -------
@@ -336,8 +301,6 @@ def tone_map(rgb: ArrayLike, gain: float = 1.0) -> FloatImage:
     ----------
     rgb : array_like, (..., 3)
         Linear Rec. 709 light.
-    gain : float, optional
-        Exposure, for example from `face_exposure`.
 
     Returns
     -------

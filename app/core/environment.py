@@ -50,10 +50,6 @@ class Environment:
     ----------
     radiance : NDArray[np.float32], (H, 2 H, 3)
         Linear Rec. 709 relative radiance, finite, not negative, not all zero; read-only.
-    name : str
-        Name of the place: the file's name without its ending.
-    repairs : Repairs
-        How many texels had to be repaired.
     """
 
     radiance: FloatImage = field(repr=False)
@@ -74,16 +70,6 @@ class Environment:
 def read_environment(path: Path | str) -> Environment:
     """Read an OpenEXR or Radiance panorama and repair it.
 
-    Parameters
-    ----------
-    path : str or Path
-        The file.
-
-    Returns
-    -------
-    Environment
-        With `Environment.warnings` saying what was repaired.
-
     Raises
     ------
     EnvironmentFileError
@@ -102,13 +88,6 @@ def from_radiance(radiance: FloatImage, name: str) -> Environment:
     radiance : NDArray[np.float32], (H, 2 H, 3)
         Linear Rec. 709 radiance. The array is taken over: it is repaired in place and becomes
         read-only, since panoramas are too large to be copied for tidiness.
-    name : str
-        Name of the place, for messages.
-
-    Returns
-    -------
-    Environment
-        The repaired panorama.
 
     Raises
     ------
@@ -171,8 +150,6 @@ def reduce(
 
     Parameters
     ----------
-    environment : Environment
-        The panorama.
     shape : tuple[int, int], optional
         Rows and columns wanted; more than the panorama has is allowed.
     turn_deg : float, optional
@@ -234,8 +211,6 @@ def rotate(radiance: FloatImage, columns: int) -> FloatImage:
     ----------
     radiance : NDArray[np.float32], (H, W, ...)
         Environment at turn 0.
-    columns : int
-        Number of texels; any sign and size.
 
     Returns
     -------
@@ -280,11 +255,6 @@ def mean_luminance(radiance: FloatImage) -> float:
     ----------
     radiance : NDArray[np.float32], (H, W, 3)
         Linear Rec. 709 radiance.
-
-    Returns
-    -------
-    float
-        In the scale of the radiance.
     """
     return float(energy(luminance(radiance))) / (4.0 * np.pi)
 

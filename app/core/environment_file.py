@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 
     from app.core.colour import FloatImage
 
-__all__ = ["MAX_WIDTH", "MIN_WIDTH", "Repairs", "read_panorama", "repair"]
-
 MAX_WIDTH: Final = 16384
 """Widest panorama read, in texels: 1.6 GB as float. Wider ones say nothing more about light."""
 
@@ -62,17 +60,7 @@ _COPY_AGAIN: Final = "Copy or export it again."
 
 @dataclass(frozen=True, slots=True)
 class Repairs:
-    """How many texels of a panorama were repaired.
-
-    Attributes
-    ----------
-    nan : int
-        Texels with a value that was not a number; those values became 0.
-    infinite : int
-        Texels with a value of plus infinity; those became the largest finite value.
-    negative : int
-        Texels with a value below 0 (minus infinity too); those became 0.
-    """
+    """How many texels of a panorama were repaired."""
 
     nan: int = 0
     infinite: int = 0
@@ -85,16 +73,6 @@ class Repairs:
 
     def warnings(self, name: str) -> tuple[str, ...]:
         """Say in words what was repaired.
-
-        Parameters
-        ----------
-        name : str
-            Name of the panorama.
-
-        Returns
-        -------
-        tuple[str, ...]
-            At most one sentence.
 
         Examples
         --------
@@ -121,13 +99,6 @@ def repair(radiance: FloatImage, name: str) -> Repairs:
     ----------
     radiance : NDArray[np.float32], (H, W, 3)
         Linear radiance; changed in place, band by band, so that a large panorama needs no copy.
-    name : str
-        Name of the panorama, for messages.
-
-    Returns
-    -------
-    Repairs
-        Counts by texel.
 
     Raises
     ------
@@ -184,18 +155,11 @@ def _areas(height: int, width: int) -> NDArray[np.float64]:
 def read_panorama(path: Path | str) -> tuple[FloatImage, str]:
     """Read the colours of an OpenEXR or Radiance panorama as they are stored.
 
-    Parameters
-    ----------
-    path : Path or str
-        The file.
-
     Returns
     -------
     radiance : NDArray[np.float32], (H, 2 H, 3)
         Linear radiance, not yet repaired; grey files are spread over three channels, other
         channels (alpha, depth) are left out.
-    name : str
-        The file's name without its ending.
 
     Raises
     ------

@@ -6,25 +6,12 @@ failure, and none carries a traceback to the user: `app.cli` prints the sentence
 
 from __future__ import annotations
 
-__all__ = [
-    "BakeError",
-    "Cancelled",
-    "CoreError",
-    "EnvironmentFileError",
-    "HeadError",
-    "ProbeError",
-    "StyleError",
-    "TransportError",
-]
-
 
 class CoreError(Exception):
     """Something the user asked for cannot be done, and why.
 
     Parameters
     ----------
-    message : str
-        One plain sentence that names the file or value and what is wrong with it.
     hint : str, optional
         What to do about it, as a second sentence; empty where there is nothing to say.
 

@@ -16,14 +16,6 @@ from app.core.errors import CoreError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = [
-    "atomic_write",
-    "atomic_write_bytes",
-    "atomic_write_text",
-    "check_target",
-    "open_file",
-]
-
 _NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 # Only POSIX systems have it; opening a pipe must not wait for its writer.
 _NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
@@ -73,16 +65,6 @@ def _no_file(name: str | bytes | None) -> OSError:
 def check_target(path: Path | str) -> Path:
     """Check early that a file can be written, before minutes are spent computing it.
 
-    Parameters
-    ----------
-    path : Path or str
-        The file to be written; it need not exist.
-
-    Returns
-    -------
-    Path
-        The same path.
-
     Raises
     ------
     CoreError
@@ -127,8 +109,6 @@ def atomic_write(path: Path | str, writer: Callable[[Path], None]) -> None:
 
     Parameters
     ----------
-    path : Path or str
-        The file to be written. An existing file is replaced and keeps its permissions.
     writer : Callable[[Path], None]
         Receives the temporary file's path, which exists, is empty, and has the suffix of
         `path`, since image libraries choose the format by it.
@@ -156,13 +136,6 @@ def atomic_write(path: Path | str, writer: Callable[[Path], None]) -> None:
 def atomic_write_bytes(path: Path | str, data: bytes) -> None:
     """Write bytes whole or not at all.
 
-    Parameters
-    ----------
-    path : Path or str
-        The file to be written.
-    data : bytes
-        Its whole content.
-
     Raises
     ------
     CoreError
@@ -173,13 +146,6 @@ def atomic_write_bytes(path: Path | str, data: bytes) -> None:
 
 def atomic_write_text(path: Path | str, text: str) -> None:
     r"""Write UTF-8 text with ``\n`` line ends whole or not at all.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file to be written.
-    text : str
-        Its whole content.
 
     Raises
     ------

@@ -23,8 +23,6 @@ from app.core.sheet.theme import WELL
 if TYPE_CHECKING:
     from app.core.colour import FloatImage
 
-__all__ = ["Framing", "Taps", "framing", "greyed", "portraits", "value_at"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Floats: TypeAlias = NDArray[np.float64]
@@ -99,11 +97,6 @@ def framing(picture: int, size: tuple[int, int]) -> Framing:
         Side of the head's square picture, pixels.
     size : tuple of int
         Rows and columns wanted, both at least 1.
-
-    Returns
-    -------
-    Framing
-        One and the same for the same arguments.
     """
     height, width = size
     aspect = width / height
@@ -124,8 +117,6 @@ def portraits(values: NDArray[np.floating[Any]], coverage: FloatImage, wanted: F
         Linear Rec. 709 on black; pixels at the head's edge hold its share only.
     coverage : (N, N) float32
         Share of each pixel covered by the head.
-    wanted : Framing
-        Of pictures of this size.
 
     Returns
     -------
@@ -173,8 +164,6 @@ def value_at(curve: Floats, turn_deg: float) -> float:
     ----------
     curve : (64,) float64
         Values at turns of 5.625 k degrees.
-    turn_deg : float
-        Deg.
 
     Returns
     -------

@@ -23,15 +23,6 @@ if TYPE_CHECKING:
 
     from app.core.transport import Transport
 
-__all__ = [
-    "SHAPE_VERSION",
-    "HeadShape",
-    "load_shape",
-    "load_shape_of",
-    "save_shape",
-    "shape_path",
-]
-
 Float32: TypeAlias = NDArray[np.float32]
 
 SHAPE_VERSION: Final = 1
@@ -47,8 +38,6 @@ class HeadShape:
 
     Attributes
     ----------
-    head : str
-        Name of the head.
     pixels : (P,) int32
         The transport's pixels.
     positions : (P, 3) float32
@@ -130,13 +119,6 @@ def load_shape(path: Path) -> HeadShape:
 
 def load_shape_of(transport: Transport, name: str) -> HeadShape:
     """Load the shape of the head that a transport was made of.
-
-    Parameters
-    ----------
-    transport : Transport
-        Of the head, in any skin.
-    name : str
-        The name of a shipped head, or the path of the transport, as it was loaded by.
 
     Raises
     ------

@@ -18,18 +18,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from OpenImageIO import ImageInput, ImageSpec
 
-__all__ = [
-    "clear_error",
-    "is_unwieldy",
-    "open_image",
-    "picture_bytes",
-    "read_rows",
-    "read_start",
-    "rows_at_once",
-    "stated_orientation",
-    "upright",
-]
-
 _MOST_BLOCK: Final = 1 << 27  # bytes: 512 rows of RGBA at the largest width
 _MOST_UNPACKED: Final = 1 << 32
 _MOST_HEADER: Final = 1 << 24  # bytes; a preview picture can be in it
@@ -203,10 +191,6 @@ def read_rows(
         Of one plane of pixels.
     rows, channels : tuple of int
         First, and one after the last; rows count from the top of what is stored.
-    kind : str
-        OpenImageIO's name of the type wanted.
-    part : int, optional
-        Of a file with several.
 
     Returns
     -------

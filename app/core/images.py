@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     from app.core.colour import FloatImage
 
-__all__ = ["write_exr", "write_hdr", "write_image", "write_png"]
-
 _CHECKED_ROWS: Final = 16
 _PNG_END: Final = b"\0\0\0\0IEND\xaeB`\x82"
 
@@ -35,12 +33,8 @@ def write_png(path: Path, picture: NDArray[np.uint8], pixels_per_inch: int = 0) 
 
     Parameters
     ----------
-    path : Path
-        The file; ends in ``.png``.
     picture : NDArray[np.uint8], (H, W, 3)
         sRGB.
-    pixels_per_inch : int, optional
-        Resolution to state in the file; 0 states none.
 
     Raises
     ------
@@ -71,14 +65,10 @@ def write_exr(
 
     Parameters
     ----------
-    path : Path
-        The file; ends in ``.exr``.
     picture : NDArray[np.float32], (H, W, 3)
         Linear Rec. 709.
     white_cd_m2 : float, optional
         Luminance of the value 1 in cd/m2, for OpenEXR's attribute ``whiteLuminance``.
-    check : Callable[[Path], None], optional
-        Looks at the finished file before it takes its place; what it raises keeps the old one.
 
     Raises
     ------
@@ -101,8 +91,6 @@ def write_hdr(path: Path, picture: FloatImage) -> None:
 
     Parameters
     ----------
-    path : Path
-        The file; ends in ``.hdr``.
     picture : NDArray[np.float32], (H, W, 3)
         Linear Rec. 709.
 
@@ -127,18 +115,8 @@ def write_image(
 
     Parameters
     ----------
-    path : Path
-        The file; replaced only by a whole picture.
     pixels : (H, W, C) uint8 or float32
         C contiguous.
-    kind : str
-        OpenImageIO's name of the type to store.
-    attributes : mapping
-        What the header states.
-    channels : sequence of str, optional
-        Names of the channels.
-    check : Callable[[Path], None], optional
-        As in `write_exr`.
 
     Raises
     ------

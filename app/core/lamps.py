@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from app.core.styles import Style, StyleLamp
     from app.core.transport import Transport
 
-__all__ = ["LampMaps", "LampWeights", "far_lamp", "lamp_weights", "mirror_index", "split_lamps"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -60,13 +58,8 @@ class LampWeights:
 
     Attributes
     ----------
-    style : int
-        Position of the style.
-    lamp : StyleLamp
     weights : (P,) float64
         Mean over the lamp's part of the face minus mean over the part that the style leaves dark.
-    ratio : float
-        Their value over the mean of the face, in the style's target picture.
     """
 
     style: int
@@ -118,12 +111,6 @@ def split_lamps(
 
     Parameters
     ----------
-    transport : Transport
-        Of the head.
-    colours : SearchColours
-        Of the same head.
-    styles : sequence of Style
-        S styles.
     luminance, weights : (S, P) float64
         Their target pictures on the head's pixels, and the weights f made of them.
 
@@ -153,10 +140,6 @@ def lamp_weights(
 
     Parameters
     ----------
-    transport : Transport
-        Of the head.
-    styles : sequence of Style
-        S styles.
     luminance, weights : (S, P) float64
         Their target pictures on the head's pixels, and the weights f made of them.
 
@@ -182,15 +165,7 @@ def lamp_weights(
 
 
 def mirror_index(styles: Sequence[Style], style: Style) -> int | None:
-    """Return the position of the style with the mirrored lamps, None where there is none.
-
-    Parameters
-    ----------
-    styles : sequence of Style
-        Where to look.
-    style : Style
-        A style that is its own mirror image finds itself.
-    """
+    """Return the position of the style with the mirrored lamps, None where there is none."""
     wanted = sorted(mirror(style).lamps, key=_order)
     for position, other in enumerate(styles):
         if sorted(other.lamps, key=_order) == wanted:

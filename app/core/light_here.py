@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from app.core.colour import FloatImage
     from app.core.transport import Transport
 
-__all__ = ["LightHere", "picture_at", "pictures_at", "prepare", "turned"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 _FINE_COLUMNS: Final = 512
@@ -54,18 +52,7 @@ class LightHere:
 
 
 def prepare(environment: Environment) -> LightHere:
-    """Prepare an environment for pictures at any turn.
-
-    Parameters
-    ----------
-    environment : Environment
-        Of any size.
-
-    Returns
-    -------
-    LightHere
-        Its arrays must not be written to.
-    """
+    """Prepare an environment for pictures at any turn."""
     radiance = environment.radiance
     rows, columns = SHAPE
     fine = reduce_radiance(radiance, (rows, max(_FINE_COLUMNS, columns)))
@@ -82,7 +69,6 @@ def turned(light: LightHere, turn_deg: float, shape: tuple[int, int] = SHAPE) ->
 
     Parameters
     ----------
-    light : LightHere
     turn_deg : float
         Azimuth in the panorama that the sitter faces, deg.
     shape : tuple of int, optional
@@ -101,10 +87,6 @@ def picture_at(transport: Transport, light: LightHere, turn_deg: float) -> Float
 
     Parameters
     ----------
-    transport : Transport
-        Of the head.
-    light : LightHere
-        Of the place.
     turn_deg : float
         Azimuth in the panorama that the sitter faces, deg.
 
@@ -123,10 +105,6 @@ def pictures_at(transport: Transport, light: LightHere, turns_deg: Sequence[floa
 
     Parameters
     ----------
-    transport : Transport
-        Of the head.
-    light : LightHere
-        Of the place.
     turns_deg : Sequence[float]
         Azimuths in the panorama that the sitter faces, deg.
 

@@ -22,17 +22,6 @@ if TYPE_CHECKING:
     from app.core.transport import Transport
     from app.core.weights import PaintedWeights
 
-__all__ = [
-    "CountedLight",
-    "LightTable",
-    "PaintedCurves",
-    "counted_light",
-    "light_table",
-    "normalised",
-    "painted_curves",
-    "table_picture",
-]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
@@ -45,12 +34,6 @@ class LightTable:
 
     Attributes
     ----------
-    transport : Transport
-        Of the head.
-    light : LightMap
-        The environment, mean 1.
-    scale : float
-        What it was divided by.
     moments : (F, 128) float64
         Luminance of the F face pixels at the 64 turns, less its mean over the face per turn,
         then the squares of the same. Exposure-free.
@@ -77,8 +60,6 @@ class PaintedCurves:
     quality, mean, contrast : (64,) float64
         C of eq. 5, mean luminance, and norm of the picture minus its mean, at turn 5.625 k deg;
         over the pixels that count.
-    norm : float
-        Norm of the weights; 0 when they ask for nothing.
     studio : float
         Quality over mean under the environment max(F, 0); 0 when that is black.
     """
@@ -119,8 +100,6 @@ def normalised(light: Floats, shape: tuple[int, int]) -> tuple[Float64, float]:
     -------
     (H, W, 3) or (H, W) float64
         The environment with mean luminance 1.
-    float
-        What it was divided by.
 
     Raises
     ------
@@ -149,17 +128,9 @@ def light_table(transport: Transport, light: Floats, *, pictures: bool = False) 
 
     Parameters
     ----------
-    transport : Transport
-        Of the head.
     light : (H, W, 3) or (H, W) float
         Environment at turn 0 in the transport's size, linear Rec. 709 radiance, or luminance of
         light that counts as grey; any exposure.
-    pictures : bool, optional
-        Whether to keep pictures, for which the light must have colours.
-
-    Returns
-    -------
-    LightTable
 
     Raises
     ------
@@ -201,8 +172,6 @@ def counted_light(table: LightTable, active: Mask) -> CountedLight:
 
     Parameters
     ----------
-    table : LightTable
-        Of the place and the head.
     active : (P,) bool
         Face pixels that count.
 
@@ -227,16 +196,8 @@ def painted_curves(
 
     Parameters
     ----------
-    table : LightTable
-        Of the place and the head that was painted on.
-    weights : PaintedWeights
-        What was painted.
     counted : CountedLight, optional
         From `counted_light` for the same active pixels, where it is known already.
-
-    Returns
-    -------
-    PaintedCurves
     """
     transport = table.transport
     light = counted_light(table, weights.active) if counted is None else counted
@@ -265,8 +226,6 @@ def table_picture(table: LightTable, turn_deg: float) -> Float32:
 
     Parameters
     ----------
-    table : LightTable
-        Made with pictures.
     turn_deg : float
         Azimuth in the panorama that the sitter faces, deg.
 

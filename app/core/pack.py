@@ -27,18 +27,6 @@ from app.core.transport import Transport, load_named
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = [
-    "PACK_VERSION",
-    "PackHeader",
-    "StylePack",
-    "load_named_pack",
-    "load_pack",
-    "load_transport_of",
-    "pack_names",
-    "pack_path",
-    "save_pack",
-]
-
 PACK_VERSION: Final = 2
 _ENDING: Final = ".styles.npz"
 _MAX_STYLES: Final = 512
@@ -55,20 +43,10 @@ class PackHeader:
 
     Attributes
     ----------
-    head, skin : str
-        Names of the head and of the skin tone.
     environment : tuple of int
         (H, W) of the environments it takes.
     picture : int
         Side of the target pictures, pixels.
-    transport_sha256 : str
-        Checksum of the transport it was made from.
-    basis_error : float
-        Largest share of the face's contrast that the search basis misses under one texel.
-    paired : bool
-        See `app.core.search.SearchTables`.
-    format_version : int
-        Version of the file's layout.
     """
 
     head: str
@@ -87,9 +65,6 @@ class StylePack:
 
     Attributes
     ----------
-    header : PackHeader
-    styles : tuple of Style
-        In the order of the arrays' first axis, S of them.
     targets : (S, N, N, 3) float16
         Linear Rec. 709 target pictures under the styles' own lamps, largest value 1.
     coverage : (N, N) float16
@@ -220,13 +195,6 @@ def load_named_pack(head: str) -> StylePack:
 
 def load_transport_of(pack: StylePack, head: str) -> Transport:
     """Load the transport that a pack was made from.
-
-    Parameters
-    ----------
-    pack : StylePack
-        As loaded by `load_named_pack`.
-    head : str
-        The same name or path as given there.
 
     Raises
     ------

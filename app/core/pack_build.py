@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from app.core.styles import Style
     from app.core.transport import Transport
 
-__all__ = ["build_pack"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -37,16 +35,8 @@ def build_pack(
 
     Parameters
     ----------
-    transport : Transport
-        Of the head.
-    styles : sequence of Style
-        S styles.
     targets : (S, P, 3) float
         Their target pictures on the head's pixels, linear Rec. 709, any scale per style.
-
-    Returns
-    -------
-    StylePack
 
     Raises
     ------

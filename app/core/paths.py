@@ -12,8 +12,6 @@ from app.core.errors import CoreError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["resources", "user_data"]
-
 _PACKAGE = Path(__file__).resolve().parent.parent
 
 
@@ -22,16 +20,6 @@ def resources(package: Path = _PACKAGE) -> Path:
 
     In a clone it is ``resources/`` beside the package; in an installed wheel it is
     ``_resources/`` inside it.
-
-    Parameters
-    ----------
-    package : Path, optional
-        Folder of the import package; only tests give another one.
-
-    Returns
-    -------
-    Path
-        An existing folder.
 
     Raises
     ------
@@ -58,20 +46,6 @@ def user_data(
     ``TURNLIGHT_HOME`` overrides it. Otherwise it is ``turnlight`` in the platform's usual
     place: ``%APPDATA%`` on Windows, ``~/Library/Application Support`` on macOS,
     ``$XDG_DATA_HOME`` or ``~/.local/share`` elsewhere.
-
-    Parameters
-    ----------
-    platform : str, optional
-        As `sys.platform`.
-    environ : Mapping[str, str], optional
-        As `os.environ`.
-    home : Path, optional
-        The user's home folder.
-
-    Returns
-    -------
-    Path
-        The folder, which need not exist.
     """
     env = os.environ if environ is None else environ
     if env.get("TURNLIGHT_HOME"):

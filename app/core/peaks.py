@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from app.core.angles import TURNS, turn_of_index, wrap
 
-__all__ = ["ARC_SHARE", "TIE", "Gate", "Peak", "best_index", "find_peak", "find_peaks", "shift"]
-
 Float64: TypeAlias = NDArray[np.float64]
 
 TIE: Final = 1e-6
@@ -40,7 +38,6 @@ class Gate:
     Attributes
     ----------
     curve : (64,) float64
-    limit : float
     """
 
     curve: Float64
@@ -58,8 +55,6 @@ class Peak:
 
     Attributes
     ----------
-    index : int
-        Grid turn, 0..63.
     turn_deg, refined_deg : float
         The grid turn and the maximum between grid turns, deg in (-180, 180].
     arc_deg : tuple of float
@@ -148,8 +143,6 @@ def shift(curve: Float64, turn_deg: float) -> Float64:
     ----------
     curve : (64,) float64
         Values at the grid turns.
-    turn_deg : float
-        Deg. A multiple of 5.625 moves the values without changing them.
 
     Returns
     -------
@@ -177,11 +170,6 @@ def best_index(objective: Float64, allowed: NDArray[np.bool_]) -> int:
     allowed : (64,) bool
         At least one True.
 
-    Returns
-    -------
-    int
-        Grid turn, 0..63.
-
     Examples
     --------
     >>> best_index(np.ones(64), np.ones(64, bool))
@@ -202,14 +190,6 @@ def find_peak(objective: Float64, index: int, gate: Gate | None = None) -> Peak:
     ----------
     objective : (64,) float64
         At the grid turns.
-    index : int
-        A grid turn that is a maximum among its neighbours, or among those the gate leaves.
-    gate : Gate, optional
-        The refined turn stays where the gate's curve, interpolated alike, reaches its limit.
-
-    Returns
-    -------
-    Peak
     """
     turn = turn_of_index(index)
     if float(np.ptp(objective)) <= TIE * float(np.abs(objective).max()):
@@ -229,10 +209,6 @@ def find_peaks(objective: Float64, index: int, gate: Gate | None = None) -> tupl
     ----------
     objective : (64,) float64
         At the grid turns.
-    index : int
-        The grid turn chosen; it always comes first.
-    gate : Gate, optional
-        As for `find_peak`; turns it closes are no peaks.
 
     Returns
     -------

@@ -12,8 +12,6 @@ from typing import TypeAlias
 
 from app.core.errors import Cancelled
 
-__all__ = ["Report", "Token", "silent", "span"]
-
 Report: TypeAlias = Callable[[float, str], None]
 """Callable ``(fraction, message)``: fraction in [0, 1], message a short plain phrase."""
 
@@ -66,8 +64,6 @@ def silent(fraction: float, message: str) -> None:
     ----------
     fraction : float
         Share of the work done, 0 to 1; ignored.
-    message : str
-        What is being done; ignored.
     """
     del fraction, message
 
@@ -77,8 +73,6 @@ def span(report: Report, start: float, stop: float) -> Report:
 
     Parameters
     ----------
-    report : Report
-        Receives the mapped fractions.
     start, stop : float
         Where the part begins and ends in the whole, 0 to 1.
 

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from app.core.styles import Style, StyleLamp
 
-__all__ = ["EPSILON", "MIN_STRENGTH", "LightMap", "Limits", "reason"]
-
 Float64: TypeAlias = NDArray[np.float64]
 
 EPSILON: Final = 45.0
@@ -37,15 +35,7 @@ _TALL_DEG: Final = 20.0  # a style's lamp may stand this much higher or lower an
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """From where on a style counts as attainable.
-
-    Attributes
-    ----------
-    match : float
-        Least match, epsilon, of 100.
-    strength : float
-        Least strength, of 100.
-    """
+    """From where on a style counts as attainable."""
 
     match: float = EPSILON
     strength: float = MIN_STRENGTH
@@ -143,12 +133,6 @@ def reason(
     ----------
     style : Style or None
         None for painted weights, which have no lamps.
-    match, strength : float
-        At the chosen turn, of 100.
-    limits : Limits
-        From where on the style counts as attainable.
-    light : LightMap
-        Of the place.
     turn_deg : float
         The chosen turn, deg.
 

@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 
 from app.core.angles import TURNS
 
-__all__ = ["Curves", "SearchTables", "build_tables", "curves", "curves_of", "quality_curves"]
-
 Float64: TypeAlias = NDArray[np.float64]
 Floats: TypeAlias = NDArray[np.floating[Any]]
 
@@ -41,8 +39,6 @@ class SearchTables:
     basis : (M, H, 2 + 2 K + E + O) float64
         The same of the face-mean target and K lamp maps (cosines, then sines), the E even basis
         rows (cosine) and the O odd ones (sine).
-    lamps, even, odd : int
-        K, E and O.
     paired : bool
         Whether even row r and odd row r are the two parts of one basis picture, as for a head
         that is not symmetric; else each row is a basis picture of its own.
@@ -114,14 +110,8 @@ def build_tables(
     even, odd : (E, H, W / 2), (O, H, W / 2) float
         Left halves of basis rows that are even and odd under mirroring; the sum of squares of
         all rows times an environment is the squared norm of its picture minus the mean.
-    paired : bool, optional
-        See `SearchTables`.
     lamps : (K, H, W) float, optional
         Maps of single lamps, see `app.core.lamps`.
-
-    Returns
-    -------
-    SearchTables
     """
     height, width = targets.shape[1:]
     half, frequencies = width // 2, width // 2 + 1
@@ -160,8 +150,6 @@ def quality_curves(tables: SearchTables, light: Floats) -> Float64:
 
     Parameters
     ----------
-    tables : SearchTables
-        Targets and basis.
     light : (H, W) float
         Light as the search sees it at turn 0, see `app.core.search_light`.
 
@@ -179,14 +167,8 @@ def curves(tables: SearchTables, light: Floats) -> Curves:
 
     Parameters
     ----------
-    tables : SearchTables
-        Targets and basis.
     light : (H, W) float
         Light as the search sees it at turn 0, see `app.core.search_light`.
-
-    Returns
-    -------
-    Curves
     """
     found = curves_of(tables, light[None])
     return Curves(found.quality[0], found.mean[0], found.contrast[0], found.lamps[0])
@@ -197,8 +179,6 @@ def curves_of(tables: SearchTables, lights: Floats) -> Curves:
 
     Parameters
     ----------
-    tables : SearchTables
-        Targets and basis.
     lights : (N, H, W) float
         As `curves` takes them.
 

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from app.core.search_light import SearchColours
     from app.core.transport import Transport
 
-__all__ = ["SearchBasis", "build_basis"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -37,8 +35,6 @@ class SearchBasis:
         Left halves of the rows that are even and odd under mirroring.
     paired : bool
         Whether even row r and odd row r are the parts of one row (a head without symmetry).
-    error : float
-        Largest share of the contrast that is missing under one texel that matters.
     """
 
     even: Float32
@@ -55,16 +51,8 @@ def build_basis(transport: Transport, colours: SearchColours, weights: Float64) 
 
     Parameters
     ----------
-    transport : Transport
-        Of the head.
-    colours : SearchColours
-        Of the same head.
     weights : (S, P) float64
         Target weights, zero-mean over the face and 0 elsewhere.
-
-    Returns
-    -------
-    SearchBasis
     """
     face = transport.face
     grey, tint = (_centred(basis[face]) for basis in colours.bases)

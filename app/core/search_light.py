@@ -25,8 +25,6 @@ from app.core.environment import solid_angles
 if TYPE_CHECKING:
     from app.core.transport import Transport
 
-__all__ = ["MIXTURES", "SearchColours", "find_colours", "luminance_of", "seen_light"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 Floats: TypeAlias = NDArray[np.floating[Any]]
@@ -84,11 +82,6 @@ class SearchColours:
 
 def find_colours(transport: Transport) -> SearchColours:
     """Split a head's luminance into two parts.
-
-    Parameters
-    ----------
-    transport : Transport
-        Of the head.
 
     Returns
     -------

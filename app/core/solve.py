@@ -28,17 +28,6 @@ if TYPE_CHECKING:
     from app.core.transport import Transport
     from app.core.weights import PaintedWeights
 
-__all__ = [
-    "OBJECTIVES",
-    "Objective",
-    "PeakResult",
-    "StyleResult",
-    "match_and_strength",
-    "solve_all",
-    "solve_on_table",
-    "solve_painted",
-]
-
 Float64: TypeAlias = NDArray[np.float64]
 Objective: TypeAlias = Literal["picture", "paper"]
 
@@ -53,8 +42,6 @@ class PeakResult:
     ----------
     turn_deg, turn_refined_deg : float
         On the grid of 5.625 deg, and between; deg in (-180, 180], positive clockwise.
-    quality, match, strength : float
-        At the grid turn.
     arc_deg : tuple of float
         Tolerance arc (from, to), clockwise, deg.
     """
@@ -73,8 +60,6 @@ class StyleResult:
 
     Attributes
     ----------
-    name, title, side : str
-        Of the style; all but the name are empty for painted weights.
     turn_index : int
         Grid turn 0..63, counted from the panorama's centre column whatever `front` is.
     turn_deg, turn_refined_deg : float
@@ -83,15 +68,10 @@ class StyleResult:
         Of the refined turn: clockwise, counter-clockwise or none.
     quality_curve, match_curve, strength_curve : (64,) float64
         At turn 5.625 k deg. Quality in the unit of the environment, the others of 100.
-    quality, match, strength : float
-        At the grid turn.
-    attainable : bool
     reason : str or None
         Why not; None when attainable.
     arc_deg : tuple of float
         Tolerance arc (from, to) around the refined turn, going clockwise, deg.
-    peaks : tuple of PeakResult
-        All turns that stand out, the chosen one first.
     """
 
     name: str
@@ -182,25 +162,14 @@ def solve_all(
 
     Parameters
     ----------
-    pack : StylePack
-        Head and styles.
     light : (H, W, 3) or (H, W) float
         Environment at turn 0 in the pack's size, linear Rec. 709 radiance, or luminance of light
         that counts as grey; any exposure.
-    objective : {"picture", "paper"}
-        What chooses the turn: the best match among the turns of sufficient strength, or C.
     epsilon, min_strength : float, optional
         Least match and strength of an attainable style, of 100. A least strength of 0 asks for
         none: then the best match of all turns is taken.
-    styles : sequence of str, optional
-        Names of the styles wanted; all by default.
     front_deg : float, optional
         Azimuth at which the photographer stands, deg; see `StyleResult.seen_from`.
-
-    Returns
-    -------
-    tuple of StyleResult
-        In the pack's order.
 
     Raises
     ------
@@ -226,13 +195,6 @@ def solve_all(
 
 def match_and_strength(pack: StylePack, found: Curves) -> tuple[Float64, Float64, Float64]:
     """Put quality curves on scales that are free of exposure.
-
-    Parameters
-    ----------
-    pack : StylePack
-        Head and styles.
-    found : Curves
-        Of all its styles; those of several lights give results with one more axis.
 
     Returns
     -------
@@ -273,20 +235,9 @@ def solve_painted(
 
     Parameters
     ----------
-    transport : Transport
-        Of the head.
-    weights : PaintedWeights
-        What was painted on it.
     light : (H, W, 3) or (H, W) float
         Environment at turn 0 in the transport's size, linear Rec. 709 radiance, or luminance of
         light that counts as grey; any exposure.
-    objective, epsilon, min_strength
-        As for `solve_all`.
-
-    Returns
-    -------
-    StyleResult
-        Its name is ``painted``.
 
     Raises
     ------
@@ -315,19 +266,8 @@ def solve_on_table(
 
     Parameters
     ----------
-    table : LightTable
-        Of the place and the head.
-    weights : PaintedWeights
-        What was painted on the head.
-    objective, epsilon, min_strength
-        As for `solve_all`.
     counted : CountedLight, optional
         From `counted_light` for the same active pixels, where it is known already.
-
-    Returns
-    -------
-    StyleResult
-        As `solve_painted`.
     """
     found = painted_curves(table, weights, counted)
     ratio = found.quality / np.maximum(found.mean, 1e-30)

@@ -21,20 +21,6 @@ from app.core.environment import solid_angles
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = [
-    "angle_of",
-    "angles_of",
-    "direction",
-    "directions",
-    "directions_at",
-    "from_vector",
-    "positions",
-    "remap_frame",
-    "rotate_light",
-    "rotation",
-    "to_vector",
-]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 Numbers: TypeAlias = NDArray[np.integer[Any] | np.floating[Any]]
@@ -152,11 +138,6 @@ def to_vector(matrix: Float64) -> Float64:
 
 def direction(azimuth_deg: float, elevation_deg: float) -> Float64:
     """Return the unit vector to an azimuth and elevation.
-
-    Parameters
-    ----------
-    azimuth_deg, elevation_deg : float
-        Degrees, in the panorama's frame.
 
     Returns
     -------

@@ -14,16 +14,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-__all__ = [
-    "PAINTED_FORMAT",
-    "LampValues",
-    "PaintedValues",
-    "StyleValues",
-    "is_painted",
-    "read_painted",
-    "read_toml",
-]
-
 PAINTED_FORMAT: Final = 1
 """Version of the form in which painted styles are written."""
 
@@ -69,11 +59,6 @@ class StyleValues(NamedTuple):
 
 def read_toml(path: Path) -> StyleValues:
     """Read a style file and check everything in it.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
 
     Returns
     -------
@@ -124,11 +109,6 @@ class PaintedValues(NamedTuple):
 def is_painted(path: Path) -> bool:
     """Tell whether a style file says that its style was painted.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-
     Returns
     -------
     bool
@@ -142,11 +122,6 @@ def is_painted(path: Path) -> bool:
 
 def read_painted(path: Path) -> PaintedValues:
     """Read the file of a painted style and check everything in it.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
 
     Returns
     -------

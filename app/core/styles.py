@@ -22,19 +22,6 @@ from app.core.style_file import is_painted, read_toml
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-__all__ = [
-    "NAMES",
-    "PAPER_NAMES",
-    "Side",
-    "Style",
-    "StyleLamp",
-    "load_styles",
-    "mirror",
-    "mirror_name",
-    "read_style",
-    "select",
-]
-
 Side: TypeAlias = Literal["left", "right", "none"]
 """The sitter's own side on which the key lamp stands."""
 
@@ -74,14 +61,6 @@ class StyleLamp:
 
     Attributes
     ----------
-    azimuth_deg : float
-        0 in front of the face, positive toward the sitter's left, in (-180, 180].
-    elevation_deg : float
-        0 at eye level, positive up.
-    diameter_deg : float
-        Diameter of the round lamp as seen from the face.
-    power : float
-        Light that it throws on the face, relative to the style's other lamps.
     distance_m : float
         From the point midway between the eyes, at least 2 m: nearer lamps do not act from one
         direction over the whole face.
@@ -112,25 +91,7 @@ class StyleLamp:
 
 @dataclass(frozen=True, slots=True)
 class Style:
-    """A named target look.
-
-    Attributes
-    ----------
-    name : str
-        Name on the command line and in files, for example ``left-loop``.
-    title : str
-        Name on screen, without the side, for example "Loop".
-    side : Side
-        The sitter's own side on which the key lamp stands.
-    place : str
-        Where the light comes from, in words, for a style without a side; else empty.
-    note : str
-        What the look is known by.
-    lamps : tuple[StyleLamp, ...]
-        The studio lamps, the key lamp first.
-    paper : bool
-        Whether the style is one of the paper's sixteen.
-    """
+    """A named target look."""
 
     name: str
     title: str
@@ -154,11 +115,6 @@ class Style:
 def mirror_name(name: str) -> str:
     """Name of the mirrored style.
 
-    Parameters
-    ----------
-    name : str
-        A style's name.
-
     Returns
     -------
     str
@@ -177,11 +133,6 @@ def mirror_name(name: str) -> str:
 
 def mirror(style: Style) -> Style:
     """Mirror a style at the sitter's middle plane.
-
-    Parameters
-    ----------
-    style : Style
-        Any style.
 
     Returns
     -------
@@ -203,11 +154,6 @@ def mirror(style: Style) -> Style:
 
 def read_style(path: Path | str) -> Style:
     """Read one style file.
-
-    Parameters
-    ----------
-    path : Path or str
-        A TOML file; its name without ``.toml`` becomes the style's name.
 
     Returns
     -------
@@ -235,16 +181,6 @@ def load_styles(user_folder: Path | None = None) -> tuple[Style, ...]:
     """Load the built-in styles and, after them, the user's own by name.
 
     Painted styles in the user's folder have weights and no lamps; `app.core.painting` reads them.
-
-    Parameters
-    ----------
-    user_folder : Path, optional
-        Folder with more ``.toml`` files; it need not exist.
-
-    Returns
-    -------
-    tuple[Style, ...]
-        In the order of `NAMES`, then the user's.
 
     Raises
     ------
@@ -274,15 +210,8 @@ def select(styles: Sequence[Style], names: Iterable[str] | None) -> tuple[Style,
 
     Parameters
     ----------
-    styles : Sequence[Style]
-        What there is.
     names : Iterable[str] or None
         Names wanted; None or none at all means every style.
-
-    Returns
-    -------
-    tuple[Style, ...]
-        In the order of `styles`, each once.
 
     Raises
     ------

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
-__all__ = ["names_like", "title_key", "titles_like"]
-
 _MOST: Final = 10_000
 _LONGEST_NAME: Final = 28
 _RESERVED: Final = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(-.*)?")  # on Windows
@@ -23,13 +21,6 @@ def title_key(title: str) -> str:
 
 def titles_like(title: str, longest: int) -> Iterator[str]:
     """Yield a title, then the same with a number, until one is free.
-
-    Parameters
-    ----------
-    title : str
-        Wanted.
-    longest : int
-        Characters that a title may have.
 
     Examples
     --------
@@ -45,15 +36,6 @@ def titles_like(title: str, longest: int) -> Iterator[str]:
 
 def names_like(title: str, otherwise: str, reserved: Collection[str]) -> Iterator[str]:
     """Yield names for commands and files made of a title, until one is free.
-
-    Parameters
-    ----------
-    title : str
-        Any text.
-    otherwise : str
-        What a title without Latin letters is called.
-    reserved : collection of str
-        Names that mean something else.
 
     Examples
     --------

@@ -21,20 +21,6 @@ from app.core.colour import LUMINANCE_WEIGHTS
 from app.core.errors import TransportError
 from app.core.paths import resources
 
-__all__ = [
-    "FORMAT_VERSION",
-    "Transport",
-    "TransportHeader",
-    "load_named",
-    "load_transport",
-    "preintegrate",
-    "render",
-    "save_transport",
-    "to_image",
-    "transport_names",
-    "transport_path",
-]
-
 FORMAT_VERSION = 1
 FACE_COVERAGE = 0.5
 _MAX_PICTURE = 1024
@@ -51,28 +37,12 @@ class TransportHeader:
 
     Attributes
     ----------
-    head, skin : str
-        Names of the head and of the skin tone.
     environment : tuple of int
         Rows and columns of the environment, (H, W) with W = 2 H.
     picture : int
         Side of the square picture in pixels, N.
-    rank : int
-        Number of basis pictures, R.
-    fov_deg, distance_m : float
-        Camera: horizontal field of view and distance from the point midway between the eyes.
     luminance_weights : tuple of float
         Weights that turn linear RGB into luminance.
-    paths_per_pixel, seed : int
-        Sampling of the bake.
-    noise : float
-        RMS difference of two half bakes / sqrt 2 / RMS, for the median texel.
-    truncation : float
-        What the low-rank form loses: RMS / RMS of the picture, for the worst counted texel.
-    symmetric : bool
-        Whether T was made exactly mirror symmetric.
-    format_version : int
-        Version of the file's layout.
     """
 
     head: str
@@ -97,7 +67,6 @@ class Transport:
 
     Attributes
     ----------
-    header : TransportHeader
     pixels : (P,) int32
         Flat row-major indices, into the N x N picture, of the pixels the head covers.
     coverage : (P,) float32
@@ -106,8 +75,6 @@ class Transport:
         Linear Rec. 709 RGB. Together with `texel_basis` it contains the texels' solid angle.
     texel_basis : (R, H * W) float32
         Row-major texels in panorama coordinates at turn 0.
-    digest : str
-        SHA-256 of the arrays; empty when the transport was never stored.
     """
 
     header: TransportHeader
@@ -151,7 +118,6 @@ def render(transport: Transport, radiance: NDArray[np.floating[Any]]) -> Float32
 
     Parameters
     ----------
-    transport : Transport
     radiance : (H, W, 3) or (H, W) float
         Linear Rec. 709 radiance, or luminance, at turn 0.
 
@@ -186,7 +152,6 @@ def preintegrate(transport: Transport, weights: NDArray[np.floating[Any]]) -> Fl
 
     Parameters
     ----------
-    transport : Transport
     weights : (P,) float
         Target weights f on the head's pixels, zero outside the face.
 

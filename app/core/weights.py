@@ -17,8 +17,6 @@ from app.core.errors import StyleError
 if TYPE_CHECKING:
     from app.core.transport import Transport
 
-__all__ = ["PaintedWeights", "paint", "painted", "painted_weights", "target_weights"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
@@ -111,8 +109,6 @@ class PaintedWeights:
         Sum over active pixels of value times the pixel's row of the luminance basis.
     ones_in_basis : (R,) float64
         The same with 1 in place of the value.
-    total : float
-        Sum of the active values.
     count : int
         Number of active pixels.
     """
@@ -147,16 +143,10 @@ def painted(transport: Transport, values: Values, ignored: Mask | None = None) -
 
     Parameters
     ----------
-    transport : Transport
-        Of the head.
     values : (P,) float
         Painted wish per pixel of the head; outside the face it does not count.
     ignored : (P,) bool, optional
         Face pixels that shall not count.
-
-    Returns
-    -------
-    PaintedWeights
 
     Raises
     ------
@@ -189,10 +179,6 @@ def paint(
 
     Parameters
     ----------
-    transport : Transport
-        Of the head.
-    before : PaintedWeights
-        State before the stroke; it is not changed, so it can be kept for undo.
     pixels : (n,) int
         Positions among the head's P pixels, each at most once. Those outside the face are
         left alone.

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from zeroconf import Zeroconf
 
-__all__ = ["SERVICE", "Advert", "browse_network"]
-
 SERVICE: Final = "_osc._tcp.local."
 """Type under which cameras of this kind announce themselves."""
 
@@ -33,17 +31,7 @@ _ASK_MS: Final = 400
 
 @dataclass(frozen=True, slots=True)
 class Advert:
-    """One announcement, as it came.
-
-    Attributes
-    ----------
-    name : str
-        Instance name without the service type.
-    addresses : tuple[str, ...]
-        IPv4 first; IPv6 with its zone where it needs one.
-    port : int
-        TCP port.
-    """
+    """One announcement, as it came."""
 
     name: str
     addresses: tuple[str, ...]
@@ -60,12 +48,8 @@ def browse_network(
 
     Parameters
     ----------
-    found : Callable[[Advert], None]
-        Told of each, in this thread; of 32 at most.
     stop : threading.Event
         Ends it, within half a second.
-    interfaces : sequence of str, optional
-        Addresses of this machine to listen at; all when left out.
 
     Raises
     ------

@@ -18,17 +18,9 @@ if TYPE_CHECKING:
     from app.devices.found import FoundCamera
     from app.devices.webcam import Webcam
 
-__all__ = ["DevicesAtHand"]
-
 
 class DevicesAtHand:
-    """What is really there.
-
-    Parameters
-    ----------
-    clock : Clock
-        For every wait.
-    """
+    """What is really there."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock

@@ -18,8 +18,6 @@ from app.devices.simulated.live import LivePicture, preview_pieces
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["preview_case"]
-
 _SHAPE: Final = (512, 1024)
 _SCENE: Final = "courtyard"
 _BOUNDARY: Final = "---osclivepreview---"

@@ -13,8 +13,6 @@ from typing import TYPE_CHECKING, Final, Protocol
 if TYPE_CHECKING:
     from app.core.progress import Token
 
-__all__ = ["Clock", "ScaledClock", "SystemClock", "VirtualClock", "wait"]
-
 _STEP_S: Final = 0.1  # a cancelled wait ends within this
 
 
@@ -98,15 +96,6 @@ class VirtualClock:
 
 def wait(clock: Clock, seconds: float, token: Token | None = None) -> None:
     """Wait in short steps, so that cancelling is felt.
-
-    Parameters
-    ----------
-    clock : Clock
-        Whose time passes.
-    seconds : float
-        How long.
-    token : Token, optional
-        Stops the wait.
 
     Raises
     ------

@@ -27,22 +27,12 @@ if TYPE_CHECKING:
     from app.devices.found import FoundCamera
     from app.devices.webcam import Webcam
 
-__all__ = ["CameraProcess", "DemoDevices"]
-
 _TICK_S: Final = 0.05
 _START_S: Final = 20.0
 
 
 class CameraProcess:
-    """An imitation camera in a process of its own.
-
-    Parameters
-    ----------
-    scene : Path
-        Panorama that it sees.
-    model : str, optional
-        Which camera it imitates, as ``turnlight simulate-camera --model``.
-    """
+    """An imitation camera in a process of its own."""
 
     def __init__(self, scene: Path, model: str = "V") -> None:
         # Not "-m app": a folder of the user's may be called that.
@@ -72,17 +62,6 @@ class CameraProcess:
 
     def url(self, clock: Clock, token: Token) -> str:
         """Wait for the camera's address.
-
-        Parameters
-        ----------
-        clock : Clock
-            For waiting.
-        token : Token
-            Stops it.
-
-        Returns
-        -------
-        str
 
         Raises
         ------
@@ -119,15 +98,7 @@ class CameraProcess:
 
 
 class DemoDevices(DevicesAtHand):
-    """Imitations at the demo location; a typed address is still a real one.
-
-    Parameters
-    ----------
-    clock : Clock
-        For every wait.
-    location : Path
-        Folder of the demo location.
-    """
+    """Imitations at the demo location; a typed address is still a real one."""
 
     def __init__(self, clock: Clock, location: Path) -> None:
         super().__init__(clock)

@@ -80,15 +80,7 @@ class Asker(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Discovery:
-    """What a search brought.
-
-    Attributes
-    ----------
-    cameras : tuple[FoundCamera, ...]
-        Each once, the nearest first.
-    notes : tuple[str, ...]
-        Sentences for the user: a router where a camera could be, a network that cannot be searched.
-    """
+    """What a search brought."""
 
     cameras: tuple[FoundCamera, ...] = ()
     notes: tuple[str, ...] = ()
@@ -134,18 +126,8 @@ def discover(
 
     Parameters
     ----------
-    clock : Clock
-        Time. Real time counts as well, since a virtual clock stands still while threads wait.
     timeout_s : float, optional
         How long to listen, in seconds; answers to questions asked last come up to a second later.
-    token : Token, optional
-        Stops it.
-    link_factory : Callable[[Endpoint], Asker], optional
-        Makes the way to an address; real connections when left out.
-    browse : Callable, optional
-        Listens to announcements, as `browse_network`.
-    remembered : FoundCamera, optional
-        A camera to look for besides; `last_camera()` when left out.
 
     Returns
     -------
@@ -211,22 +193,6 @@ def look_at(
     timeout_s: float = 5.0,
 ) -> FoundCamera:
     """Ask what is at an address that the user typed.
-
-    Parameters
-    ----------
-    endpoint : Endpoint
-        As `check_address` gave it.
-    clock : Clock
-        Time.
-    link_factory : Callable[[Endpoint], Asker], optional
-        Makes the way there; a real connection when left out.
-    timeout_s : float, optional
-        Seconds for the whole answer.
-
-    Returns
-    -------
-    FoundCamera
-        With `needs_password` where a digest is asked for.
 
     Raises
     ------

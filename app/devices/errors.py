@@ -13,29 +13,12 @@ from typing import TYPE_CHECKING, Final, TypeVar
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = [
-    "DISK",
-    "LOSSES",
-    "BadReply",
-    "CameraNotReady",
-    "CameraRefused",
-    "CaptureFailed",
-    "DeviceError",
-    "DownloadFailed",
-    "NotACamera",
-    "PasswordNeeded",
-    "Unreachable",
-    "not_written",
-]
-
 
 class DeviceError(Exception):
     """A camera or the way to it fails, and what to do about it.
 
     Parameters
     ----------
-    message : str
-        One plain sentence that says what is wrong.
     hint : str, optional
         What to do next, as a second sentence.
     code : str, optional
@@ -86,8 +69,6 @@ class CameraRefused(DeviceError):
     ----------
     message, hint, code : str
         As in `DeviceError`; `code` is the camera's.
-    status : int, optional
-        HTTP status it came with; an error may also come inside a 200.
     """
 
     default_code = "refused"

@@ -16,9 +16,6 @@ if TYPE_CHECKING:
 
     from app.devices.osc.endpoint import Endpoint
 
-__all__ = ["FoundCamera", "Source", "described", "is_near", "merged", "same_camera"]
-__all__ += ["serial_in", "theta_user"]
-
 Source: TypeAlias = Literal["access point", "network", "remembered", "typed"]
 """Where an address came from: a camera's own Wi-Fi, an announcement, last time, the user."""
 
@@ -43,27 +40,7 @@ _ORDER: Final = ("typed", "access point", "remembered", "network")
 
 @dataclass(frozen=True, slots=True)
 class FoundCamera:
-    """A camera that answers, or one that is there for certain but wants a password first.
-
-    Attributes
-    ----------
-    name : str
-        For people; without control characters.
-    endpoint : Endpoint
-        Where it is.
-    model : str
-        As the camera says it, or what its announced name tells; "" where nobody knows yet.
-    serial : str
-        Digits without the two letters on the label; "" where nobody knows yet.
-    source : {"access point", "network", "remembered", "typed"}
-        Where its address came from; the best of them, where it was found more than once.
-    needs_password : bool
-        Whether it wants a user name and password.
-    user : str
-        User name that it will want, "" where that cannot be told.
-    used_last : bool
-        Whether it is the one that was used last, wherever it is now.
-    """
+    """A camera that answers, or one that is there for certain but wants a password first."""
 
     name: str
     endpoint: Endpoint
@@ -82,19 +59,8 @@ def described(
 
     Parameters
     ----------
-    endpoint : Endpoint
-        Where it is.
-    source : Source
-        Where that came from.
     info : Info, optional
         What the camera said of itself; None when it wants a password before it says anything.
-    announced : str, optional
-        Name under which it is announced in the network.
-
-    Returns
-    -------
-    FoundCamera
-        Without a word that cannot be shown.
     """
     label = words(announced, _LONGEST)
     serial = words(info.serial_number, _LONGEST) if info else serial_in(label)
@@ -137,16 +103,6 @@ def is_near(host: str) -> bool:
 
     Only such addresses are tried when the user has not typed them.
 
-    Parameters
-    ----------
-    host : str
-        IPv4 or IPv6 address, the latter with or without a zone.
-
-    Returns
-    -------
-    bool
-        False for all others, and for names.
-
     Examples
     --------
     >>> is_near("192.168.1.1"), is_near("8.8.8.8"), is_near("fe80::1%eth0")
@@ -161,11 +117,6 @@ def is_near(host: str) -> bool:
 
 def merged(cameras: Iterable[FoundCamera]) -> tuple[FoundCamera, ...]:
     """Leave each camera once.
-
-    Parameters
-    ----------
-    cameras : Iterable[FoundCamera]
-        In any order; the same camera may be there under several addresses.
 
     Returns
     -------

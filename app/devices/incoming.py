@@ -24,16 +24,6 @@ if TYPE_CHECKING:
 
     from app.core.probe.frame import Exposure, Frame
 
-__all__ = [
-    "MAX_BYTES",
-    "Arrival",
-    "Grouping",
-    "IncomingBracket",
-    "is_wanted",
-    "passed_over",
-    "read_arrival",
-]
-
 MAX_BYTES: Final = 2_000_000_000
 """Largest file that is looked into; a JPEG must be a quarter of that."""
 
@@ -53,20 +43,12 @@ class Arrival:
 
     Attributes
     ----------
-    path : Path
-        The file.
-    camera : str
-        Model in EXIF, "" where not stated.
     shape : tuple[int, int]
         Rows and columns.
     kind : str
         How its pixels are stored.
-    exposure : Exposure
-        Of EXIF.
     taken_s : float or None
         Time of EXIF in seconds; comparable only with that of the same camera.
-    order : tuple
-        Sorts pictures as they were taken: by time, then by the numbers in their names.
     """
 
     path: Path
@@ -80,17 +62,7 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True)
 class IncomingBracket:
-    """Frames that belong together.
-
-    Attributes
-    ----------
-    paths : tuple[Path, ...]
-        The files where they are, in the order of shooting; two or more.
-    exposures : tuple[Exposure, ...]
-        Of each, all different.
-    reasons : tuple[str, ...]
-        Sentences: why it was taken to be complete.
-    """
+    """Frames that belong together."""
 
     paths: tuple[Path, ...]
     exposures: tuple[Exposure, ...]
@@ -105,11 +77,6 @@ def is_wanted(name: str) -> bool:
 
 def passed_over(name: str) -> str:
     """Say why a file of this name is passed over; "" where nobody needs to hear of it.
-
-    Parameters
-    ----------
-    name : str
-        A name for which `is_wanted` is False.
 
     Returns
     -------
@@ -129,8 +96,6 @@ def read_arrival(path: Path, size: int, modified_s: float) -> Arrival | str:
 
     Parameters
     ----------
-    path : Path
-        The file; it is only read.
     size : int
         Its length in bytes.
     modified_s : float
@@ -248,8 +213,6 @@ class Grouping:
 
         Parameters
         ----------
-        arrival : Arrival
-            The picture.
         now : float
             Time in seconds.
         """
@@ -286,11 +249,6 @@ class Grouping:
         ----------
         now : float
             Time in seconds.
-
-        Yields
-        ------
-        IncomingBracket
-            In the order in which they were completed.
         """
         for key, group in tuple(self._open.items()):
             if now - group.quiet_from_s >= self._quiet_s:

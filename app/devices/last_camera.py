@@ -23,8 +23,6 @@ from app.devices.osc.untrusted import parse_json, table, whole, words
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["FILE", "last_camera", "remember"]
-
 FILE: Final = "last-camera.json"
 """Name of the file in the user's folder."""
 
@@ -36,13 +34,6 @@ _LOCAL_NAME: Final = re.compile(r"[a-z0-9_-]+(?:\.(?:local|lan|home|internal|hom
 
 def remember(camera: FoundCamera, folder: Path | None = None) -> bool:
     """Keep a camera for the next time.
-
-    Parameters
-    ----------
-    camera : FoundCamera
-        A camera that worked.
-    folder : Path, optional
-        Where to; the user's own data when left out.
 
     Returns
     -------
@@ -70,11 +61,6 @@ def remember(camera: FoundCamera, folder: Path | None = None) -> bool:
 
 def last_camera(folder: Path | None = None) -> FoundCamera | None:
     """Look up the camera that was used last.
-
-    Parameters
-    ----------
-    folder : Path, optional
-        As in `remember`.
 
     Returns
     -------

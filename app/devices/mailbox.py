@@ -8,8 +8,6 @@ from __future__ import annotations
 import threading
 from typing import Generic, TypeVar
 
-__all__ = ["Mailbox"]
-
 T = TypeVar("T")
 
 
@@ -37,13 +35,7 @@ class Mailbox(Generic[T]):
         self._replaced = 0
 
     def put(self, item: T) -> None:
-        """Put an item in, in place of one that nobody has taken.
-
-        Parameters
-        ----------
-        item : T
-            The newest; dropped when the mailbox is closed.
-        """
+        """Put an item in, in place of one that nobody has taken."""
         with self._changed:
             if self._closed:
                 return

@@ -16,8 +16,6 @@ from app.devices.errors import BadReply
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["MAX_FRAME_BYTES", "MjpegParser", "boundary_of", "jpeg_size"]
-
 MAX_FRAME_BYTES: Final = 8 << 20
 """Largest picture; what is longer is dropped."""
 
@@ -43,16 +41,6 @@ _LENGTH: Final = re.compile(rb"content-length[ \t]*:[ \t]*(\d{1,10})[ \t]*\Z", r
 def boundary_of(content_type: str) -> str:
     """Read the boundary out of a Content-Type header.
 
-    Parameters
-    ----------
-    content_type : str
-        The header's value.
-
-    Returns
-    -------
-    str
-        Without quotation marks; empty where there is none.
-
     Examples
     --------
     >>> boundary_of('multipart/x-mixed-replace; boundary="---osclivepreview---"')
@@ -70,16 +58,6 @@ class MjpegParser:
     found by walking its segments, so that a thumbnail inside it does not end it. A picture that
     the next boundary cuts off is dropped. Without any boundary pictures are found by their first
     bytes.
-
-    Parameters
-    ----------
-    boundary : str, optional
-        As `boundary_of` reads it; the dashes around it do not matter.
-
-    Attributes
-    ----------
-    dropped : int
-        Pictures that began and were not delivered: cut off, damaged or too large.
     """
 
     def __init__(self, boundary: str = "") -> None:
@@ -115,11 +93,6 @@ class MjpegParser:
 
     def feed(self, data: bytes) -> list[bytes]:
         """Take what the connection gave.
-
-        Parameters
-        ----------
-        data : bytes
-            Any number of them.
 
         Returns
         -------
@@ -272,13 +245,7 @@ class MjpegParser:
 
 
 class _Walk:
-    """Goes through the segments of a JPEG that stands at the start of a growing buffer.
-
-    Attributes
-    ----------
-    place : int
-        How far it has come.
-    """
+    """Goes through the segments of a JPEG that stands at the start of a growing buffer."""
 
     __slots__ = ("_fill", "_packed", "_segments", "place")
 
@@ -295,8 +262,6 @@ class _Walk:
         ----------
         data : bytearray
             Starts with the picture's first byte.
-        limit : int
-            Nothing is looked at from here on.
 
         Returns
         -------
@@ -338,11 +303,6 @@ class _Walk:
 
 def jpeg_size(jpeg: bytes) -> tuple[int, int]:
     """Read the size of a picture without decoding it, and refuse kinds that no camera streams.
-
-    Parameters
-    ----------
-    jpeg : bytes
-        The file.
 
     Returns
     -------

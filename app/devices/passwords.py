@@ -17,8 +17,6 @@ from app.core.errors import CoreError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["SERVICE", "Passwords", "default_password_hint", "read_password_file"]
-
 SERVICE: Final = "Turnlight camera"
 """Under which passwords are kept in the keyring."""
 
@@ -42,8 +40,6 @@ class Passwords:
 
     Parameters
     ----------
-    say : Callable[[str], None], optional
-        Told, once, that nothing will be remembered.
     patience_s : float, optional
         Real seconds that a keyring may take, for instance while it asks the user to unlock it.
     """
@@ -56,11 +52,6 @@ class Passwords:
 
     def get(self, account: str) -> str | None:
         """Look a password up.
-
-        Parameters
-        ----------
-        account : str
-            User name ("THETAYL00105377") or serial number.
 
         Returns
         -------
@@ -77,20 +68,7 @@ class Passwords:
         return found if isinstance(found, str) and _sound(found) else None
 
     def set(self, account: str, password: str) -> bool:
-        """Keep a password.
-
-        Parameters
-        ----------
-        account : str
-            As in `get`.
-        password : str
-            At most 256 characters.
-
-        Returns
-        -------
-        bool
-            Whether it can be found again.
-        """
+        """Keep a password."""
 
         def keep() -> bool:
             import keyring
@@ -107,18 +85,7 @@ class Passwords:
         return kept
 
     def forget(self, account: str) -> bool:
-        """Remove a password.
-
-        Parameters
-        ----------
-        account : str
-            As in `get`.
-
-        Returns
-        -------
-        bool
-            Whether there is none any more.
-        """
+        """Remove a password."""
 
         def remove() -> bool:
             import keyring
@@ -156,18 +123,6 @@ class Passwords:
 def read_password_file(path: Path | str, warn: Callable[[str], None] | None = None) -> str:
     """Read a password from the first line of a file.
 
-    Parameters
-    ----------
-    path : Path or str
-        The file; a pipe does as well.
-    warn : Callable[[str], None], optional
-        Told when others may read the file.
-
-    Returns
-    -------
-    str
-        The password, without the end of its line.
-
     Raises
     ------
     CoreError
@@ -202,13 +157,6 @@ def read_password_file(path: Path | str, warn: Callable[[str], None] | None = No
 
 def default_password_hint(model: str, serial: str) -> str:
     """Say which password a camera has that nobody has set one for.
-
-    Parameters
-    ----------
-    model : str
-        As the camera says it, "" where it is not known.
-    serial : str
-        Digits of the serial number, with or without the two letters, "" where it is not known.
 
     Returns
     -------

@@ -86,10 +86,6 @@ class PreviewFrame:
 
     Attributes
     ----------
-    jpeg : bytes
-        As the camera sent it, at most `app.devices.mjpeg.MAX_FRAME_BYTES`.
-    number : int
-        Counts the pictures since the stream was made, from 0, over all its connections.
     received_s : float
         The clock's time when its last byte was here.
     """
@@ -102,18 +98,6 @@ class PreviewFrame:
 @contextlib.contextmanager
 def opened_preview(client: OscClient, profile: ModelProfile) -> Iterator[Incoming]:
     """Open a camera's preview, in the best format for looking that it accepts.
-
-    Parameters
-    ----------
-    client : OscClient
-        With a connection of its own.
-    profile : ModelProfile
-        The camera's; one without formats is left at what it sends.
-
-    Yields
-    ------
-    Incoming
-        The stream.
 
     Raises
     ------
@@ -148,11 +132,6 @@ def _choose_format(client: OscClient, profile: ModelProfile) -> None:
 
 def decode(frame: PreviewFrame) -> NDArray[np.uint8]:
     """Decode a picture, in the caller's thread.
-
-    Parameters
-    ----------
-    frame : PreviewFrame
-        From a camera, hence not to be trusted.
 
     Returns
     -------
@@ -198,10 +177,6 @@ class PreviewStream:
         context manager, as `OscClient.live_preview` does. It is called anew for each try, and
         may first do what a fresh connection needs. Its reads should give up after `LOST_S`
         without a byte.
-    mailbox : Mailbox of PreviewFrame
-        Where pictures go; stays open when the stream is stopped.
-    clock : Clock
-        For pauses and rates.
     cut : callable, optional
         Ends the opening of that connection from another thread, as `Link.close` does, so that
         stopping need not wait for a camera that does not answer.

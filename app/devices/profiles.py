@@ -21,8 +21,6 @@ from app.core.probe.theta_limits import theta_limits
 if TYPE_CHECKING:
     from app.devices.osc.messages import Info
 
-__all__ = ["KELVIN", "PROFILES", "ModelProfile", "profile_for", "profile_named"]
-
 KELVIN: Final = 5000
 """Colour temperature that white balance is locked to."""
 
@@ -59,64 +57,28 @@ class ModelProfile:
     ----------
     name : str
         Short: "S", "V-old", "generic".
-    title : str
-        As people call it.
     bracket : {"native", "watched", "single", "insta-hdr"}
         How it brackets: by itself and says when it is done; by itself without ever saying so; not
         at all; or in a way that is of no use here. The last two are shot as single pictures.
-    fallback : CameraLimits
-        What its manual program accepts, where the camera does not say.
     overhead_s : float
         Time a frame takes besides its exposure, in seconds.
-    max_shots : int
-        Most frames of one bracket.
-    shot_keys : tuple[str, ...]
-        What its own bracket wants to know of every frame.
-    needs_method : bool
-        Whether `_shootingMethod` must be "bracket", in the same call as the bracket.
-    sends_mode : bool
-        Whether `startCapture` names the mode "bracket".
-    ricoh : bool
-        Whether it knows what begins with an underscore.
-    saved : tuple[str, ...]
-        Options that are changed here and so must be put back, besides `captureMode`.
-    extra : tuple[tuple[str, str | int], ...]
-        Further options for a capture, each set by itself.
     asks_support : bool
         Whether the camera is asked for its picture sizes, apertures and shooting methods: a Theta
         that is not known here.
     picture : tuple[int, int] or None
         Columns and rows of the JPEG to ask for; None leaves it to the camera.
-    stitching : bool
-        Whether seam and levelling of one picture can be kept for the next ones.
-    listed : int
-        Most files it is asked to list at once.
     rest_s : float
         Rest between single pictures, in seconds.
     settle_s : float
         Rest between changing options and taking a picture, in seconds.
     poll_s : float
         Time between two questions how far it is, in seconds.
-    api_switch : bool
-        Whether it wakes up in API 2.0 after every connection.
-    forgets : bool
-        Whether it goes back to its own settings with every connection.
-    min_firmware : tuple[int, ...]
-        Oldest that is supported; empty where any is.
-    bracket_firmware : tuple[int, ...]
-        Oldest that brackets by itself; older ones take single pictures.
     previews : tuple[tuple[int, int, int], ...]
         Width, height and frames per second that `previewFormat` accepts, the best for looking
         first; empty where it must not be set.
     user_prefix : str
         Letters between "THETA" and the serial number in the digest user name; "" where there is
         no password or the letters are not known.
-    digest : bool
-        Whether it can be in somebody's network and then asks for a password.
-    headers : tuple[tuple[str, str], ...]
-        Further headers that it wants with every request.
-    address : str
-        Where it is in its own network.
     """
 
     name: str
@@ -331,11 +293,6 @@ def profile_named(name: str) -> ModelProfile:
 
 def profile_for(info: Info) -> ModelProfile:
     """Choose the profile of a camera by what it says of itself.
-
-    Parameters
-    ----------
-    info : Info
-        Its answer; only model and firmware count, since makers write their own names in many ways.
 
     Returns
     -------

@@ -74,16 +74,10 @@ class WatchedFolder:
 
     Parameters
     ----------
-    folder : Path or str
-        The folder; it is only read.
-    clock : Clock
-        Time.
     quiet_s : float, optional
         A bracket is complete when nothing has come for so many seconds.
     still_s : float, optional
         A file counts when size and time of change were the same for so many seconds.
-    say : Callable[[str], None], optional
-        Told each of the `notes` as soon as it is made, already while this is set up.
 
     Raises
     ------
@@ -158,11 +152,6 @@ class WatchedFolder:
 
     def brackets(self, token: Token | None = None) -> Iterator[IncomingBracket]:
         """Wait for brackets; blocks on the clock and never ends by itself.
-
-        Parameters
-        ----------
-        token : Token, optional
-            Ends it.
 
         Yields
         ------

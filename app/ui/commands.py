@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from app.ui.widgets.dialogs import Sheet
     from app.ui.window import Window
 
-__all__ = ["Commands"]
-
 _STEPS: Final = {
     Step.PROBE: "Probe: measure the light",
     Step.STYLES: "Styles: choose one",
@@ -43,17 +41,7 @@ _FILES: Final = (
 
 
 class Commands:
-    """The actions of the window as a whole.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    desk : Desk
-        The open place.
-    notify : Notify
-        Knows what was told.
-    """
+    """The actions of the window as a whole."""
 
     def __init__(self, services: Services, desk: Desk, notify: Notify) -> None:
         self.services = services
@@ -168,16 +156,7 @@ class Commands:
         return (*self.window.screen_actions(), *self.everywhere())
 
     def ask(self, what: str, at: QPoint | None = None) -> None:
-        """Open something that lies over the screen.
-
-        Parameters
-        ----------
-        what : str
-            ``places``, ``settings``, ``find``, ``messages``, ``tour``, ``help``, ``sitter`` or
-            ``camera``.
-        at : QPoint, optional
-            Global point at which a menu opens.
-        """
+        """Open something that lies over the screen."""
         self.close_overlay()
         if what == "camera":
             self.go(Step.PROBE)
@@ -243,15 +222,7 @@ class Commands:
             self.desk.open_paths([folder])
 
     def change(self, key: str, value: object) -> None:
-        """Change one setting and keep it.
-
-        Parameters
-        ----------
-        key : str
-            Of the table of settings.
-        value : object
-            Its new value.
-        """
+        """Change one setting and keep it."""
         model = self.services.model
         model.update(settings=model.settings.with_(key, value))
 

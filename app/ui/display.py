@@ -18,8 +18,6 @@ from app.devices.errors import DeviceError
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-__all__ = ["DesktopError", "DisplayError", "check_display", "missing_library"]
-
 _PATIENCE_S: Final = 8.0  # for a display on another machine
 
 

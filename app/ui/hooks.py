@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from PySide6.QtCore import QMessageLogContext
 
-__all__ = ["caught_errors", "log_to"]
-
 _LOG_BYTES: Final = 1 << 20
 _LEVELS: Final = {
     QtMsgType.QtDebugMsg: logging.DEBUG,
@@ -40,11 +38,6 @@ class _Carrier(QObject):
 @contextlib.contextmanager
 def caught_errors(tell: Callable[[Exception], None]) -> Iterator[None]:
     """Take every error that would else end a thread or be printed and lost.
-
-    Parameters
-    ----------
-    tell : callable
-        Called on this thread with the error.
 
     Yields
     ------
@@ -82,13 +75,7 @@ def caught_errors(tell: Callable[[Exception], None]) -> Iterator[None]:
 
 
 def log_to(folder: Path) -> None:
-    """Keep a log of at most two files of 1 MiB; where that is not possible there is none.
-
-    Parameters
-    ----------
-    folder : Path
-        Made if need be.
-    """
+    """Keep a log of at most two files of 1 MiB; where that is not possible there is none."""
     with contextlib.suppress(OSError):
         folder.mkdir(parents=True, exist_ok=True)
         handler = logging.handlers.RotatingFileHandler(

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from app.core.progress import Report
 
-__all__ = ["JobLine", "QtRunner", "leave_if_stuck"]
-
 T = TypeVar("T")
 
 _THREADS: Final = 6  # some of them wait: for a folder, a camera, a moment to pass
@@ -38,12 +36,8 @@ class JobLine:
 
     Attributes
     ----------
-    key, title : str
-        What it is for, and in words.
     fraction : float
         0 to 1.
-    message : str
-        What it does now.
     """
 
     key: str
@@ -102,13 +96,7 @@ class _Task(QRunnable):
 
 
 class QtRunner(QObject):
-    """Runs jobs by purpose: a newer one of the same key takes the older one's place.
-
-    Parameters
-    ----------
-    on_failure : callable
-        Takes the error of a job that has nobody else to tell.
-    """
+    """Runs jobs by purpose: a newer one of the same key takes the older one's place."""
 
     line_changed = Signal(object)
     """The visible job as `JobLine`, or None when none runs."""
@@ -163,18 +151,7 @@ class QtRunner(QObject):
         return key in self._jobs
 
     def shutdown(self, milliseconds: int = 5000) -> bool:
-        """Cancel everything and wait for the threads; nothing is told to anybody any more.
-
-        Parameters
-        ----------
-        milliseconds : int, optional
-            How long to wait.
-
-        Returns
-        -------
-        bool
-            Whether all work has ended.
-        """
+        """Cancel everything and wait for the threads; nothing is told to anybody any more."""
         self._closed = True
         for job in self._jobs.values():
             job.token.cancel()

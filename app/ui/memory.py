@@ -13,8 +13,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["give_back", "keep_little", "reading_in"]
-
 _MMAP_THRESHOLD, _ARENA_MAX = -3, -8  # numbers of malloc.h
 _LARGE = 1 << 20  # bytes
 

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.services import Action, Kind
     from app.ui.widgets.toasts import Toasts
 
-__all__ = ["Message", "Notify"]
-
 _MOST_KEPT: Final = 200
 _OURS: Final = (
     "Something went wrong inside Turnlight. What you measured and painted is kept. "
@@ -34,16 +32,8 @@ class Message:
 
     Attributes
     ----------
-    moment : datetime
-        When.
-    text : str
-        What.
-    kind : str
-        ``info``, ``done``, ``warning`` or ``error``.
     actions : tuple of (str, callable)
         What can be done about it.
-    about : str
-        What it speaks of, so that it goes once that is mended; "" where nothing mends it.
     """
 
     moment: datetime
@@ -54,18 +44,7 @@ class Message:
 
 
 class Notify:
-    """The window's `app.ui.presenters.services.Notifier`.
-
-    Attributes
-    ----------
-    changed : Event
-        A message came, or was read.
-
-    Parameters
-    ----------
-    today : callable
-        The time of day.
-    """
+    """The window's `app.ui.presenters.services.Notifier`."""
 
     def __init__(self, today: Callable[[], datetime]) -> None:
         self.changed = Event()

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-__all__ = ["Lost", "Robot"]
-
 W = TypeVar("W", bound=QWidget)
 _PATIENCE_S: Final = 30.0
 _TICK_MS: Final = 10
@@ -27,13 +25,7 @@ class Lost(Exception):
 
 
 class Robot:
-    """Walks through a window.
-
-    Parameters
-    ----------
-    window : QWidget
-        Shown already.
-    """
+    """Walks through a window."""
 
     def __init__(self, window: QWidget) -> None:
         self.window = window
@@ -46,13 +38,6 @@ class Robot:
 
     def find(self, name: str, kind: type[QWidget] = QWidget) -> QWidget:
         """Find the widget in sight whose accessible name begins so.
-
-        Parameters
-        ----------
-        name : str
-            Beginning of its accessible name, or all of it.
-        kind : type, optional
-            Of the widget.
 
         Raises
         ------
@@ -107,20 +92,6 @@ class Robot:
     def wait(self, happened: Callable[[], bool], what: str, seconds: float = _PATIENCE_S) -> float:
         """Wait until something has happened.
 
-        Parameters
-        ----------
-        happened : callable
-            Asked again and again.
-        what : str
-            In words, for the error.
-        seconds : float, optional
-            Patience.
-
-        Returns
-        -------
-        float
-            How long it took, s.
-
         Raises
         ------
         Lost
@@ -136,11 +107,6 @@ class Robot:
 
     def picture(self, path: Path) -> None:
         """Save what the window looks like as PNG.
-
-        Parameters
-        ----------
-        path : Path
-            File to write.
 
         Raises
         ------

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.light import LightPresenter
     from app.ui.start import App
 
-__all__ = ["Walk"]
-
 _FULL: Final = QSize(1440, 900)
 _SMALL: Final = QSize(1024, 700)
 _WIDE: Final = QSize(1920, 1080)
@@ -33,15 +31,7 @@ _FAILED: Final = 1
 
 
 class Walk:
-    """Walks through every screen of the demo and saves numbered pictures.
-
-    Parameters
-    ----------
-    app : App
-        Not yet shown.
-    folder : Path
-        Where the pictures go; made if need be.
-    """
+    """Walks through every screen of the demo and saves numbered pictures."""
 
     def __init__(self, app: App, folder: Path) -> None:
         self._app = app

@@ -15,19 +15,11 @@ if TYPE_CHECKING:
 
     from app.ui.presenters.actions import Action
 
-__all__ = ["Shortcuts", "hints_of", "written"]
-
 _ON_BUTTONS = frozenset({"Return", "Enter", "Space"})
 
 
 class Shortcuts:
-    """Binds the shortcuts of a group of actions to a window.
-
-    Parameters
-    ----------
-    window : QWidget
-        Where they hold.
-    """
+    """Binds the shortcuts of a group of actions to a window."""
 
     def __init__(self, window: QWidget) -> None:
         self._window = window
@@ -35,13 +27,7 @@ class Shortcuts:
         self._bound: list[QShortcut] = []
 
     def bind(self, actions: Sequence[Action]) -> None:
-        """Take the place of the group's former shortcuts.
-
-        Parameters
-        ----------
-        actions : sequence of Action
-            A shortcut that the window has elsewhere must not be among them.
-        """
+        """Take the place of the group's former shortcuts."""
         for old in self._bound:
             old.setEnabled(False)
             old.setParent(None)
@@ -53,13 +39,7 @@ class Shortcuts:
         ]
 
     def rest(self, resting: bool) -> None:
-        """Let the keys go to others, as while something lies over the screen.
-
-        Parameters
-        ----------
-        resting : bool
-            Whether to.
-        """
+        """Let the keys go to others, as while something lies over the screen."""
         if resting != self._resting:
             self._resting = resting
             for shortcut in self._bound:
@@ -84,11 +64,6 @@ class Shortcuts:
 
 def hints_of(actions: Sequence[Action]) -> list[tuple[str, str]]:
     """Say which shortcuts the line at the foot shows.
-
-    Parameters
-    ----------
-    actions : sequence of Action
-        In order of importance.
 
     Returns
     -------

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["Speaker"]
-
 _BUFFER_BYTES: Final = 1 << 14
 _log = logging.getLogger(__name__)
 

@@ -37,22 +37,11 @@ if TYPE_CHECKING:
     from app.ui.theme import ThemeName
     from app.ui.wishes import Wishes
 
-__all__ = ["App", "run"]
-
 _GEOMETRY = "geometry"
 
 
 def run(wishes: Wishes, devices: Devices, clock: Clock) -> int:
     """Show the window until it is closed.
-
-    Parameters
-    ----------
-    wishes : Wishes
-        From the command line.
-    devices : Devices
-        Real or imitated.
-    clock : Clock
-        For waiting.
 
     Returns
     -------
@@ -76,21 +65,7 @@ def run(wishes: Wishes, devices: Devices, clock: Clock) -> int:
 
 
 class App:
-    """Everything put together: one model, one window, and those who work for them.
-
-    Parameters
-    ----------
-    application : QApplication
-        The one of this process.
-    wishes : Wishes
-        From the command line.
-    devices : Devices
-        Real or imitated.
-    clock : Clock
-        For waiting.
-    home : Path
-        Folder of the user's things.
-    """
+    """Everything put together: one model, one window, and those who work for them."""
 
     def __init__(
         self,

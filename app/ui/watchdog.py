@@ -22,27 +22,13 @@ if TYPE_CHECKING:
 
     from PySide6.QtCore import QEvent, QObject
 
-__all__ = ["SlowEvent", "WatchedApplication"]
-
 _PERIOD_S: Final = 0.01
 _ANSWER_S: Final = 0.002  # within which the thread has written its stack down
 
 
 @dataclass(frozen=True, slots=True)
 class SlowEvent:
-    """An event that took too long.
-
-    Attributes
-    ----------
-    kind : str
-        Type of the event and of its receiver.
-    cpu_s : float
-        CPU time of the thread of the screens, s.
-    stack : str
-        Where it was while it took long; empty when it ended before it was looked at.
-    mark : str
-        What the walk was doing, see `WatchedApplication.mark`.
-    """
+    """An event that took too long."""
 
     kind: str
     cpu_s: float
@@ -61,22 +47,7 @@ class _Running:
 
 
 class WatchedApplication(QApplication):
-    """An application that notes slow events.
-
-    Parameters
-    ----------
-    arguments : sequence of str
-        As for QApplication.
-    limit_s : float, optional
-        CPU time that an event may take.
-
-    Attributes
-    ----------
-    slow : list of SlowEvent
-        What took longer, in order.
-    mark : str
-        Set by whoever walks through the program, to be found again in `slow`.
-    """
+    """An application that notes slow events."""
 
     def __init__(self, arguments: Sequence[str], limit_s: float = 0.05) -> None:
         super().__init__(list(arguments))

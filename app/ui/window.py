@@ -43,8 +43,6 @@ if TYPE_CHECKING:
     from app.ui.screens.registry import ScreenPresenter
     from app.ui.theme import ThemeName
 
-__all__ = ["DESIGNED", "FULL_SIZE", "SMALLEST", "Window"]
-
 SMALLEST: Final = QSize(1024, 640)
 """The window works from this size up, logical pixels; smaller only where the screen is."""
 DESIGNED: Final = QSize(1440, 900)
@@ -72,23 +70,7 @@ def _read_in(names: Sequence[str]) -> None:
 
 
 class Window(QWidget):
-    """The one window.
-
-    Parameters
-    ----------
-    application : QApplication
-        Gets the theme's palette and font.
-    services : Services
-        For the screens' presenters.
-    desk : Desk
-        The open place.
-    runner : QtRunner
-        Whose work the line at the foot shows.
-    notify : Notify
-        Who tells things in toasts.
-    actions : sequence of Action
-        What can be done on every screen.
-    """
+    """The one window."""
 
     paths_dropped = Signal(list)
     asked = Signal(str, QPoint)
@@ -160,15 +142,7 @@ class Window(QWidget):
         QTimer.singleShot(0, self._toasts, self._toasts.lay)
 
     def say(self, words: str, icon: str = "check") -> None:
-        """Show the last result in the line at the foot.
-
-        Parameters
-        ----------
-        words : str
-            One sentence.
-        icon : str, optional
-            See `JobLineBar.show_idle`.
-        """
+        """Show the last result in the line at the foot."""
         self._idle = (words, icon)
         self._show_job(self._job)
 
@@ -177,15 +151,7 @@ class Window(QWidget):
         self._notify.dismiss()
 
     def wear(self, name: ThemeName, scale: float) -> None:
-        """Put on another theme or size; every view is made anew.
-
-        Parameters
-        ----------
-        name : str
-            ``dark``, ``light`` or ``contrast``.
-        scale : float
-            1 to 2, of text and controls.
-        """
+        """Put on another theme or size; every view is made anew."""
         self.setUpdatesEnabled(False)
         # The old views go first: nobody sees them in the new theme.
         self._take_down()

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Literal
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["Wishes"]
-
 
 @dataclass(frozen=True, slots=True)
 class Wishes:
@@ -17,12 +15,6 @@ class Wishes:
 
     Attributes
     ----------
-    demo : bool
-        With the imitation camera, webcam and the demo location.
-    screenshots : Path or None
-        Folder for pictures of every screen; the app ends when they are made.
-    theme : {"dark", "light", "contrast"} or None
-        In place of the setting.
     scale : int or None
         Pixels per logical pixel, 1 or 2; None as the screen has it.
     """

@@ -9,7 +9,11 @@ import pytest
 from app.core import errors
 from app.core.errors import Cancelled, CoreError
 
-KINDS = [getattr(errors, name) for name in errors.__all__]
+KINDS = [
+    kind
+    for kind in vars(errors).values()
+    if isinstance(kind, type) and kind.__module__ == errors.__name__
+]
 
 
 def test_sentence_and_hint() -> None:

@@ -15,8 +15,6 @@ from app.core.errors import BakeError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["VARIANTS", "find_llvm", "is_wavefront", "select_variant"]
-
 VARIANTS = ("auto", "llvm", "cuda", "scalar")
 _NAMES = {"llvm": "llvm_ad_rgb", "cuda": "cuda_ad_rgb", "scalar": "scalar_rgb"}
 _log = logging.getLogger(__name__)
@@ -30,11 +28,6 @@ def select_variant(variant: str = "auto") -> Any:
     variant : str
         ``llvm``, ``cuda``, ``scalar``, or ``auto``: llvm where a new enough LLVM is found, else
         scalar with a notice.
-
-    Returns
-    -------
-    module
-        ``mitsuba`` with the variant set.
 
     Raises
     ------

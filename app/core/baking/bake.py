@@ -46,8 +46,6 @@ if TYPE_CHECKING:
     from app.core.progress import Report, Token
     from app.core.styles import Style
 
-__all__ = ["QUALITIES", "Baked", "Quality", "bake", "head_coverage", "measure_profile"]
-
 Float32: TypeAlias = NDArray[np.float32]
 _BATCH_PATHS = 1 << 22
 _BATCH_PIXELS = 96
@@ -69,10 +67,6 @@ class Quality:
         Random walks from each pixel.
     glints : int
         Points in each pixel at which the surface's own reflection is taken.
-    shadows : int
-        Shadow rays along each side of a texel, for every point of the skin.
-    rank : int
-        Number of basis pictures that are kept.
     """
 
     paths: int
@@ -95,7 +89,6 @@ class Baked:
 
     Attributes
     ----------
-    transport : Transport
     targets : (S, P, 3) float32
         Linear pictures of the styles under their own lamps, on the transport's pixels.
     shape : HeadShape
@@ -194,23 +187,10 @@ def bake(
 
     Parameters
     ----------
-    head : HeadMesh
-    skin : Skin
-    styles : sequence of Style
     environment : tuple of int
         Rows and columns (H, W) of the environment, W = 2 H.
     picture : int
         Pixels along one side of the picture.
-    quality : Quality
-    seed : int
-    work : Path
-        Folder for finished parts; a bake that was stopped goes on from there.
-    report, token
-        Progress and cancellation.
-
-    Returns
-    -------
-    Baked
 
     Raises
     ------

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from app.core.styles import StyleLamp
 
-__all__ = ["Columns", "LampColumns", "TexelColumns"]
-
 
 class Columns(Protocol):
     """A list of light sources, each to be integrated over its own small area."""
@@ -42,18 +40,11 @@ class Columns(Protocol):
 
         Parameters
         ----------
-        column : UInt32
-        position : mitsuba Point3f
-            Scene units, head frame.
         s, t : Float
             In [0, 1); uniform values cover the column's area evenly.
 
         Returns
         -------
-        direction : mitsuba Vector3f
-            Unit vector towards the light.
-        distance : Float
-            How far it is, scene units.
         weight : Float
             Radiance times solid angle (steradian) that the whole column has at the position, as
             this place of it has it.
@@ -101,12 +92,6 @@ class LampColumns:
     """Round flat lamps that face the point between the eyes, at finite distance.
 
     A lamp of power 1 gives irradiance 1 at that point on a surface that faces it.
-
-    Parameters
-    ----------
-    lamps : sequence of StyleLamp
-    eye_point : tuple of float
-        The point midway between the eyes, scene units.
     """
 
     def __init__(self, lamps: Sequence[StyleLamp], eye_point: tuple[float, float, float]) -> None:

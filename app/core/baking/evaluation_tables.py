@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from app.core.progress import Report, Token
     from app.core.styles import Style
 
-__all__ = ["HeadFiles", "bake_tables"]
-
 _OWN_ENVIRONMENT: Final = (32, 64)
 _OWN_PICTURE: Final = 100
 _SKIN: Final = "medium"
@@ -36,16 +34,7 @@ _HEADS: Final = Effort(target_paths=128, paths=768, glints=8, shadows=2, block=1
 
 @dataclass(frozen=True, slots=True)
 class HeadFiles:
-    """The files of one head.
-
-    Attributes
-    ----------
-    name : str
-    skin : Path
-    eyes : Path or None
-    unit_mm : float
-        Millimetres in one unit of the files.
-    """
+    """The files of one head."""
 
     name: str
     skin: Path
@@ -62,16 +51,6 @@ def bake_tables(
     token: Token,
 ) -> Tables:
     """Make the tables of evaluation.
-
-    Parameters
-    ----------
-    generic : HeadFiles
-        The head whose sizes are compared.
-    others : sequence of HeadFiles
-        Heads to be held against it.
-    styles : sequence of Style
-    report, token
-        Progress and cancellation.
 
     Raises
     ------

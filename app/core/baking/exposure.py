@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from app.core.baking.columns import Columns
     from app.core.baking.points import Points
 
-__all__ = ["MOMENTS", "expose", "shine"]
-
 Float32: TypeAlias = NDArray[np.float32]
 MOMENTS = 3
 _OFFSET = 1e-3
@@ -54,15 +52,8 @@ def expose(
 
     Parameters
     ----------
-    scene : mitsuba Scene
-    points : Points
-    columns : Columns
     samples : int
         Shadow rays along each side of a column; their square is shot.
-    seed : int
-    keep : Keep
-        Where finished pieces go.
-    watch : Watch
 
     Returns
     -------
@@ -154,16 +145,12 @@ def shine(
 
     Parameters
     ----------
-    scene : mitsuba Scene
     picture : int
         Pixels along one side.
     pixels : (n,) int32
         Flat row-major pixel numbers.
-    columns : Columns
     samples : int
         Points in each pixel; each casts one shadow ray to every column.
-    seed : int
-    watch : Watch
 
     Returns
     -------

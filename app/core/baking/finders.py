@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from app.core.baking.lanes import Tally
     from app.core.baking.walk import SceneTables
 
-__all__ = ["PROFILE_BINS", "Finder", "Meeting", "Profile", "Shares", "Strays"]
-
 PROFILE_BINS = 64
 
 
@@ -26,13 +24,6 @@ class Meeting:
     ----------
     slot : UInt32
         Which of the pixels the path started from.
-    found : mitsuba PreliminaryIntersection
-    cosine : Float
-        Of the way on to the normal, without its sign.
-    aslant : Vector3f
-        Part of the way on that lies in the tangent plane.
-    value : Color3f
-        Weight of the path.
     leaves, glances : Bool
         It comes out of the skin; it came from outside, not first from the camera, and stays there.
     """

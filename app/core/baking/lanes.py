@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 
 from app.core.baking.backend import is_wavefront
 
-__all__ = ["Table", "Tally", "Watch", "at_once", "negate", "part_of", "run_lanes", "unwatched"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Watch: TypeAlias = Callable[[float], None]
 """Called with the share that is done, a few times a second where lanes run one by one; may raise
@@ -59,13 +57,7 @@ class Table:
 
 
 class Tally:
-    """Sums of colours to which lanes add.
-
-    Parameters
-    ----------
-    rows : int
-        Number of sums.
-    """
+    """Sums of colours to which lanes add."""
 
     __slots__ = ("_sums",)
 
@@ -127,13 +119,8 @@ def run_lanes(
 
     Parameters
     ----------
-    count : int
-        Number of lanes, at least 1.
-    seed : int
-        Of the lanes' random numbers; the same in all variants.
     kernel : callable
         ``kernel(lane, rng)``, a UInt32 from 0 to `count` - 1 and a PCG32; returns a tuple of Float.
-    watch : Watch
 
     Returns
     -------

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from app.core.baking.scene import HeadMesh
 
-__all__ = ["Points", "place_points", "vertex_points"]
-
 FINE = 4
 _STEEP = 0.2
 _HIDDEN = 0.05
@@ -83,17 +81,7 @@ def place_points(
     keep: Keep = no_keep,
     watch: Watch = unwatched,
 ) -> Points:
-    """Vertices, and a grid of `FINE` steps on every face whose corners see unlike shares of sky.
-
-    Parameters
-    ----------
-    scene : mitsuba Scene
-    head : HeadMesh
-    seed : int
-    keep : Keep
-        Where finished pieces of the measurement go.
-    watch : Watch
-    """
+    """Vertices, and a grid of `FINE` steps on every face whose corners see unlike shares of sky."""
     coarse = vertex_points(head)
     moments = expose(scene, coarse, _COARSE_SKY, 2, seed, keep=keep, watch=watch)
     open_sky = moments[0].sum(axis=1) / np.pi

@@ -41,8 +41,6 @@ if TYPE_CHECKING:
     from app.core.progress import Report, Token
     from app.core.styles import Style
 
-__all__ = ["Effort", "Preintegrated", "preintegrate_styles"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -63,8 +61,6 @@ class Effort:
         Random walks from each pixel, for the studio pictures and for the light that makes F.
     glints : int
         Points in each pixel at which the surface's own reflection of the texels is taken.
-    shadows : int
-        Shadow rays along each side of a texel, for every point of the skin.
     block : int
         One pixel of each block of this many by as many makes F.
     """
@@ -122,22 +118,11 @@ def preintegrate_styles(
 
     Parameters
     ----------
-    head : HeadMesh
-    skin : Skin
-    styles : sequence of Style
     environment : tuple of int
         Rows and columns (H, W) of the environment, W = 2 H.
     pictures : sequence of int
         Pixels along one side. The largest is rendered; its blocks of pixels make the others, of
         the targets and of T alike.
-    effort : Effort
-    seed : int
-    report, token
-        Progress and cancellation.
-
-    Returns
-    -------
-    Preintegrated
 
     Raises
     ------

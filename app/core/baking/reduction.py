@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from app.core.baking.columns import TexelColumns
 
-__all__ = ["compress", "mirror_pixels", "symmetrise", "texel_noise"]
-
 Float32 = NDArray[np.float32]
 
 
@@ -38,7 +36,6 @@ def symmetrise(
     matrix : (P, H * W, 3) float32
     twin : (P,) int
         Mirror image of each pixel.
-    texels : TexelColumns
 
     Returns
     -------
@@ -68,8 +65,6 @@ def compress(matrix: Float32, texels: TexelColumns, rank: int) -> tuple[Float32,
     Parameters
     ----------
     matrix : (P, H * W, 3) float32
-    texels : TexelColumns
-    rank : int
 
     Returns
     -------

@@ -21,8 +21,6 @@ from app.core.files import atomic_write, atomic_write_text
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Camera", "HeadMesh", "Mesh", "build_scene", "export_scene", "frame_head", "load_head"]
-
 MILLIMETRES_PER_UNIT = 100.0
 CAMERA_DISTANCE_M = 1.8
 _MAX_FIELD_DEG = 9.0
@@ -94,12 +92,6 @@ class Camera:
 
     Attributes
     ----------
-    origin : tuple of float
-        Scene units.
-    fov_deg : float
-        Field of view of the square picture.
-    shift : float
-        How far the picture's centre lies below the optical axis, as a share of its height.
     size : int
         Pixels along one side.
     """
@@ -117,7 +109,6 @@ def frame_head(head: HeadMesh, size: int) -> Camera:
 
     Parameters
     ----------
-    head : HeadMesh
     size : int
         Pixels along one side of the picture.
     """
@@ -144,13 +135,8 @@ def load_head(
 
     Parameters
     ----------
-    name : str
-    skin_file : Path
-        Closed mesh; +Y up, +Z out of the face.
     eyes_file : Path or None
         Closed eyeballs with vertex colours; None for a head with closed lids.
-    unit_mm : float
-        Millimetres in one unit of the files.
 
     Raises
     ------
@@ -423,11 +409,6 @@ _EYES_XML = """  <shape type="ply" id="eyes">
 
 def export_scene(folder: Path, head: HeadMesh, skin: Skin, camera: Camera) -> Path:
     """Write the very scene that is baked as ``scene.xml`` and meshes, for stock Mitsuba.
-
-    Returns
-    -------
-    Path
-        The scene file.
 
     Raises
     ------

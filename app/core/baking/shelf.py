@@ -16,8 +16,6 @@ from app.core.errors import TransportError
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["Keep", "Shelf", "no_keep"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Keep: TypeAlias = Callable[[str, tuple[int, ...], Callable[[], Float32]], Float32]
 """``keep(name, shape, compute)``: the part of that name, computed unless it is there."""
@@ -27,13 +25,7 @@ _MOST_BYTES: Final = 1 << 34
 
 @dataclass(frozen=True, slots=True)
 class Shelf:
-    """A folder of arrays.
-
-    Attributes
-    ----------
-    folder : Path
-        Made when the first part is finished.
-    """
+    """A folder of arrays."""
 
     folder: Path
 

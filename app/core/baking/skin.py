@@ -12,27 +12,12 @@ from math import exp, sqrt
 
 from app.core.errors import BakeError
 
-__all__ = ["EYE_COAT", "SKINS", "Coat", "Skin", "dipole_reflectance", "find_skin"]
-
 Rgb = tuple[float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
 class Skin:
-    """Optical properties of one skin tone.
-
-    Attributes
-    ----------
-    name : str
-    scattering, absorption : tuple of float
-        Reduced scattering and absorption coefficients for red, green and blue, per millimetre.
-    index : float
-        Index of refraction of the skin's surface.
-    roughness : float
-        Beckmann slope of the surface.
-    source : str
-        Where the numbers were published.
-    """
+    """Optical properties of one skin tone."""
 
     name: str
     scattering: Rgb
@@ -56,15 +41,7 @@ class Skin:
 
 @dataclass(frozen=True, slots=True)
 class Coat:
-    """A clear coat over a diffuse surface: the wet eye.
-
-    Attributes
-    ----------
-    index : float
-        Index of refraction; 1.376 is the cornea's.
-    roughness : float
-        Disney roughness, the square root of the GGX slope.
-    """
+    """A clear coat over a diffuse surface: the wet eye."""
 
     index: float
     roughness: float

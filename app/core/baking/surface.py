@@ -15,8 +15,6 @@ from app.core.head_shape import HeadShape
 if TYPE_CHECKING:
     from app.core.baking.scene import HeadMesh
 
-__all__ = ["head_middle", "look_at_shape"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -43,19 +41,10 @@ def look_at_shape(head: HeadMesh, scene: Any, pixels: NDArray[np.int32], size: i
 
     Parameters
     ----------
-    head : HeadMesh
-        The head.
-    scene : mitsuba Scene
-        From `app.core.baking.scene.build_scene`.
     pixels : (P,) int32
         Flat row-major numbers of the pixels that the head covers.
     size : int
         Pixels along one side.
-
-    Returns
-    -------
-    HeadShape
-        Exactly mirror symmetric where the head is.
     """
     middle = head_middle(head)
     metres = MILLIMETRES_PER_UNIT / 1000.0

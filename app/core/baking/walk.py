@@ -50,17 +50,8 @@ class SceneTables:
 
     Attributes
     ----------
-    scene : mitsuba Scene
-    skin_shape : mitsuba Shape
-        To tell the skin from the eyes.
-    level, first, table : Table
-        The grid of points of each face; see `app.core.baking.points.Points`.
-    skin_faces, points : int
-        Number of faces of the skin; number of points on skin and eyes together.
     picture : int
         Pixels along one side.
-    extinction, albedo : tuple of float
-        Of the medium, per scene unit.
     """
 
     scene: Any
@@ -123,18 +114,10 @@ def trace_pixels(
 
     Parameters
     ----------
-    tables : SceneTables
     pixels : (n,) int32
         Flat row-major pixel numbers.
     paths : int
         Paths per pixel.
-    seed : int
-    watch : Watch
-
-    Returns
-    -------
-    Gathered
-        Averages over the paths.
     """
     rows = len(pixels) * tables.points
     shares = Shares(tables, Tally(rows), Tally(rows * 3))
@@ -222,12 +205,8 @@ class _Walk:
 
     Attributes
     ----------
-    tables : SceneTables
-    finder : Finder
     slot : UInt32
         Which of the pixels the path started from.
-    hero : UInt32
-        The channel that its free flights are drawn for.
     """
 
     tables: SceneTables

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from app.core.bench.rows import Row
 
-__all__ = ["BARS", "Bar", "missed"]
-
 
 @dataclass(frozen=True, slots=True)
 class Bar:
@@ -26,10 +24,6 @@ class Bar:
     ----------
     ratio : float
         At least so many times faster than plain code.
-    seconds : float
-        At most.
-    limits : float
-        At most so many times the machine's limit.
     """
 
     ratio: float = 0.0
@@ -41,8 +35,6 @@ class Bar:
 
         Parameters
         ----------
-        row : Row
-            As measured.
         slack : float, optional
             By how much a slower machine may exceed the seconds.
 
@@ -97,13 +89,6 @@ BARS: Final[dict[str, Bar]] = {
 
 def missed(rows: Sequence[Row], slack: float = 1.0) -> dict[str, tuple[str, ...]]:
     """Say which rows do not reach their bars.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        As measured in one run.
-    slack : float, optional
-        As for `Bar.missed`.
 
     Returns
     -------

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import ModuleType
 
-__all__ = ["environment_cases"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -32,11 +30,6 @@ _ANGLES_DEG: Final = (40.0, 12.0, -7.0)
 
 def environment_cases(skylibs: ModuleType | None = None) -> Iterator[Case]:
     """Yield what is done to panoramas.
-
-    Parameters
-    ----------
-    skylibs : module, optional
-        ``envmap`` of skylibs, to be timed beside.
 
     Yields
     ------

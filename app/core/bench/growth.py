@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from app.core.progress import Report, Token
     from app.core.transport import Transport
 
-__all__ = ["Growth", "grow", "growth_json", "growth_svg"]
-
 Sizes: TypeAlias = tuple[float, ...]
 
 _STYLES: Final = (1, 2, 4, 9, 18, 36, 72, 144)
@@ -46,19 +44,7 @@ _BUDGET_S: Final = 0.2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Growth:
-    """How long one thing takes at several sizes.
-
-    Attributes
-    ----------
-    name : str
-        Stable name.
-    sizes : tuple of float
-        Ascending.
-    axis : str
-        What the sizes are.
-    series : dict
-        Seconds at each size, by the way of doing it; the program's own first.
-    """
+    """How long one thing takes at several sizes."""
 
     name: str
     sizes: Sizes
@@ -85,14 +71,6 @@ def grow(
 
     Parameters
     ----------
-    transport : Transport
-        Of the head.
-    pack : StylePack
-        Made from it.
-    report : Report
-        Told what is being measured.
-    token : Token
-        Checked between sizes.
     shape : tuple of int, optional
         Rows and columns of the bracket's frames.
 
@@ -126,15 +104,7 @@ def growth_svg(growth: Growth) -> str:
 
 
 def growth_json(found: Sequence[Growth], head: str) -> dict[str, Any]:
-    """Put what was measured into plain values, as kept and printed.
-
-    Parameters
-    ----------
-    found : sequence of Growth
-        By `grow`.
-    head : str
-        Which head it was.
-    """
+    """Put what was measured into plain values, as kept and printed."""
     return {
         "head": head,
         "machine": describe_machine() | {"load_after": load_average()},

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from app.core.progress import Token
     from app.core.turning.heading_index import HeadingIndex
 
-__all__ = ["heading_cases"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -38,11 +36,6 @@ _AGREE: Final = np.cos(np.radians(3.0))
 
 def heading_cases(token: Token) -> Iterator[Case]:
     """Yield finding a picture of 640 x 480 in the panorama, and following it.
-
-    Parameters
-    ----------
-    token : Token
-        Stops learning the panorama.
 
     Yields
     ------
@@ -87,8 +80,6 @@ def plain_heading(frame: Bytes, index: HeadingIndex, fov_deg: float) -> float:
     ----------
     frame : (H, W, 3) uint8
         sRGB, not mirrored.
-    index : HeadingIndex
-        Of the panorama.
     fov_deg : float
         Horizontal, deg.
 

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from app.core.progress import Token
     from app.core.transport import Transport
 
-__all__ = ["light_cases"]
-
 Float32: TypeAlias = NDArray[np.float32]
 
 _SHAPE: Final = (256, 512)
@@ -38,15 +36,6 @@ def light_cases(transport: Transport, pack: StylePack, token: Token) -> Iterator
 
     The lamp is prepared before. The plain loop composites and multiplies as eq. 7 reads; one in
     64 of its combinations is timed.
-
-    Parameters
-    ----------
-    transport : Transport
-        Of the head.
-    pack : StylePack
-        Made from it.
-    token : Token
-        Stops preparing the lamp.
 
     Yields
     ------

@@ -11,8 +11,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Final
 
-__all__ = ["describe_machine", "load_average"]
-
 _PACKAGES: Final = (
     "numpy",
     "opencv-contrib-python-headless",

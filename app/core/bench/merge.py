@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from app.core.pack import StylePack
     from app.core.progress import Token
 
-__all__ = ["Bracket", "debevec", "decoded", "make_bracket", "merge_case"]
-
 _SCENE: Final = "interior"
 _EV100: Final = 8.0
 _ROUNDS: Final = 12  # threads find both cores free now and then only
@@ -44,7 +42,6 @@ class Bracket:
 
     Attributes
     ----------
-    files : tuple of Path
     seconds : NDArray[np.float32], (n,)
         Exposure times.
     light : NDArray[np.float32], (H, 2 H, 3)
@@ -61,16 +58,10 @@ def make_bracket(folder: Path, stops: Sequence[float] | None, shape: tuple[int, 
 
     Parameters
     ----------
-    folder : Path
-        For the files.
     stops : sequence of float, or None
         Exposures beside the metered one; None for what the program plans by the paper.
     shape : tuple of int
         Rows and columns of the frames.
-
-    Returns
-    -------
-    Bracket
     """
     radiance = read_environment(resources() / "demo" / "scenes" / f"{_SCENE}.exr").radiance
     light = radiance * np.float32(meter(radiance, THETA_V).factor * 2.0**_EV100)
@@ -93,12 +84,6 @@ def merge_case(
 
     Parameters
     ----------
-    bracket : Bracket
-        The files are read anew each time.
-    pack : StylePack
-        For the audit.
-    token : Token
-        Checked within the merge.
     colour_hdri : module, optional
         To be timed beside; its weights and sRGB's curve.
 

@@ -21,8 +21,6 @@ from app.core.weights import target_weights
 if TYPE_CHECKING:
     from app.core.transport import Transport
 
-__all__ = ["paint_case"]
-
 Float32: TypeAlias = NDArray[np.float32]
 
 _SEGMENT: Final = 8.0  # canvas pixels that the brush moves from one event to the next
@@ -55,18 +53,7 @@ class _Painter:
 
 
 def paint_case(transport: Transport) -> Case:
-    """One segment of a stroke and its full answer.
-
-    Parameters
-    ----------
-    transport : Transport
-        Of the head that is painted on.
-
-    Returns
-    -------
-    Case
-        ``paint.segment``.
-    """
+    """One segment of a stroke and its full answer."""
     radiance = lively(transport.environment_shape)
     painter = _Painter(transport, radiance)
     luminance = radiance @ np.asarray(transport.header.luminance_weights, np.float32)

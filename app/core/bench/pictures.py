@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from app.core.pack import StylePack
     from app.core.transport import Transport
 
-__all__ = ["gallery_case", "picture_cases"]
-
 Float32: TypeAlias = NDArray[np.float32]
 
 _STROKE: Final = 200  # pixels that one stroke changes
@@ -35,20 +33,7 @@ _PANORAMA: Final = (256, 512)
 
 
 def picture_cases(transport: Transport, peers: tuple[PeerCase, ...] = ()) -> Iterator[Case]:
-    """Yield pre-integration, whole and after a stroke, and the picture of one turn.
-
-    Parameters
-    ----------
-    transport : Transport
-        Of the head.
-    peers : tuple of PeerCase, optional
-        Who else makes such a picture.
-
-    Yields
-    ------
-    Case
-        ``preintegrate.full``, ``preintegrate.stroke``, ``render.rgb``.
-    """
+    """Yield pre-integration, whole and after a stroke, and the picture of one turn."""
     radiance = lively(transport.environment_shape)
     luminance = render(transport, radiance.mean(axis=2))
     weights = target_weights(luminance, transport.face).astype(np.float32)
@@ -86,13 +71,6 @@ def picture_cases(transport: Transport, peers: tuple[PeerCase, ...] = ()) -> Ite
 
 def gallery_case(transport: Transport, pack: StylePack) -> Case:
     """Make the pictures on all cards: every style at its own turn, framed and exposed alike.
-
-    Parameters
-    ----------
-    transport : Transport
-        Of the head.
-    pack : StylePack
-        Made from it.
 
     Returns
     -------

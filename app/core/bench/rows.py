@@ -22,19 +22,6 @@ if TYPE_CHECKING:
 
     from app.core.progress import Report, Token
 
-__all__ = [
-    "MEMORY",
-    "Case",
-    "Doer",
-    "Peer",
-    "PeerCase",
-    "Row",
-    "Work",
-    "bandwidth",
-    "clock",
-    "time_all",
-]
-
 Doer: TypeAlias = Literal["thread", "threads", "process"]
 Work: TypeAlias = Callable[[], Any]
 
@@ -46,17 +33,7 @@ _BUFFER: Final = 1 << 26  # bytes; far beyond any cache
 
 @dataclass(frozen=True, slots=True)
 class Peer:
-    """Another program that does the same job.
-
-    Attributes
-    ----------
-    name : str
-        Of the program.
-    seconds : float
-        Best time.
-    note : str
-        What it does otherwise, or how its results compare.
-    """
+    """Another program that does the same job."""
 
     name: str
     seconds: float
@@ -69,23 +46,9 @@ class Row:
 
     Attributes
     ----------
-    name : str
-        Stable name.
-    seconds : float
-        Best time of repeated calls.
-    median_seconds : float
-        Median of the same calls.
-    baseline_seconds : float
-        Best time of the plain implementation.
     limit_seconds : float
         What the machine needs at least, measured in the same run. What fits a cache can be faster
         than a limit that counts memory traffic.
-    baseline : str
-        What the plain implementation is.
-    limit : str
-        What the limit is.
-    peers : tuple of Peer
-        Other programs that do the same.
     """
 
     name: str
@@ -110,21 +73,7 @@ class Row:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PeerCase:
-    """A peer to be timed.
-
-    Attributes
-    ----------
-    name : str
-        Of the program.
-    work : callable
-        The same job, once.
-    judge : callable
-        Takes what `work` returned and says how it compares, in a few words.
-    share : float
-        Of the job that `work` does; the time stated is for the whole.
-    rounds : int
-        How often it is timed.
-    """
+    """A peer to be timed."""
 
     name: str
     work: Work
@@ -139,29 +88,11 @@ class Case:
 
     Attributes
     ----------
-    name : str
-        Stable name.
-    fast, plain : callable
-        The program's own way, and the plain one.
-    baseline : str
-        What the plain one is.
-    limit : float or callable
-        Bytes touched at least, or the work that nobody can do without.
-    limit_is : str
-        What the limit is.
-    share : float
-        Of the work that `plain` does; the time stated is for the whole.
     rounds : int
         How often all of them have their turn, so that a moment in which the machine was busy
         spoils neither side of a ratio.
     budget_s : float
         After so many seconds of a round no further call of the same is begun.
-    least, most : int
-        Calls in a round: of any of them, and of the program's own way.
-    by : str
-        What the work is done by: a ``thread``, several ``threads``, or another ``process``.
-    peers : tuple of PeerCase
-        Other programs.
     """
 
     name: str
@@ -196,28 +127,7 @@ def clock(
     by: Doer = "thread",
     token: Token | None = None,
 ) -> list[float]:
-    """Time repeated calls.
-
-    Parameters
-    ----------
-    work : callable
-        What is timed.
-    budget_s : float
-        After so long no further call is begun.
-    least, most : int, optional
-        Calls, whatever the budget.
-    warm : bool, optional
-        Whether a call before them, which is not timed, wakes what sleeps.
-    by : str, optional
-        As for `Case`.
-    token : Token, optional
-        Checked between calls.
-
-    Returns
-    -------
-    list of float
-        Seconds of each call.
-    """
+    """Time repeated calls."""
     if warm:
         work()
     times: list[float] = []
@@ -251,19 +161,10 @@ def time_all(cases: Sequence[Case], speed: float, report: Report, token: Token) 
 
     Parameters
     ----------
-    cases : sequence of Case
-        What to time.
     speed : float
         Memory bandwidth, bytes per second.
     report : Report
         Told which row is being timed.
-    token : Token
-        Checked between calls.
-
-    Returns
-    -------
-    tuple of Row
-        In the same order.
     """
     rows = []
     for done, case in enumerate(cases):

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from app.core.progress import Report, Token
     from app.core.transport import Transport
 
-__all__ = ["PEERS", "Bench", "as_json", "find_peers", "run_all"]
-
 PEERS: Final = {"colour-hdri": "colour_hdri", "skylibs": "envmap"}
 """Programs that are timed where they are installed, and their modules."""
 
@@ -42,14 +40,8 @@ class Bench:
 
     Attributes
     ----------
-    rows : tuple of Row
-        One per hot path.
     bandwidth : float
         Of the memory, bytes per second.
-    without : tuple of str
-        Peers that were not there.
-    machine : dict
-        See `app.core.bench.machine.describe_machine`; ``load_before`` and ``load_after`` beside.
     """
 
     rows: tuple[Row, ...]
@@ -64,13 +56,7 @@ class Bench:
 
 
 def find_peers() -> dict[str, ModuleType]:
-    """Import the peers that are installed.
-
-    Returns
-    -------
-    dict
-        Modules by name of the program.
-    """
+    """Import the peers that are installed."""
     found = {}
     for name, module in PEERS.items():
         try:
@@ -95,26 +81,12 @@ def run_all(
 
     Parameters
     ----------
-    transport : Transport
-        Of the head.
-    pack : StylePack
-        Made from it.
     report : Report
         Told which row is being timed.
-    token : Token
-        Checked between calls.
-    peers : bool, optional
-        Whether to time other programs, too.
     only : str, optional
         Name of the one row wanted.
-    more : callable, optional
-        Makes cases that this package cannot know of.
     shape : tuple of int, optional
         Rows and columns of the bracket's frames.
-
-    Returns
-    -------
-    Bench
     """
     before = load_average()
     speed = bandwidth()
@@ -145,15 +117,7 @@ def run_all(
 
 
 def as_json(found: Bench, head: str) -> dict[str, Any]:
-    """Put a run into plain values, as kept and printed.
-
-    Parameters
-    ----------
-    found : Bench
-        Of `run_all`.
-    head : str
-        Which head it was.
-    """
+    """Put a run into plain values, as kept and printed."""
     return {
         "head": head,
         "machine": found.machine,

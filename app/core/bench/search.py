@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from app.core.pack import StylePack
     from app.core.transport import Transport
 
-__all__ = ["lively", "plain_match", "plain_quality", "product_match", "search_cases"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -43,13 +41,6 @@ def lively(shape: tuple[int, int]) -> Float32:
 
 def search_cases(transport: Transport, pack: StylePack) -> Iterator[Case]:
     """Yield the search of all styles at all turns.
-
-    Parameters
-    ----------
-    transport : Transport
-        Of the head, for the plain ways.
-    pack : StylePack
-        Made from it.
 
     Yields
     ------

@@ -19,8 +19,6 @@ from app.core.transport import render
 if TYPE_CHECKING:
     from app.core.transport import Transport
 
-__all__ = ["mitsuba_case"]
-
 Float32: TypeAlias = NDArray[np.float32]
 
 _PATHS: Final = 32  # per pixel
@@ -36,11 +34,6 @@ def mitsuba_case(transport: Transport) -> PeerCase | None:
     Its picture is noisy and ours is not anew: T's own noise was paid for once, when it was baked.
     So the time is stated that Mitsuba needs for as little noise as T's, by the law of large
     numbers from two pictures of few paths.
-
-    Parameters
-    ----------
-    transport : Transport
-        Of the head; others than the generic one are not known as meshes.
 
     Returns
     -------

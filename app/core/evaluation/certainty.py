@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-__all__ = ["Certainty", "caution", "load_certainty", "save_certainty", "shipped_certainty"]
-
 _VERSION: Final = 1
 _MOST_BYTES: Final = 1 << 16
 
@@ -35,10 +33,6 @@ class Certainty:
     ----------
     spread_deg : mapping of str to float
         Mean angle by style, deg; styles that were attainable nowhere are not in it.
-    scenes : int
-        How many places it was measured in.
-    heads : tuple of str
-        The heads and skins that were held against the generic one.
     """
 
     spread_deg: Mapping[str, float]
@@ -51,15 +45,7 @@ class Certainty:
 
 
 def caution(style: str, certainty: Certainty | None = None) -> str | None:
-    """Say that a style's turn is less certain, None where it is not.
-
-    Parameters
-    ----------
-    style : str
-        Name of the style.
-    certainty : Certainty, optional
-        By default what ships with the app.
-    """
+    """Say that a style's turn is less certain, None where it is not."""
     known = shipped_certainty() if certainty is None else certainty
     if known is None or not known.less_certain(style):
         return None

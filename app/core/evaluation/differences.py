@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from app.core.angles import TURNS
 from app.core.peaks import best_index, find_peak
 
-__all__ = ["TIED", "Best", "Change", "best_turns", "change", "has_rival"]
-
 Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 
@@ -129,8 +127,6 @@ def has_rival(curve: Float64, share: float = TIED) -> bool:
     ----------
     curve : (64,) float64
         The objective at the grid turns.
-    share : float, optional
-        Of the largest absolute value of the curve's best.
 
     Examples
     --------

@@ -28,17 +28,6 @@ if TYPE_CHECKING:
     from app.core.solve import Objective, StyleResult
     from app.core.styles import Style
 
-__all__ = [
-    "ENVIRONMENTS",
-    "GENERIC",
-    "PICTURES",
-    "Evaluation",
-    "Moved",
-    "Row",
-    "Widths",
-    "evaluate",
-]
-
 Float64: TypeAlias = NDArray[np.float64]
 
 GENERIC: Final = "generic"
@@ -54,10 +43,6 @@ class Row:
 
     Attributes
     ----------
-    name : str
-        For example "64 x 32".
-    change : Change
-        Of all pairs, scene by scene.
     own_steps : Change or None
         The same when turns are whole texels of each size (32, 64 or 128 turns); None for pictures.
     curves : (N, 64) float64
@@ -96,7 +81,6 @@ class Moved:
 
     Attributes
     ----------
-    spots : tuple of str
     spot : (K,) int32
         Of each place beside a spot.
     feet, bearing_deg : (K,) float32
@@ -117,26 +101,7 @@ class Moved:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evaluation:
-    """All that was found.
-
-    Attributes
-    ----------
-    scenes : tuple of str
-    styles : tuple of Style
-        The paper's, in the pack's order.
-    objective : {"picture", "paper"}
-        Of `results`.
-    lighting, pictures : tuple of Row
-        Sizes of environment and picture, the largest last.
-    widths : dict of str to Widths
-        For each objective.
-    results : tuple (scene) of tuple (style) of StyleResult
-    spreads : dict of str to Spread
-        For each objective; that of the paper knows heads that have nothing but a table.
-    moved : Moved or None
-    notes : tuple of str
-        What was left out, and why.
-    """
+    """All that was found."""
 
     scenes: tuple[str, ...]
     styles: tuple[Style, ...]
@@ -166,22 +131,6 @@ def evaluate(
     token: Token,
 ) -> Evaluation:
     """Evaluate the paper's styles in some scenes.
-
-    Parameters
-    ----------
-    scenes : sequence of Scene
-    packs : mapping of str to StylePack
-        Of the heads and skins that ship; the generic one is called `GENERIC`.
-    tables : Tables
-    offsets : Offsets or None
-    objective : {"picture", "paper"}
-        Of the table of what is attainable; sizes are always by the paper's.
-    report, token
-        Progress and cancellation.
-
-    Returns
-    -------
-    Evaluation
 
     Raises
     ------

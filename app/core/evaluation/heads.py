@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from app.core.pack import StylePack
     from app.core.solve import Objective, StyleResult
 
-__all__ = ["TOLERANCE_DEG", "Answers", "Spread", "from_best", "from_results", "solved", "spread"]
-
 Float64: TypeAlias = NDArray[np.float64]
 Floats: TypeAlias = NDArray[np.floating[Any]]
 
@@ -53,8 +51,6 @@ class Spread:
 
     Attributes
     ----------
-    names : tuple of str
-        The V other heads and skins.
     degrees : (V, P, S) float64
         Angle between each one's refined turn and the generic head's, deg in [0, 180].
     regret : (V, P, S) float64
@@ -94,13 +90,8 @@ def solved(
 
     Parameters
     ----------
-    pack : StylePack
-        Of the head.
     lights : sequence of (H, W, 3) float
         Environments at turn 0 in the pack's size.
-    objective : {"picture", "paper"}
-    styles : sequence of str
-        Names wanted; answers come in the pack's order.
     """
     return tuple(solve_all(pack, light, objective, styles=styles) for light in lights)
 

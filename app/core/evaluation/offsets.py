@@ -19,8 +19,6 @@ from app.core.errors import TransportError
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["OFFSETS_VERSION", "Offsets", "load_offsets", "save_offsets"]
-
 Float32: TypeAlias = NDArray[np.float32]
 
 OFFSETS_VERSION: Final = 1
@@ -34,8 +32,6 @@ class Offsets:
 
     Attributes
     ----------
-    spots : tuple of str
-        What the spots are called.
     spot : (K,) int32
         Which spot each environment belongs to.
     feet : (K,) float32

@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from app.core.angles import TURNS
 
-__all__ = ["block_sums", "quality_at_turns"]
-
 Float64: TypeAlias = NDArray[np.float64]
 Floats: TypeAlias = NDArray[np.floating[Any]]
 

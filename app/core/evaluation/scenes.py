@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from app.core.colour import FloatImage
 
-__all__ = ["LARGEST", "Scene", "default_scenes", "find_scenes", "read_scenes"]
-
 LARGEST: Final = (64, 128)
 """Rows and columns of the largest environment that is evaluated."""
 
@@ -34,8 +32,6 @@ class Scene:
 
     Attributes
     ----------
-    name : str
-        From the file's name.
     light : (64, 128, 3) float32
         Linear Rec. 709 radiance at turn 0.
     fine : (256, 512, 3) float32
@@ -49,11 +45,6 @@ class Scene:
 
 def default_scenes(root: Path | None = None) -> Path:
     """Return the folder that is evaluated when none is named.
-
-    Parameters
-    ----------
-    root : Path, optional
-        Folder of the checkout; only tests give another one.
 
     Returns
     -------
@@ -98,19 +89,6 @@ def read_scenes(
     files: Sequence[Path], report: Report = silent, token: Token | None = None
 ) -> tuple[tuple[Scene, ...], tuple[str, ...]]:
     """Read and reduce panoramas.
-
-    Parameters
-    ----------
-    files : sequence of Path
-    report, token
-        Progress and cancellation.
-
-    Returns
-    -------
-    tuple of Scene
-        Of those that can be read.
-    tuple of str
-        What was left out or repaired, in sentences.
 
     Raises
     ------

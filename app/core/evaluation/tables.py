@@ -24,16 +24,6 @@ if TYPE_CHECKING:
 
     from app.core.styles import Style
 
-__all__ = [
-    "TABLES_VERSION",
-    "TableNote",
-    "Tables",
-    "load_tables",
-    "save_tables",
-    "styles_digest",
-    "tables_path",
-]
-
 Float32: TypeAlias = NDArray[np.float32]
 
 TABLES_VERSION: Final = 1
@@ -44,19 +34,7 @@ _MOST_HEADS: Final = 64
 
 @dataclass(frozen=True, slots=True)
 class TableNote:
-    """How a table was made.
-
-    Attributes
-    ----------
-    head, skin : str
-        Names.
-    head_sha256 : str
-        Of the head's mesh files.
-    settings : str
-        Paths, rays and seed, in words.
-    noise : float
-        RMS noise / RMS of F; not a number where a head is not symmetric.
-    """
+    """How a table was made."""
 
     head: str
     skin: str
@@ -71,18 +49,12 @@ class Tables:
 
     Attributes
     ----------
-    styles : tuple of str
-        Names of the S styles.
-    styles_sha256 : str
-        See `styles_digest`.
     pictures : tuple of int
         Sides of the Z pictures, pixels.
     sizes : (Z, S, H, W) float32
         F of the generic head for each picture, for the largest environment.
-    sizes_note : TableNote
     heads : dict of str to (S, H, W) float32
         F of other heads in the app's own sizes.
-    head_notes : dict of str to TableNote
     """
 
     styles: tuple[str, ...]
@@ -100,12 +72,7 @@ class Tables:
 
 
 def styles_digest(styles: Sequence[Style]) -> str:
-    """Return the SHA-256 of what the targets of styles depend on: their names and lamps.
-
-    Parameters
-    ----------
-    styles : sequence of Style
-    """
+    """Return the SHA-256 of what the targets of styles depend on: their names and lamps."""
     facts = [[style.name, [asdict(lamp) for lamp in style.lamps]] for style in styles]
     return hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()
 

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from app.core.painting.canvas import Region
 
-__all__ = ["LEAST_DIAMETER", "Brush", "Tool", "cover", "reach"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Point: TypeAlias = tuple[float, float]
 
@@ -42,17 +40,12 @@ class Brush:
 
     Attributes
     ----------
-    tool : Tool
     diameter : float
         Canvas pixels.
     strength : float
         0 to 1: how far one stroke goes toward the tool's goal.
     softness : float
         0 to 1: share of the radius over which the brush fades out.
-    mirror : bool
-        Whether the other side of the face gets the same.
-    pen_pressure : bool
-        Whether pressure scales the strength.
     """
 
     tool: Tool = Tool.BRIGHTER
@@ -83,13 +76,6 @@ def reach(start: Point, stop: Point, radius: float, size: int) -> Region:
         Ends (x, y), canvas pixels from the upper left corner.
     radius : float
         Of the brush, canvas pixels.
-    size : int
-        Side of the canvas.
-
-    Returns
-    -------
-    Region
-        Within the canvas; may be empty.
     """
     (left, right), (top, bottom) = (sorted(ends) for ends in zip(start, stop, strict=True))
     return Region(
@@ -105,12 +91,8 @@ def cover(brush: Brush, start: Point, stop: Point, region: Region) -> Float32:
 
     Parameters
     ----------
-    brush : Brush
-        Its size and softness.
     start, stop : tuple of float
         Ends (x, y), canvas pixels from the upper left corner; may be the same.
-    region : Region
-        Where to look.
 
     Returns
     -------

@@ -22,25 +22,6 @@ if TYPE_CHECKING:
     from app.core.transport import Transport
     from app.core.weights import PaintedWeights
 
-__all__ = [
-    "IGNORED",
-    "MAX_SIZE",
-    "MIN_SIZE",
-    "NOTHING_PAINTED",
-    "ONE_SIDED",
-    "Canvas",
-    "Region",
-    "advice",
-    "around",
-    "blank",
-    "block_means",
-    "canvas_size",
-    "head_values",
-    "make_canvas",
-    "resized",
-    "weights_of",
-]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
@@ -153,10 +134,6 @@ def make_canvas(
     start_weights, start_ignore : (S, S) float, optional
         What to restore; by default the layers themselves.
 
-    Returns
-    -------
-    Canvas
-
     Raises
     ------
     StyleError
@@ -205,8 +182,6 @@ def block_means(layer: Float32, pixels: int, region: Region | None = None) -> Fl
     ----------
     layer : (S, S) float32
         Any layer.
-    pixels : int
-        Side of the head's picture, N; S is a multiple of it.
     region : Region, optional
         Only these; given in the head's pixels, not the canvas's.
 
@@ -228,13 +203,6 @@ def block_means(layer: Float32, pixels: int, region: Region | None = None) -> Fl
 
 def head_values(canvas: Canvas, transport: Transport) -> tuple[Float64, Mask]:
     """Reduce a canvas to the pixels of a head.
-
-    Parameters
-    ----------
-    canvas : Canvas
-        Of any size.
-    transport : Transport
-        Of the head.
 
     Returns
     -------
@@ -258,20 +226,7 @@ def weights_of(canvas: Canvas, transport: Transport) -> PaintedWeights:
 
 
 def advice(canvas: Canvas, weights: PaintedWeights) -> str | None:
-    """Say what is missing before the canvas can be kept as a style.
-
-    Parameters
-    ----------
-    canvas : Canvas
-        What was painted.
-    weights : PaintedWeights
-        The same on the head.
-
-    Returns
-    -------
-    str or None
-        `NOTHING_PAINTED`, `ONE_SIDED`, or None when nothing is missing.
-    """
+    """Say what is missing before the canvas can be kept as a style."""
     if not canvas.touched:
         return NOTHING_PAINTED
     values = weights.values[weights.active]

@@ -15,8 +15,6 @@ from app.core.painting.canvas import MAX_SIZE, Canvas, make_canvas
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["DRAFT_FORMAT", "Draft", "load_draft", "save_draft"]
-
 DRAFT_FORMAT: Final = 1
 """Version of the file's layout."""
 
@@ -29,21 +27,7 @@ _HINT: Final = "The draft's file is untouched; painting starts from the style it
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Draft:
-    """Unsaved painting.
-
-    Attributes
-    ----------
-    canvas : Canvas
-        With what it started from; without undo.
-    title : str
-        Title so far.
-    origin : str
-        Name of the style that it was made from; empty for none.
-    style : str
-        Name of the user's style that is being changed; empty for a new one.
-    head : str
-        Name of the head that it was painted on.
-    """
+    """Unsaved painting."""
 
     canvas: Canvas
     title: str = ""
@@ -54,12 +38,6 @@ class Draft:
 
 def save_draft(path: Path, draft: Draft) -> None:
     """Write a draft whole or not at all; the one before is replaced.
-
-    Parameters
-    ----------
-    path : Path
-        Ends in ``.npz``.
-    draft : Draft
 
     Raises
     ------
@@ -74,15 +52,6 @@ def save_draft(path: Path, draft: Draft) -> None:
 
 def load_draft(path: Path) -> Draft:
     """Read a draft.
-
-    Parameters
-    ----------
-    path : Path
-        As written by `save_draft`.
-
-    Returns
-    -------
-    Draft
 
     Raises
     ------

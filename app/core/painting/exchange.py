@@ -28,8 +28,6 @@ from app.core.style_file import read_painted
 if TYPE_CHECKING:
     from app.core.painting.user_style import UserStyle
 
-__all__ = ["EXPORT_ENDING", "export_style", "import_style"]
-
 EXPORT_ENDING: Final = ".turnstyle"
 """Ending of the file."""
 
@@ -44,14 +42,6 @@ _NAME: Final = "received"
 
 def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None:
     """Write a style to one file.
-
-    Parameters
-    ----------
-    style : UserStyle
-    file : Path
-        Should end in `EXPORT_ENDING`.
-    replace : bool, optional
-        Whether a file that is there may be replaced.
 
     Raises
     ------
@@ -80,13 +70,6 @@ def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None
 
 def import_style(folder: Path, file: Path) -> UserStyle:
     """Take in a style that somebody exported.
-
-    Parameters
-    ----------
-    folder : Path
-        Where styles are kept; made when missing.
-    file : Path
-        The file; left as it is.
 
     Returns
     -------

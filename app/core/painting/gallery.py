@@ -25,15 +25,6 @@ if TYPE_CHECKING:
     from app.core.transport import Transport
     from app.core.weights import PaintedWeights
 
-__all__ = [
-    "Asking",
-    "light_side",
-    "prepare_user_style",
-    "solve_user_styles",
-    "suggested_side",
-    "target_picture",
-]
-
 Float32: TypeAlias = NDArray[np.float32]
 
 _SIDE_DEG: Final = 20.0  # nearer to the front or the back than this, light has no side
@@ -51,7 +42,6 @@ class Asking:
 
     Attributes
     ----------
-    style : UserStyle
     weights : PaintedWeights
         On the head's pixels.
     target : (N, N, 3) float32
@@ -64,32 +54,13 @@ class Asking:
 
 
 def prepare_user_style(transport: Transport, style: UserStyle) -> Asking:
-    """Work out what a user's style asks of a head; it holds for every place.
-
-    Parameters
-    ----------
-    transport : Transport
-        Of the head.
-    style : UserStyle
-        Painted on this head or another.
-
-    Returns
-    -------
-    Asking
-    """
+    """Work out what a user's style asks of a head; it holds for every place."""
     weights = weights_of(make_canvas(style.weights, style.ignore), transport)
     return Asking(style, weights, target_picture(transport, weights))
 
 
 def target_picture(transport: Transport, weights: PaintedWeights) -> Float32:
     """Picture of the head under the light that painted weights ask for.
-
-    Parameters
-    ----------
-    transport : Transport
-        Of the head.
-    weights : PaintedWeights
-        What was painted on it.
 
     Returns
     -------
@@ -105,13 +76,6 @@ def target_picture(transport: Transport, weights: PaintedWeights) -> Float32:
 
 def light_side(transport: Transport, weights: PaintedWeights) -> tuple[Side, str]:
     """Tell from which side the light that painted weights ask for comes.
-
-    Parameters
-    ----------
-    transport : Transport
-        Of the head.
-    weights : PaintedWeights
-        What was painted on it.
 
     Returns
     -------
@@ -146,25 +110,7 @@ def light_side(transport: Transport, weights: PaintedWeights) -> tuple[Side, str
 def suggested_side(
     canvas: Canvas, transport: Transport, weights: PaintedWeights, origin: Style | None = None
 ) -> tuple[Side, str]:
-    """Suggest a side for a painted style: that of the style it still resembles, or its light's.
-
-    Parameters
-    ----------
-    canvas : Canvas
-        What was painted, and on what.
-    transport : Transport
-        Of the head.
-    weights : PaintedWeights
-        The canvas on the head.
-    origin : Style, optional
-        What painting started from.
-
-    Returns
-    -------
-    side : Side
-    place : str
-        As `light_side`.
-    """
+    """Suggest a side for a painted style: that of the style it still resembles, or its light's."""
     if origin is not None:
         start = weights_of(make_canvas(canvas.start_weights), transport)
         one, other = weights.weights, start.weights
@@ -189,17 +135,9 @@ def solve_user_styles(
 
     Parameters
     ----------
-    transport : Transport
-        Of the head.
-    styles : sequence of UserStyle or Asking
-        Those of `prepare_user_style` are a millisecond each faster.
     light : (H, W, 3) or (H, W) float
         Environment at turn 0 in the transport's size, linear Rec. 709 radiance, or luminance of
         light that counts as grey; any exposure.
-    objective, epsilon, min_strength, front_deg
-        As for `app.core.solve.solve_all`.
-    table : LightTable, optional
-        Of the same head and light, where there is one already.
 
     Returns
     -------

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from OpenImageIO import ImageInput
 
-__all__ = ["MAX_BYTES", "read_layers", "write_layers"]
-
 Float32: TypeAlias = NDArray[np.float32]
 
 MAX_BYTES: Final = 12_000_000
@@ -33,8 +31,6 @@ def write_layers(path: Path, weights: Float32, ignore: Float32) -> None:
 
     Parameters
     ----------
-    path : Path
-        The file; ends in ``.exr``.
     weights, ignore : (S, S) float32
         Canvas layers.
 
@@ -49,11 +45,6 @@ def write_layers(path: Path, weights: Float32, ignore: Float32) -> None:
 
 def read_layers(path: Path) -> tuple[Float32, Float32]:
     """Read painted weights from a file that may be anything.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
 
     Returns
     -------

@@ -34,20 +34,6 @@ if TYPE_CHECKING:
     from app.core.painting.canvas import Canvas
     from app.core.styles import Side
 
-__all__ = [
-    "CANNOT_READ",
-    "DamagedStyle",
-    "Trashed",
-    "add",
-    "delete",
-    "duplicate",
-    "list_user_styles",
-    "rename",
-    "restore",
-    "save_user_style",
-    "update_user_style",
-]
-
 CANNOT_READ: Final = "This style cannot be read. Its file is untouched."
 
 _MAX_STYLES: Final = 100  # their weights are held in memory, 1.3 MB each
@@ -56,17 +42,7 @@ _TRASH: Final = "trash"
 
 @dataclass(frozen=True, slots=True)
 class DamagedStyle:
-    """A file in the folder of styles that cannot be read.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    reason : str
-        What is wrong with it.
-    message : str
-        What a card says.
-    """
+    """A file in the folder of styles that cannot be read."""
 
     path: Path
     reason: str
@@ -75,15 +51,7 @@ class DamagedStyle:
 
 @dataclass(frozen=True, slots=True)
 class Trashed:
-    """A style that was put away.
-
-    Attributes
-    ----------
-    folder : Path
-        Its own folder within the trash.
-    name, title : str
-        As they were.
-    """
+    """A style that was put away."""
 
     folder: Path
     name: str
@@ -93,15 +61,8 @@ class Trashed:
 def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[DamagedStyle, ...]]:
     """Read all painted styles of a folder.
 
-    Parameters
-    ----------
-    folder : Path
-        Need not exist. Styles with lamps, written by hand, are passed over.
-
     Returns
     -------
-    tuple of UserStyle
-        By name.
     tuple of DamagedStyle
         Files that are neither; they are left as they are.
     """
@@ -139,24 +100,6 @@ def save_user_style(
 ) -> UserStyle:
     """Keep a canvas as a new style.
 
-    Parameters
-    ----------
-    folder : Path
-        Where styles are kept; made when missing.
-    canvas : Canvas
-        What was painted.
-    title : str
-        Any text; a number is added when a style bears it already.
-    side, place : Side, str, optional
-        Where its light comes from, see `app.core.painting.gallery.light_side`.
-    note, head, origin : str, optional
-        See `UserStyle`.
-
-    Returns
-    -------
-    UserStyle
-        As it was written.
-
     Raises
     ------
     StyleError
@@ -179,18 +122,6 @@ def save_user_style(
 def add(folder: Path, style: UserStyle) -> UserStyle:
     """Keep a style under a name and title of its own.
 
-    Parameters
-    ----------
-    folder : Path
-        Where styles are kept; made when missing.
-    style : UserStyle
-        Its name is not used.
-
-    Returns
-    -------
-    UserStyle
-        As it was written.
-
     Raises
     ------
     StyleError
@@ -204,20 +135,6 @@ def add(folder: Path, style: UserStyle) -> UserStyle:
 
 def update_user_style(folder: Path, style: UserStyle, canvas: Canvas) -> UserStyle:
     """Give a style other weights; a copy of the old ones goes to the trash.
-
-    Parameters
-    ----------
-    folder : Path
-        Where styles are kept.
-    style : UserStyle
-        As read or saved.
-    canvas : Canvas
-        Its new weights.
-
-    Returns
-    -------
-    UserStyle
-        As it was written.
 
     Raises
     ------
@@ -236,20 +153,6 @@ def update_user_style(folder: Path, style: UserStyle, canvas: Canvas) -> UserSty
 
 def rename(folder: Path, style: UserStyle, title: str) -> UserStyle:
     """Give a style another title; its name in files stays.
-
-    Parameters
-    ----------
-    folder : Path
-        Where styles are kept.
-    style : UserStyle
-        As read or saved.
-    title : str
-        Any text that no other style bears.
-
-    Returns
-    -------
-    UserStyle
-        As it was written.
 
     Raises
     ------
@@ -272,18 +175,6 @@ def duplicate(folder: Path, style: UserStyle, title: str = "") -> UserStyle:
 def delete(folder: Path, style: UserStyle) -> Trashed:
     """Put a style away, so that `restore` can bring it back.
 
-    Parameters
-    ----------
-    folder : Path
-        Where styles are kept.
-    style : UserStyle
-        As read or saved.
-
-    Returns
-    -------
-    Trashed
-        For `restore`.
-
     Raises
     ------
     StyleError
@@ -304,13 +195,6 @@ def delete(folder: Path, style: UserStyle) -> Trashed:
 
 def restore(folder: Path, trashed: Trashed) -> UserStyle:
     """Bring a style back; its files in the trash stay as they are.
-
-    Parameters
-    ----------
-    folder : Path
-        Where styles are kept.
-    trashed : Trashed
-        From `delete`.
 
     Returns
     -------

@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from app.core.transport import Transport
     from app.core.weights import PaintedWeights
 
-__all__ = ["Answer", "PaintSession"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
@@ -74,14 +72,6 @@ class PaintSession:
 
     Parameters
     ----------
-    transport : Transport
-        Of the head.
-    canvas : Canvas
-        To begin with; brought to the head's canvas size where it differs.
-    table : LightTable, optional
-        Of the place and the same head.
-    objective, epsilon, min_strength
-        As for `app.core.solve.solve_all`.
     front_deg : float, optional
         Azimuth at which the photographer stands, deg.
     """
@@ -133,21 +123,13 @@ class PaintSession:
 
         Parameters
         ----------
-        table : LightTable or None
-            Of the same head.
         front_deg : float, optional
             Azimuth at which the photographer stands, deg.
         """
         self._table, self._front_deg, self._counted = table, front_deg, None
 
     def replace(self, canvas: Canvas) -> None:
-        """Take another canvas; a stroke under way is given up.
-
-        Parameters
-        ----------
-        canvas : Canvas
-            Brought to the head's canvas size where it differs.
-        """
+        """Take another canvas; a stroke under way is given up."""
         size = canvas_size(self._transport)
         if canvas.size != size:
             layers = (canvas.weights, canvas.ignore, canvas.start_weights, canvas.start_ignore)
@@ -160,16 +142,10 @@ class PaintSession:
 
         Parameters
         ----------
-        brush : Brush
         x, y : float
             Canvas pixels from the upper left corner.
         pressure : float, optional
             0 to 1.
-
-        Returns
-        -------
-        tuple of Region
-            What has changed on the canvas.
         """
         self.abort()
         self._stroke = Stroke(self._canvas, brush, x, y, pressure)
@@ -210,13 +186,7 @@ class PaintSession:
         self._start_afresh(revert(self._canvas, change))
 
     def answer(self) -> Answer:
-        """Work out what the canvas asks for and where to turn for it.
-
-        Returns
-        -------
-        Answer
-            Of the canvas as it is now.
-        """
+        """Work out what the canvas asks for and where to turn for it."""
         weights, table = self.weights, self._table
         target = weights.preintegrated(self._transport)
         missing = advice(self.canvas, weights)

@@ -17,23 +17,12 @@ if TYPE_CHECKING:
     from app.core.painting.user_style import UserStyle
     from app.core.transport import Transport
 
-__all__ = ["from_style", "from_user_style", "from_weights"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 
 
 def from_style(pack: StylePack, transport: Transport, name: str) -> Canvas:
     """Start from a built-in style: the weights of its target picture (eq. 6).
-
-    Parameters
-    ----------
-    pack : StylePack
-        Of the head.
-    transport : Transport
-        That the pack was made from.
-    name : str
-        The style's name.
 
     Returns
     -------
@@ -57,8 +46,6 @@ def from_weights(transport: Transport, weights: NDArray[np.floating[Any]]) -> Ca
 
     Parameters
     ----------
-    transport : Transport
-        Of the head.
     weights : (P,) float
         In [-1, 1]; those outside the face are not used.
 
@@ -87,12 +74,6 @@ def from_weights(transport: Transport, weights: NDArray[np.floating[Any]]) -> Ca
 
 def from_user_style(style: UserStyle, transport: Transport) -> Canvas:
     """Start from a style of the user's own, painted on this head or another.
-
-    Parameters
-    ----------
-    style : UserStyle
-    transport : Transport
-        Of the head that is to be painted on.
 
     Returns
     -------

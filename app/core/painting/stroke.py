@@ -20,8 +20,6 @@ from app.core.painting.tiles import TileChange, difference
 if TYPE_CHECKING:
     from app.core.painting.brush import Brush, Point
 
-__all__ = ["Stroke"]
-
 Float32: TypeAlias = NDArray[np.float32]
 
 _CELL_SHARE: Final = 0.125  # of the radius: path over which one pressure holds
@@ -37,10 +35,6 @@ class Stroke:
 
     Parameters
     ----------
-    canvas : Canvas
-        What is painted on; never changed.
-    brush : Brush
-        What is painted with.
     x, y : float
         Where the brush comes down, canvas pixels from the upper left corner.
     pressure : float, optional
@@ -109,15 +103,7 @@ class Stroke:
         return self._joined(regions)
 
     def commit(self) -> tuple[Canvas, TileChange]:
-        """End the stroke.
-
-        Returns
-        -------
-        Canvas
-            With the stroke on it.
-        TileChange
-            What it changed, for undo.
-        """
+        """End the stroke."""
         layers = [self._weights, self._ignore]
         for layer in layers:
             layer.setflags(write=False)

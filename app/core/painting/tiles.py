@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from app.core.painting.canvas import Canvas, Region
 
-__all__ = ["TILE", "Tile", "TileChange", "apply", "cleared", "difference", "revert"]
-
 Float32: TypeAlias = NDArray[np.float32]
 
 TILE: Final = 64
@@ -26,8 +24,6 @@ class Tile:
 
     Attributes
     ----------
-    layer : str
-        ``weights`` or ``ignore``.
     column, row : int
         Tile coordinates: the tile's left edge is at 64 times the column.
     before, after : (h, w) float32
@@ -49,13 +45,7 @@ class Tile:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TileChange:
-    """All that a stroke changed.
-
-    Attributes
-    ----------
-    tiles : tuple of Tile
-        Only those that differ.
-    """
+    """All that a stroke changed."""
 
     tiles: tuple[Tile, ...]
 
@@ -76,17 +66,7 @@ class TileChange:
 
 
 def difference(before: Canvas, after: Canvas) -> TileChange:
-    """Find the tiles in which two canvases differ.
-
-    Parameters
-    ----------
-    before, after : Canvas
-        Of one size.
-
-    Returns
-    -------
-    TileChange
-    """
+    """Find the tiles in which two canvases differ."""
     tiles: list[Tile] = []
     for layer in _LAYERS:
         old, new = getattr(before, layer), getattr(after, layer)
@@ -105,12 +85,6 @@ def difference(before: Canvas, after: Canvas) -> TileChange:
 
 def apply(canvas: Canvas, change: TileChange) -> Canvas:
     """Do a change again.
-
-    Parameters
-    ----------
-    canvas : Canvas
-        As it was before the change.
-    change : TileChange
 
     Returns
     -------

@@ -24,18 +24,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-__all__ = [
-    "MAX_TITLE",
-    "UserStyle",
-    "checksum",
-    "clean_text",
-    "layers_path",
-    "read_user_style",
-    "style_text",
-    "text_path",
-    "write_user_style",
-]
-
 Float32: TypeAlias = NDArray[np.float32]
 
 MAX_TITLE: Final = 80
@@ -50,20 +38,6 @@ class UserStyle:
 
     Attributes
     ----------
-    name : str
-        Name in files and results; never changes.
-    title : str
-        Name on screen.
-    side : Side
-        The sitter's own side from which the light it asks for comes.
-    place : str
-        Where it comes from, in words, for a style without a side.
-    note : str
-        What the user says about it.
-    head : str
-        Name of the head that it was painted on; empty when unknown.
-    origin : str
-        Name of the style that it was made from; empty for none.
     weights, ignore : (S, S) float32
         Canvas layers, see `app.core.painting.canvas.Canvas`. Not to be written to.
     """
@@ -97,18 +71,6 @@ class UserStyle:
 def clean_text(text: str, key: str) -> str:
     """Make a text fit for one line on screen and in a file.
 
-    Parameters
-    ----------
-    text : str
-        Anything that was typed.
-    key : str
-        Which attribute of `UserStyle` it is for.
-
-    Returns
-    -------
-    str
-        Without control characters, with single blanks.
-
     Raises
     ------
     StyleError
@@ -140,17 +102,7 @@ def layers_path(folder: Path, name: str, sha256: str) -> Path:
 
 
 def style_text(style: UserStyle) -> str:
-    """Write down a style as TOML, without its weights.
-
-    Parameters
-    ----------
-    style : UserStyle
-
-    Returns
-    -------
-    str
-        As `app.core.style_file.read_painted` reads it.
-    """
+    """Write down a style as TOML, without its weights."""
     head = {"title": style.title, "side": style.side, "place": style.place, "note": style.note}
     painted = {
         "format": PAINTED_FORMAT,
@@ -164,13 +116,6 @@ def style_text(style: UserStyle) -> str:
 
 def write_user_style(folder: Path, style: UserStyle) -> None:
     """Write a style's two files; the text comes last and makes it count.
-
-    Parameters
-    ----------
-    folder : Path
-        Where styles are kept; made when missing.
-    style : UserStyle
-        A text of the same name is replaced, weights of other checksums are left alone.
 
     Raises
     ------
@@ -187,18 +132,7 @@ def write_user_style(folder: Path, style: UserStyle) -> None:
 
 
 def not_saved(error: OSError | CoreError) -> StyleError:
-    """Say why something was not saved.
-
-    Parameters
-    ----------
-    error : OSError or CoreError
-        What went wrong while writing.
-
-    Returns
-    -------
-    StyleError
-        To be raised from it.
-    """
+    """Say why something was not saved."""
     words = str(error).lower()
     if "no space" in words or "disk is full" in words or "quota" in words:
         return StyleError(
@@ -216,15 +150,6 @@ def not_saved(error: OSError | CoreError) -> StyleError:
 
 def read_user_style(path: Path) -> UserStyle:
     """Read a painted style.
-
-    Parameters
-    ----------
-    path : Path
-        Its text.
-
-    Returns
-    -------
-    UserStyle
 
     Raises
     ------

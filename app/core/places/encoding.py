@@ -37,16 +37,6 @@ if TYPE_CHECKING:
 
     from app.core.solve import StyleResult
 
-__all__ = [
-    "ENVIRONMENT_NAME",
-    "VERSION",
-    "place_of",
-    "summary_of",
-    "to_json",
-    "unreadable",
-    "version_of",
-]
-
 VERSION: Final = 1
 """Of the form of ``place.json``."""
 
@@ -112,11 +102,6 @@ _FRAME: Final[dict[str, Callable[[Any], Any]]] = {
 
 def to_json(place: Place) -> Facts:
     """Turn a place into what its file holds.
-
-    Parameters
-    ----------
-    place : Place
-        What is to be kept.
 
     Returns
     -------
@@ -202,20 +187,7 @@ def _cut(sentences: Sequence[str]) -> list[str]:
 
 
 def summary_of(facts: Facts, lost: list[str]) -> tuple[str, datetime | None, str]:
-    """Take only what a list of places shows: name, time and environment.
-
-    Parameters
-    ----------
-    facts : dict
-        Entries of the file; unfit ones are removed.
-    lost : list of str
-        Receives what is unfit, in the user's words.
-
-    Returns
-    -------
-    tuple
-        "" and None for what is not there.
-    """
+    """Take only what a list of places shows: name, time and environment."""
     name = take(facts, "name", text(20 * LONGEST_NAME), "", lost, "its name")
     made_at = take(facts, "made_at", _time, None, lost, "its time")
     pattern = rf"({ENVIRONMENT_NAME})?"
@@ -231,22 +203,7 @@ def unreadable(place: Place) -> list[str]:
 
 
 def place_of(facts: Facts, lost: list[str], name: str, made_at: datetime) -> Place:
-    """Make a place of what a file holds; what is missing or unfit has its default.
-
-    Parameters
-    ----------
-    facts : dict
-        Entries of the file. It is taken over: unfit ones are removed.
-    lost : list of str
-        Receives what is unfit, in the user's words.
-    name, made_at : str, datetime
-        What counts where the file does not say.
-
-    Returns
-    -------
-    Place
-        Without remarks.
-    """
+    """Make a place of what a file holds; what is missing or unfit has its default."""
     place = _decoded(facts, lost, name, made_at)
     # Before anything changes it: what this version would make of the very same file.
     return replace(place, source=Source(facts, _known(place)))

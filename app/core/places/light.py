@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from app.core.environment import Environment
     from app.core.places.place import Place
 
-__all__ = ["StoredLight", "fingerprint_of", "read_light", "store_environment"]
-
 _THUMBNAIL_WIDTH: Final = 512
 _COMPARED_BYTES: Final = 1 << 28  # larger ones would be in memory twice
 
@@ -46,10 +44,6 @@ class StoredLight:
 
     Attributes
     ----------
-    environment : str
-        Its plain name, for `Place.environment`.
-    fingerprint : str
-        SHA-256 of the radiance, for `Place.fingerprint`.
     thumbnail : Path or None
         The small picture; None when it could not be written, which costs nothing but its looks.
     """
@@ -73,8 +67,6 @@ def store_environment(
 
     Parameters
     ----------
-    folder : Path
-        Of the place.
     radiance : NDArray[np.float32], (H, 2 H, 3)
         Linear Rec. 709 relative radiance as `app.core.environment.Environment` holds it: finite,
         not negative, not all 0. It is not changed.
@@ -82,10 +74,6 @@ def store_environment(
         The panorama as sRGB, for the thumbnail; made of the radiance when left out.
     white_cd_m2 : float, optional
         Luminance of radiance 1, cd/m2; stated in the file.
-
-    Returns
-    -------
-    StoredLight
 
     Raises
     ------
@@ -120,11 +108,6 @@ def fingerprint_of(radiance: FloatImage) -> str:
     ----------
     radiance : NDArray[np.float32], (H, W, 3)
         Linear Rec. 709 radiance.
-
-    Returns
-    -------
-    str
-        64 hexadecimal digits, the same on every computer.
     """
     little = np.ascontiguousarray(radiance, dtype="<f4")
     total = hashlib.sha256(f"{little.shape}".encode())
@@ -135,17 +118,8 @@ def fingerprint_of(radiance: FloatImage) -> str:
 def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[str, ...]]:
     """Read the light of a place.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the place.
-    place : Place
-        As `read_place` gave it.
-
     Returns
     -------
-    environment : Environment
-        With the place's name.
     remarks : tuple of str
         A sentence when the file is not the one that the results were worked out from: then they
         have to be worked out anew.

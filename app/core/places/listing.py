@@ -18,19 +18,6 @@ from app.core.settings.json_file import JsonFile, read_json
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = [
-    "MOST_BYTES",
-    "PLACE",
-    "THUMBNAIL",
-    "PlaceSummary",
-    "State",
-    "capture_folders",
-    "list_places",
-    "new_capture_folder",
-    "newest_light",
-    "summarise",
-]
-
 State: TypeAlias = Literal["whole", "unfinished", "damaged", "newer"]
 
 PLACE: Final = "place.json"
@@ -55,25 +42,13 @@ class PlaceSummary:
 
     Attributes
     ----------
-    folder : Path
-        Of the place.
-    name : str
-        The folder's name where the place's own cannot be read.
-    made_at : datetime
-        With its offset from UTC; the folder's time where the place's own cannot be read.
-    thumbnail : Path or None
-        Small picture.
     trouble : str or None
         Why the place is not as it should be, a sentence; None when it is.
     state : {"whole", "unfinished", "damaged", "newer"}
         "unfinished": a folder that was begun, with something in it that can be gone on with.
         Each of them can be opened with `read_place`.
-    has_light : bool
-        Whether an environment is there.
     captures : tuple of Path
         Folders of captures in it, the newest last; each is a session that can be gone on with.
-    spot : str
-        The same for captures of the same spot.
     """
 
     folder: Path
@@ -91,11 +66,6 @@ def list_places(root: Path) -> tuple[PlaceSummary, ...]:
     """List all places in a folder.
 
     Only small files are read; nothing that lies there makes it fail.
-
-    Parameters
-    ----------
-    root : Path
-        Folder of the places; it may be missing.
 
     Returns
     -------
@@ -124,11 +94,6 @@ def _may_be_place(entry: os.DirEntry[str]) -> bool:
 
 def summarise(folder: Path) -> PlaceSummary | None:
     """Say of one folder what a list shows of it.
-
-    Parameters
-    ----------
-    folder : Path
-        Of a place, or any other.
 
     Returns
     -------

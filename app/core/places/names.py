@@ -17,19 +17,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-__all__ = [
-    "LITTER",
-    "STAGED",
-    "folder_stem",
-    "free_names",
-    "publish",
-    "safe_file_name",
-    "sweep",
-    "told_by_folder",
-    "umask",
-    "words_of",
-]
-
 LITTER: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini", ".directory"})
 """What systems leave in folders by themselves."""
 
@@ -115,13 +102,6 @@ def safe_file_name(name: str) -> str:
 def publish(half: Path, target: Path) -> bool:
     """Give a whole file its name, unless something has that name already.
 
-    Parameters
-    ----------
-    half : Path
-        The whole file under a passing name in the same folder.
-    target : Path
-        Its name from now on.
-
     Returns
     -------
     bool
@@ -143,15 +123,7 @@ def publish(half: Path, target: Path) -> bool:
 
 
 def sweep(folder: Path, now_s: float | None = None) -> None:
-    """Remove what killed writes left in a place's folder an hour ago or longer.
-
-    Parameters
-    ----------
-    folder : Path
-        Of a place, or of its originals, or of all places.
-    now_s : float, optional
-        Seconds since 1970; the present by default.
-    """
+    """Remove what killed writes left in a place's folder an hour ago or longer."""
     limit = (time.time() if now_s is None else now_s) - _OLD_S
     with contextlib.suppress(OSError), os.scandir(folder) as entries:
         for entry in entries:

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     _Told = Callable[[int], None]
 
-__all__ = ["ORIGINALS", "adopt_files"]
-
 ORIGINALS: Final = "originals"
 """Name of the folder in a place's folder."""
 
@@ -39,22 +37,6 @@ def adopt_files(
 
     A copy gets its name once it is whole, and never that of another file; a file that is there
     already with the same content is not copied again.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the place.
-    paths : sequence of Path
-        Ordinary files, at most 200, of at most 2 GB each and 16 GB together.
-    token : Token, optional
-        Stops it between two megabytes; copies that are whole stay.
-    report : Report, optional
-        Told how far it is.
-
-    Returns
-    -------
-    tuple of Path
-        The copies, in the order of `paths`.
 
     Raises
     ------

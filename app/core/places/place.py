@@ -18,22 +18,6 @@ if TYPE_CHECKING:
     from app.core.settings.json_file import Facts
     from app.core.solve import Objective, StyleResult
 
-__all__ = [
-    "LONGEST_NAME",
-    "LONGEST_NOTES",
-    "UNNAMED",
-    "Asked",
-    "CaptureFacts",
-    "FrameFacts",
-    "Kind",
-    "Location",
-    "Place",
-    "PlaceError",
-    "Source",
-    "clean_name",
-    "clean_notes",
-]
-
 Kind: TypeAlias = Literal["unknown", "indoor", "outdoor"]
 
 LONGEST_NAME: Final = 120
@@ -51,7 +35,6 @@ class Location:
 
     Attributes
     ----------
-    kind : {"unknown", "indoor", "outdoor"}
     sun : bool or None
         Whether the sun shines on the place; None where it is not known.
     sun_azimuth_deg, sun_elevation_deg : float or None
@@ -71,16 +54,7 @@ class Location:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What the results of a place were asked with.
-
-    Attributes
-    ----------
-    head : str
-        Name of the style pack.
-    objective : {"picture", "paper"}
-    match_limit, strength_limit : float
-        Of 100.
-    """
+    """What the results of a place were asked with."""
 
     head: str = "generic"
     objective: Objective = "picture"
@@ -94,12 +68,6 @@ class FrameFacts:
 
     Attributes
     ----------
-    file : str
-        Plain name of the file.
-    shutter_s : float
-        Exposure time, s.
-    iso, aperture : float
-        Sensitivity and f-number; 0 where the file does not state it.
     ev : float
         Relative to the metered exposure, stops; positive is brighter.
     clipped_share : float
@@ -120,18 +88,12 @@ class CaptureFacts:
 
     Attributes
     ----------
-    camera : str
-        Its model; "" where it is not known.
     plan : str
         "paper", "full", "files" (a bracket that was opened) or "panorama" (an HDR file).
-    frames : tuple of FrameFacts
-        In the order of shooting.
     clipped_share : float or None
         Share of the light's energy in clipped areas, 0 to 1; None where it was not measured.
     white_cd_m2 : float or None
         Luminance of radiance 1, cd/m2; None where the scale is only relative.
-    warnings, advice, notes : tuple of str
-        Sentences for the user.
     """
 
     camera: str = ""
@@ -146,15 +108,7 @@ class CaptureFacts:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Source:
-    """A place's file as it was read, so that what a newer version wrote there is not lost.
-
-    Attributes
-    ----------
-    found : dict
-        Its entries, without the damaged ones.
-    known : dict
-        What this version would have written of them.
-    """
+    """A place's file as it was read, so that what a newer version wrote there is not lost."""
 
     found: Facts
     known: Facts
@@ -169,44 +123,21 @@ class Place:
 
     Attributes
     ----------
-    name : str
-        One line of the user's words.
-    made_at : datetime
-        When the place was made, with its offset from UTC.
     environment : str
         Name of the environment in the place's folder, as `store_environment` gave it; "" while
         no light was measured.
-    fingerprint : str
-        SHA-256 of its radiance; "" while there is none.
-    measured_at : datetime or None
-        When the light was measured, with its offset from UTC.
     front_deg : float
         Panorama azimuth at which the photographer stands, deg.
-    head : str
-        Name of the style pack of the sitter's head.
-    notes : str
-        The user's own words, any number of lines.
-    location : Location
     asked : Asked or None
         What `results` were asked with; None where there are none.
-    results : tuple of StyleResult
-        As seen from `front_deg`.
-    chosen : str or None
-        Name of the chosen style.
     needle_deg : float or None
         Turn that is looked at, deg; None = the best of the chosen style.
     goal_deg : float or None
         Turn that is gone to, deg.
-    capture : CaptureFacts or None
     said_white_cd_m2 : float or None
         Luminance of radiance 1 as the user has stated it, cd/m2; it counts before the capture's.
     spot : str
         The same for captures of the same spot at different times; "" for a spot of its own.
-    remarks : tuple of str
-        What was found when the place was read, in sentences for the user. Not kept.
-    source : Source or None
-        The file that the place was read from. Hand it on by making changes with
-        `dataclasses.replace`.
 
     Raises
     ------

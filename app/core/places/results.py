@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from app.core.settings.json_file import Facts
 
-__all__ = ["result_from_json", "results_from_json", "results_to_json"]
-
 _HUGE: Final = 1e300
 _MOST_PEAKS: Final = TURNS
 _MOST_RESULTS: Final = 2000
@@ -35,16 +33,6 @@ _DIRECTIONS: Final = ("clockwise", "counter-clockwise", "none")
 def results_to_json(results: Sequence[StyleResult]) -> list[Facts]:
     """Turn results into what JSON can hold.
 
-    Parameters
-    ----------
-    results : sequence of StyleResult
-        Seen from wherever they are.
-
-    Returns
-    -------
-    list of dict
-        Only texts, numbers, truth values, lists and objects.
-
     Raises
     ------
     PlaceError
@@ -55,11 +43,6 @@ def results_to_json(results: Sequence[StyleResult]) -> list[Facts]:
 
 def results_from_json(value: Any) -> tuple[StyleResult, ...]:
     """Turn that back into results.
-
-    Parameters
-    ----------
-    value : Any
-        Result of `results_to_json`, or anything.
 
     Returns
     -------

@@ -45,17 +45,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = [
-    "SHOTS",
-    "Shot",
-    "add_shot",
-    "mark_shot",
-    "photo_of",
-    "purge_shots",
-    "read_shots",
-    "thumbnail_of",
-]
-
 SHOTS: Final = "shots.json"
 """Name of the file in a place's folder."""
 
@@ -78,18 +67,8 @@ class Shot:
 
     Attributes
     ----------
-    name : str
-        Of the user's file.
-    added_at : str
-        When it was opened, ISO 8601.
-    found : bool
-        Whether it is known from where it was taken.
-    style, title : str
-        The style that was in front.
     goal_facing_deg : float
         Azimuth that the sitter was to face, deg.
-    taken_at : str or None
-        When it was taken, ISO 8601; without an offset where the camera states none.
     heading_deg, facing_deg : float or None
         Azimuths of the camera's axis, and that the sitter faced; deg.
     sitter_deg : float or None
@@ -102,12 +81,6 @@ class Shot:
         Whole degrees from the light; 0 in it.
     match, best : int or None
         Of 100: at that turn, and of the style there; None where the turn is not known.
-    removed : bool
-        Taken off the list.
-    file : str
-        Plain name of the copy; "" before there is one.
-    key : str
-        Its own name; "" before it is kept.
     """
 
     name: str
@@ -176,17 +149,10 @@ _CHECKS: Final[dict[str, Callable[[Any], Any]]] = {
 def read_shots(folder: Path) -> tuple[tuple[Shot, ...], tuple[str, ...]]:
     """Read what is kept, as much of it as there is.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the place.
-
     Returns
     -------
     shots : tuple of Shot
         In the order in which they were added, without those that were removed.
-    remarks : tuple of str
-        Sentences about what could not be read.
     """
     shots, lost, _ = _read(folder)
     return tuple(shot for shot in shots if not shot.removed), lost
@@ -260,23 +226,8 @@ def add_shot(
 
     Parameters
     ----------
-    folder : Path
-        Of the place.
-    photo : Path
-        The user's file; it is copied, and only read.
-    shot : Shot
-        What was found out.
     picture : (H, W, 3) uint8
         sRGB, upright, for the list.
-    token : Token, optional
-        Stops it.
-    report : Report, optional
-        Progress.
-
-    Returns
-    -------
-    Shot
-        As it is kept.
 
     Raises
     ------
@@ -339,15 +290,6 @@ def thumbnail_of(folder: Path, shot: Shot) -> NDArray[np.uint8] | None:
 def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
     """Take a photograph off the list, or bring it back.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the place.
-    key : str
-        `Shot.key`.
-    removed : bool
-        Off the list.
-
     Raises
     ------
     PlaceError
@@ -362,11 +304,6 @@ def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
 
 def purge_shots(folder: Path) -> int:
     """Forget the photographs that were removed, with their copies; nobody can ask for them now.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the place.
 
     Returns
     -------

@@ -33,24 +33,11 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from datetime import datetime
 
-__all__ = ["create_place", "read_place", "rename_place", "write_place"]
-
 
 def create_place(root: Path, name: str, made_at: datetime, *, spot: str = "") -> Path:
     """Make a folder for a new place.
 
     It appears whole, with its ``place.json`` in it, or not at all.
-
-    Parameters
-    ----------
-    root : Path
-        Folder of the places; it is made.
-    name : str
-        Any text.
-    made_at : datetime
-        With its offset from UTC.
-    spot : str, optional
-        `Place.spot` of an earlier capture of the same spot; a new one by default.
 
     Returns
     -------
@@ -106,13 +93,6 @@ def _drop(staged: Path | None) -> None:
 def write_place(folder: Path, place: Place) -> None:
     """Keep what is known of a place, whole or not at all.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the place.
-    place : Place
-        What to keep. What a newer version had written is kept with it.
-
     Raises
     ------
     PlaceError
@@ -134,11 +114,6 @@ def write_place(folder: Path, place: Place) -> None:
 
 def read_place(folder: Path) -> Place:
     """Read what is known of a place, as much of it as there is.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the place.
 
     Returns
     -------
@@ -197,11 +172,6 @@ def _remarks(folder: Path, file: JsonFile, lost: Sequence[str]) -> list[str]:
 
 def rename_place(folder: Path, name: str) -> Place:
     """Give a place another name; its folder keeps its own.
-
-    Returns
-    -------
-    Place
-        As it is kept now.
 
     Raises
     ------

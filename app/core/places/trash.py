@@ -21,15 +21,6 @@ from app.core.places.place import PlaceError
 if TYPE_CHECKING:
     from pathlib import Path
 
-
-__all__ = [
-    "TRASH",
-    "TrashedPlace",
-    "delete_place",
-    "list_trash",
-    "restore_place",
-]
-
 TRASH: Final = ".trash"
 """Name of the folder in the folder of places."""
 
@@ -39,17 +30,7 @@ _WHEN: Final = "%Y%m%dT%H%M%SZ"
 
 @dataclass(frozen=True, slots=True)
 class TrashedPlace:
-    """A place that was deleted.
-
-    Attributes
-    ----------
-    folder : Path
-        Where it is now, for `restore_place`.
-    name : str
-        Of the place.
-    deleted_at : datetime
-        In UTC.
-    """
+    """A place that was deleted."""
 
     folder: Path
     name: str
@@ -58,18 +39,6 @@ class TrashedPlace:
 
 def delete_place(folder: Path, now: datetime | None = None) -> Path:
     """Move a place to the trash, whole.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the place.
-    now : datetime, optional
-        With its offset from UTC; the present by default.
-
-    Returns
-    -------
-    Path
-        Where it is now, for `restore_place`.
 
     Raises
     ------
@@ -91,11 +60,6 @@ def delete_place(folder: Path, now: datetime | None = None) -> Path:
 
 def restore_place(trashed: Path) -> Path:
     """Bring a place back from the trash.
-
-    Parameters
-    ----------
-    trashed : Path
-        As `delete_place` returned it.
 
     Returns
     -------
@@ -129,13 +93,7 @@ def _move(folder: Path, target: Path, name: str, mark: str) -> Path:
 
 
 def list_trash(root: Path) -> tuple[TrashedPlace, ...]:
-    """List the deleted places that can be brought back, the last deleted first.
-
-    Parameters
-    ----------
-    root : Path
-        Folder of the places.
-    """
+    """List the deleted places that can be brought back, the last deleted first."""
     found = ((summarise(path), when) for when, path in sorted(_entries(root), reverse=True))
     return tuple(TrashedPlace(one.folder, one.name, when) for one, when in found if one is not None)
 

@@ -19,8 +19,6 @@ from app.core.portrait.bearings import features, matched
 from app.core.portrait.pose import Pose, find_pose
 from app.core.sphere import angle_of, angles_of, rotation
 
-__all__ = ["Registered", "register_again"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -55,12 +53,6 @@ class Registered:
     shift_deg : float
         Median angle by which things moved because the camera stood elsewhere: 2 deg are some
         7 cm where walls are 2 m away.
-    points : int
-        Things that both show in agreement.
-    trusted : bool
-        Whether the two are of the same spot beyond doubt.
-    words : str
-        For the user.
     rotation : (3, 3) float64
         Takes directions in the second to directions in the first; `app.core.sphere.remap_frame`
         by it lays the second picture on the first. The identity where it is not trusted.
@@ -77,11 +69,6 @@ class Registered:
 
     def carried(self, azimuth_deg: float) -> float:
         """Return where an azimuth of the first capture lies in the second, deg.
-
-        Parameters
-        ----------
-        azimuth_deg : float
-            In the first panorama: the front, or a mark.
 
         Returns
         -------

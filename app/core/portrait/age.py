@@ -16,18 +16,6 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 if TYPE_CHECKING:
     from datetime import datetime
 
-__all__ = [
-    "AGAIN_DEG",
-    "AGAIN_MINUTES",
-    "Age",
-    "Kind",
-    "State",
-    "ago_words",
-    "declination_deg",
-    "light_age",
-    "sun_moved_deg",
-]
-
 Kind: TypeAlias = Literal["sun", "sky", "windows", "lamps", "unknown"]
 """What lights the place: the sun itself, the sky without it, windows, lamps only, or not known."""
 
@@ -58,15 +46,8 @@ class Age:
 
     Attributes
     ----------
-    minutes : float
-        Since it was measured; 0 where it was just now.
     sun_deg : float or None
         How far the sun has moved, deg of arc; None where there is no sun in it, or no telling.
-    state : {"fresh", "ageing", "old", "unknown"}
-    when : str
-        "measured 25 min ago".
-    words : str
-        The whole sentence, with what to do where there is something to do.
     """
 
     minutes: float
@@ -86,12 +67,6 @@ def light_age(
 
     Parameters
     ----------
-    made_at : datetime
-        When it was measured. Without a time zone it is the computer's own local time.
-    now : datetime
-        The present, likewise.
-    kind : Kind, optional
-        What lights the place.
     sun_elevation_deg : float, optional
         Of the measured sun, deg; with it the change of its azimuth is bounded.
 
@@ -119,18 +94,7 @@ def light_age(
 
 
 def declination_deg(when: datetime) -> float:
-    """Declination of the sun at a date (Spencer 1971), within 0.05 deg but for the leap day.
-
-    Parameters
-    ----------
-    when : datetime
-        Any time of the day.
-
-    Returns
-    -------
-    float
-        Deg, north positive.
-    """
+    """Declination of the sun at a date (Spencer 1971), within 0.05 deg but for the leap day."""
     day = when.timetuple().tm_yday - 1 + (when.hour + when.minute / 60.0) / 24.0
     angle = 2.0 * math.pi * day / 365.0
     return math.degrees(
@@ -149,8 +113,6 @@ def sun_moved_deg(minutes: float, declination: float) -> float:
 
     Parameters
     ----------
-    minutes : float
-        Time between.
     declination : float
         Of the sun, deg.
 
@@ -170,11 +132,6 @@ def sun_moved_deg(minutes: float, declination: float) -> float:
 
 def ago_words(minutes: float) -> str:
     """Say how long ago something was.
-
-    Parameters
-    ----------
-    minutes : float
-        Not negative.
 
     Examples
     --------

@@ -15,8 +15,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Features", "features", "matched"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
@@ -53,10 +51,6 @@ def features(picture: Bytes) -> Features:
     picture : (h, 2 h, 3) uint8
         SRGB picture of any size; 1024 x 512 are looked at.
 
-    Returns
-    -------
-    Features
-
     Raises
     ------
     ValueError
@@ -90,11 +84,6 @@ def features(picture: Bytes) -> Features:
 
 def matched(first: Features, second: Features) -> tuple[Float64, Float64]:
     """Pair the features of two panoramas that look alike, each with the other's best.
-
-    Parameters
-    ----------
-    first, second : Features
-        Of the two panoramas.
 
     Returns
     -------

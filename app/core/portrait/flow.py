@@ -22,8 +22,6 @@ from app.core.sphere import directions
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Flow", "light_flow"]
-
 _WORDS: Final = (
     (2.5, "hard light with deep shadows"),
     (1.5, "strong light with clear shadows"),
@@ -43,10 +41,6 @@ class Flow:
         left, deg.
     elevation_deg : float
         Positive up, deg.
-    strength : float
-        Vector over scalar illuminance, 0 (even) to 4 (one lamp).
-    words : str
-        For the screen.
     """
 
     azimuth_deg: float
@@ -64,11 +58,6 @@ def light_flow(radiance: NDArray[np.floating[Any]], facing_deg: float) -> Flow:
         Environment as of `app.core.portrait.glare.eye_light`, or its result.
     facing_deg : float
         Panorama azimuth that the sitter faces, deg.
-
-    Returns
-    -------
-    Flow
-        Of strength 0 in the dark.
 
     Raises
     ------

@@ -30,8 +30,6 @@ from app.core.colour import LUMINANCE_WEIGHTS, FloatImage
 from app.core.environment import solid_angles
 from app.core.sphere import direction, directions
 
-__all__ = ["NOTICEABLE", "STRONG", "Glare", "Level", "eye_light", "face_direction_words", "glare"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 Level: TypeAlias = Literal["none", "noticeable", "strong"]
@@ -59,15 +57,10 @@ class Glare:
 
     Attributes
     ----------
-    level : {"none", "noticeable", "strong"}
     azimuth_deg : float
         Of the worst lamp, relative to the face: positive toward the sitter's left, deg.
     elevation_deg : float
         Positive up, deg.
-    veil : float
-        L_v / L_b of all lamps together.
-    words : str
-        For the screen; the side is named twice.
     """
 
     level: Level
@@ -128,11 +121,6 @@ def glare(
     sun : tuple of float, optional
         Panorama azimuth and elevation of the sun where it is known, deg, so that it is called
         by its name.
-
-    Returns
-    -------
-    Glare
-        Level none in the dark as well.
 
     Raises
     ------

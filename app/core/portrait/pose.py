@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 
 from app.core.sphere import from_vector
 
-__all__ = ["Pose", "find_pose"]
-
 Float64: TypeAlias = NDArray[np.float64]
 
 _TRIALS: Final = 400
@@ -50,14 +48,6 @@ class Pose:
         Standard error, deg: jackknife over eight sectors of the horizon.
     seeds : int
         Pairs within 3 deg of the best pure rotation: none can be expected elsewhere.
-    points : int
-        Pairs that agree with the rotation and the move.
-    sectors : int
-        Eighths of the horizon with such pairs.
-    shift_deg : float
-        Median angle by which things moved beyond the rotation.
-    forward : float
-        Share of the clearly moved things that moved the same way along their planes, 0.5 to 1.
     """
 
     rotation: Float64
@@ -77,11 +67,6 @@ def find_pose(a: Float64, b: Float64) -> Pose | None:
     a, b : (M, 3) float64
         Unit vectors to the same things in the first and in the second panorama; many may be
         wrong.
-
-    Returns
-    -------
-    Pose or None
-        None where no rotation was found.
     """
     start = _by_trial(a, b)
     if start is None:

@@ -25,17 +25,6 @@ if TYPE_CHECKING:
 
     from app.core.transport import Transport
 
-__all__ = [
-    "CONVENTION",
-    "DEEPEST_STOPS",
-    "EVEN_STOPS",
-    "KeySide",
-    "LightingRatio",
-    "cheeks",
-    "lighting_ratio",
-    "ratio_words",
-]
-
 KeySide: TypeAlias = Literal["left", "right", "none"]
 """The sitter's own side that is brighter."""
 
@@ -78,12 +67,6 @@ class LightingRatio:
     ----------
     stops : float
         Lit cheek over shadow cheek, in stops; never negative.
-    ratio : str
-        The same as "4:1".
-    key_side : {"left", "right", "none"}
-        The sitter's own side that is brighter; none where the cheeks are alike.
-    words : str
-        All of it for the screen, with the convention named and the side named twice.
     """
 
     stops: float
@@ -196,11 +179,6 @@ def _eyes(
 
 def ratio_words(stops: float) -> str:
     """Write stops as a ratio.
-
-    Parameters
-    ----------
-    stops : float
-        Not negative.
 
     Examples
     --------

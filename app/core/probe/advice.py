@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from app.core.probe.frame import Merged
     from app.core.probe.lights import Light
 
-__all__ = ["advise", "darker_frames", "direction_words", "kind_words"]
-
 _STEP_EV: Final = 2.0
 _MOST_FRAMES: Final = 4
 _WORTH_SAYING: Final = 3
@@ -30,11 +28,6 @@ _USUAL_FRAMES: Final = {"window": 2, "lamp": 3}
 
 def direction_words(azimuth_deg: float, elevation_deg: float) -> str:
     """Say where a light is.
-
-    Parameters
-    ----------
-    azimuth_deg, elevation_deg : float
-        Of its centre, panorama frame.
 
     Examples
     --------
@@ -66,13 +59,6 @@ def direction_words(azimuth_deg: float, elevation_deg: float) -> str:
 def kind_words(light: Light, sun: Light | None = None) -> str:
     """Name what a light most likely is, or no more than "bright area".
 
-    Parameters
-    ----------
-    light : Light
-        One of `find_lights`.
-    sun : Light or None
-        The one that is the sun.
-
     Returns
     -------
     str
@@ -94,18 +80,9 @@ def darker_frames(light: Light, merged: Merged, kind: str) -> int:
 
     Parameters
     ----------
-    light : Light
-        A clipped one.
     merged : Merged
         The panorama it was found in; with absolute luminance the count follows from what such
         lights reach, else from experience.
-    kind : str
-        Of `kind_words`.
-
-    Returns
-    -------
-    int
-        1 to 4.
     """
     lamp = kind == "lamp" or light.diameter_deg <= 12.0
     if merged.cd_m2 is None:
@@ -124,12 +101,6 @@ def advise(
 
     Parameters
     ----------
-    merged : Merged
-        The panorama.
-    lights : sequence of Light
-        Its lamps.
-    sun : Light or None
-        The one that is the sun.
     room_stops : float or None
         How many stops darker the camera can go; None where unknown.
 

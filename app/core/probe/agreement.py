@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from app.core.probe.decoding import Pixels
     from app.core.probe.kernel import FrameLight
 
-__all__ = ["agree", "doubts"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -103,10 +101,6 @@ def agree(
     ----------
     bands : sequence of (rows, W, 3) uint8
         The same rows of each frame.
-    lights, trusts : sequences
-        As `app.core.probe.kernel.merge_band` takes them.
-    doubt : sequence of float
-        Of each frame, as `doubts` measures.
     radiance : three of (rows, W)
         What the rows were merged to; changed in place.
     """

@@ -20,8 +20,6 @@ from app.core.sphere import angle_of
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Alignment", "estimate", "reference_of", "sentences"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -44,8 +42,6 @@ class Alignment:
         Angle of the rotation found, degrees; also where it was too small or too doubtful to use.
     residual_deg : float
         Standard error of the rotation, degrees; infinite where nothing could be compared.
-    points : int
-        Places of the two frames that were compared and agree.
     trusted : bool
         Whether the frame could be compared; where not, `rotation` is None.
     """
@@ -85,8 +81,6 @@ def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[Alignment
     frames : sequence of (h, w, 3) uint8
         Small copies (area means, about 672 x 336) of the coded frames, RGB, equirectangular.
         Frames of other proportions are left alone: their angle of view is not known.
-    stops : sequence of float
-        Exposure of each frame; only the order is used.
 
     Returns
     -------
@@ -112,13 +106,6 @@ def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[Alignment
 
 def sentences(alignments: Sequence[Alignment], names: Sequence[str]) -> tuple[str, ...]:
     """Say what was done about frames that do not lie on each other.
-
-    Parameters
-    ----------
-    alignments : sequence of Alignment
-        From `estimate`.
-    names : sequence of str
-        Names of the frames, in the same order.
 
     Returns
     -------

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from app.core.probe.decoding import Pixels
     from app.core.probe.frame import Frame
 
-__all__ = ["ArrivingFrames"]
-
 _LOOK_S: Final = 0.05  # a cancelled wait ends within this
 # What a rehearsal warms belongs to the process, so once is enough.
 _REHEARSED: Final = threading.Event()
@@ -56,8 +54,6 @@ class ArrivingFrames:
     expected : int, optional
         How many frames will come, 0 where that is not known: frames are held in memory when so
         many of them fit.
-    memory_bytes : int, optional
-        Most that decoded frames may take together.
 
     Examples
     --------
@@ -75,36 +71,18 @@ class ArrivingFrames:
         self._lock = threading.Lock()
 
     def expect(self, count: int) -> None:
-        """Say how many frames will come, before the first is added.
-
-        Parameters
-        ----------
-        count : int
-            As `expected`.
-        """
+        """Say how many frames will come, before the first is added."""
         self._expected = count
 
     def prepare(self, pack: StylePack) -> None:
-        """Rehearse the merge in a worker, once in a process: call it while there is time.
-
-        Parameters
-        ----------
-        pack : StylePack
-            Head and styles that will be used.
-        """
+        """Rehearse the merge in a worker, once in a process: call it while there is time."""
         with self._lock:
             if not self._token.cancelled and not _REHEARSED.is_set():
                 _REHEARSED.set()
                 self._pool.submit(rehearse, pack)
 
     def add(self, path: Path) -> None:
-        """Start to read a file that is complete; a file that was added before is read anew.
-
-        Parameters
-        ----------
-        path : Path
-            The file; never written to.
-        """
+        """Start to read a file that is complete; a file that was added before is read anew."""
         self.discard(path)
         with self._lock:
             if not self._token.cancelled:
@@ -119,13 +97,6 @@ class ArrivingFrames:
 
     def problem(self, path: Path, token: Token | None = None) -> str:
         """Say what is wrong with a file, once it has been read.
-
-        Parameters
-        ----------
-        path : Path
-            A file that was added.
-        token : Token, optional
-            Stops the wait.
 
         Returns
         -------

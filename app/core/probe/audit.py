@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from app.core.probe.sun import Restoration
     from app.core.solve import Objective
 
-__all__ = ["DOUBT", "GAINS", "Audit", "StyleChange", "WhatIf", "audit"]
-
 Float64: TypeAlias = NDArray[np.float64]
 
 GAINS: Final = (1.0, 3.0, 6.0)
@@ -57,14 +55,8 @@ class WhatIf:
 
     Attributes
     ----------
-    light : str
-        Id of the lamp, or "all" for everything that is clipped.
-    stops : float
-        How much brighter.
     turn_deg : float
         The turn that would then be best, deg.
-    given_up : float
-        What the present turn would then give up, as a share of the range of the curve.
     """
 
     light: str
@@ -79,8 +71,6 @@ class StyleChange:
 
     Attributes
     ----------
-    name, title : str
-        Of the style.
     turn_deg : float
         Its grid turn in the panorama as it is, deg.
     cases : tuple of WhatIf
@@ -116,12 +106,6 @@ class Audit:
     clipped_energy_range : tuple of float
         From that bound to what it would be if all that is clipped were 6 stops brighter, or,
         for the sun, as bright as the clear-sky model allows.
-    range_note : str
-        Which of the two, for the user; empty when nothing is clipped.
-    advice : tuple of str
-        Sentences for the user.
-    style_changes : tuple of StyleChange
-        In the pack's order.
     """
 
     clipped_energy_fraction: float
@@ -156,14 +140,6 @@ def audit(
 
     Parameters
     ----------
-    merged : Merged
-        Full panorama.
-    lights : sequence of Light
-        Its lamps, of `find_lights`.
-    pack : StylePack
-        Head and styles.
-    objective : {"picture", "paper"}
-        What chooses the turns.
     environment : (H, W) float or None
         Luminance of `merged` reduced to the pack's size, where the caller has it already.
     restoration : Restoration or None
@@ -171,12 +147,6 @@ def audit(
         there is one, the sun has been looked for already.
     room_stops : float or None
         How many stops darker than its darkest frame the camera can go; None where unknown.
-    grid : LightGrid or None
-        `merged` reduced, where the caller has it already.
-
-    Returns
-    -------
-    Audit
 
     Raises
     ------

@@ -23,8 +23,6 @@ from app.core.probe.words import listed, plural
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Sequence
 
-__all__ = ["EQUAL_STOPS", "MAX_FRAMES", "read_bracket"]
-
 MAX_FRAMES: Final = 40
 """Most files of a bracket; cameras bracket up to 19 frames."""
 

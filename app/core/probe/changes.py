@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from app.core.pack import StylePack
 
-__all__ = ["Change", "changes", "sentence"]
-
 _SAME_DEG: Final = 0.5
 _FREE: Final = 0.01  # of a curve's range: what a turn may cost before it is called a change
 
@@ -33,8 +31,6 @@ class Change:
 
     Attributes
     ----------
-    style, title : str
-        Name for files and name on screen.
     turn_before_deg, turn_after_deg : float
         Refined turns, degrees in (-180, 180], positive clockwise.
     change_deg : float
@@ -42,10 +38,6 @@ class Change:
     given_up : float
         What the turn before loses under the light after: the objective's maximum minus its value
         there, as a share of the range of the curve over all turns, 0 to 1.
-    match_before, match_after : float
-        Match of 100 at either turn under its own light.
-    attainable_before, attainable_after : bool
-        Whether the place can give the style.
     """
 
     style: str
@@ -72,15 +64,6 @@ def changes(
     ----------
     before, after : (H, W, 3) float
         Environments at turn 0 in the pack's size, linear Rec. 709 radiance, any exposure.
-    pack : StylePack
-        Head and styles.
-    objective : {"picture", "paper"}, optional
-        As `app.core.solve.solve_all`; its curve is what `Change.given_up` is a share of.
-
-    Returns
-    -------
-    tuple of Change
-        In the pack's order.
 
     Raises
     ------
@@ -98,13 +81,6 @@ def sentence(found: Sequence[Change], what: str = "what is masked") -> str:
     Only styles that the place can give, before or after, are spoken of. A turn that moved
     between two places which the new light finds equally good (within 1 % of the curve's range)
     counts as unchanged, and is mentioned.
-
-    Parameters
-    ----------
-    found : Sequence[Change]
-        From `changes`.
-    what : str, optional
-        What was taken away, for example ``the tripod``.
 
     Returns
     -------

@@ -20,8 +20,6 @@ from app.core.sphere import direction
 if TYPE_CHECKING:
     from app.core.colour import FloatImage
 
-__all__ = ["Chart", "Kind", "azimuth_elevation", "wrapped_blur"]
-
 Float64: TypeAlias = NDArray[np.float64]
 Kind: TypeAlias = Literal["stereographic", "equidistant"]
 
@@ -46,8 +44,6 @@ class Chart:
         Angle from the middle to the middle of each edge, degrees; below 180.
     side : int
         Pixels along an edge.
-    kind : Kind
-        How angles become distances.
     """
 
     centre: tuple[float, float]

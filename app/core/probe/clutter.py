@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from app.core.colour import FloatImage
     from app.core.probe.frame import Merged
 
-__all__ = ["NADIR", "Clutter", "foot_of", "resolve", "suggest", "union"]
-
 Mask: TypeAlias = NDArray[np.bool_]
 
 NADIR: Final = (0.0, -90.0)
@@ -71,16 +69,10 @@ class Clutter:
 
     Attributes
     ----------
-    name : str
-        Words for a list, for example ``stick, tripod or hand``.
     mask : NDArray[np.float32], (H, W)
         1 where it is, 0 to 1, in the panorama's texels.
-    solid_angle_sr : float
-        How much of the sphere it covers, steradians.
     confidence : float
         0 to 1; 1 for a mask by hand.
-    reason : str
-        Why it is suggested, one sentence.
     """
 
     name: str
@@ -165,20 +157,6 @@ def resolve(
 ) -> tuple[Clutter, ...]:
     """Draw the masks a user asked for, and make the suggestions where they asked for those.
 
-    Parameters
-    ----------
-    specs : Sequence[MaskSpec]
-        From `app.core.probe.masks.parse_mask`.
-    merged : Merged
-        The panorama.
-    foot : tuple[float, float], optional
-        As for `suggest`.
-
-    Returns
-    -------
-    tuple[Clutter, ...]
-        In the order asked for.
-
     Raises
     ------
     ProbeError
@@ -200,13 +178,6 @@ def resolve(
 
 def union(clutter: Sequence[Clutter], shape: tuple[int, int]) -> FloatImage:
     """Lay masks over each other.
-
-    Parameters
-    ----------
-    clutter : Sequence[Clutter]
-        With masks of one size.
-    shape : tuple[int, int]
-        That size.
 
     Returns
     -------

@@ -20,8 +20,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["CodeMatches", "frame_pairs", "match_codes"]
-
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
 Samples: TypeAlias = NDArray[np.uint8]
@@ -156,8 +154,6 @@ def frame_pairs(stops: Sequence[float], reach: int = 2) -> list[tuple[int, int]]
     ----------
     stops : Sequence[float]
         Exposure of each frame in stops, falling.
-    reach : int, optional
-        1 for neighbours only, 2 for the next but one as well.
 
     Returns
     -------
@@ -182,13 +178,6 @@ def match_codes(samples: Samples, stops: Sequence[float], reach: int = 2) -> Cod
         Coded values of the same N places in all K frames, brightest frame first.
     stops : Sequence[float]
         Exposure of each frame in stops, falling; only chooses the pairs.
-    reach : int, optional
-        See `frame_pairs`.
-
-    Returns
-    -------
-    CodeMatches
-        Empty where no frames overlap.
 
     Raises
     ------

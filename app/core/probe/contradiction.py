@@ -23,18 +23,6 @@ from app.core.probe.weighting import clipped_code
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = [
-    "CLIPPED",
-    "CLOSE",
-    "EDGE",
-    "LOOSE",
-    "Curve",
-    "Predictions",
-    "Tolerance",
-    "contradiction",
-    "worst",
-]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -63,17 +51,11 @@ class Tolerance:
 
     Attributes
     ----------
-    stops : float
-        For curves that are a little wrong and lenses of unequal gain.
-    codes : float
-        For rounding and JPEG, in either frame.
     toe : float
         Further codes near black, where noise is cut off.
     under, over : float
         Share of the contrast around a pixel by which the brighter frame may lie under and over
         the prediction. The latter is for edges that are not quite aligned.
-    either : bool
-        Whether the contrast may be in either frame, or has to be in both.
     """
 
     stops: float
@@ -113,8 +95,6 @@ class Predictions:
         Linear light of each code, monotone, in all frames or in each.
     stops : sequence of float
         Exposure of each frame in stops.
-    slack : float, optional
-        Stops by which frames that show the same differ beyond every tolerance.
     """
 
     def __init__(self, table: Float64, stops: Sequence[float], slack: float = 0.0) -> None:
@@ -173,8 +153,6 @@ def contradiction(bright: Bytes, dark: Bytes, expected: _Prediction) -> Bytes:
     ----------
     bright, dark : NDArray[np.uint8], (h, w, 3)
         Area means of the coded frames.
-    expected : prediction
-        Of the brighter frame from the darker one (`Predictions.between`).
 
     Returns
     -------

@@ -21,8 +21,6 @@ from app.core.probe.contradiction import Predictions, Tolerance, contradiction
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["disagreeing"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Floats: TypeAlias = NDArray[np.float64]
 Marks: TypeAlias = NDArray[np.bool_]
@@ -48,8 +46,6 @@ def disagreeing(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[int, .
     ----------
     frames : sequence of (h, w, 3) uint8
         Small pictures (area means) of all frames of a panorama, coded as in their files.
-    stops : sequence of float
-        Exposure of each.
 
     Returns
     -------

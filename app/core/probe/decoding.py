@@ -28,22 +28,6 @@ if TYPE_CHECKING:
     from app.core.probe.frame import Frame
     from app.core.progress import Token
 
-__all__ = [
-    "READ_ROWS",
-    "FileRows",
-    "MemoryRows",
-    "Pixels",
-    "RawRows",
-    "RowSource",
-    "bytes_per_frame",
-    "decode",
-    "decode_half",
-    "halvable",
-    "is_whole",
-    "needs_whole_decode",
-    "row_bands",
-]
-
 Pixels: TypeAlias = NDArray[Any]
 """Rows of a frame as stored, (rows, W, 3): coded uint8 or uint16, or linear float32."""
 
@@ -217,8 +201,6 @@ def decode(frame: Frame, token: Token) -> Pixels:
 
     Parameters
     ----------
-    frame : Frame
-        The frame.
     token : Token
         Checked every `READ_ROWS` rows.
 
@@ -324,11 +306,6 @@ def needs_whole_decode(path: Path) -> bool:
 
     Progressive JPEG (its decoder keeps all coefficients, three times the picture's size) and
     interlaced PNG. Everything else is read row by row.
-
-    Parameters
-    ----------
-    path : Path
-        The file; one that cannot be read gives False.
     """
     with contextlib.suppress(OSError), open_file(path) as stream:
         head = stream.read(29)

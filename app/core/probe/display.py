@@ -20,15 +20,6 @@ from app.core.probe.kernel import look_up
 if TYPE_CHECKING:
     from app.core.colour import FloatImage
 
-__all__ = [
-    "MASK_COLOUR",
-    "WIDTH",
-    "clip_overlay",
-    "display_gain",
-    "display_panorama",
-    "mask_overlay",
-]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 WIDTH: Final = 2048
@@ -53,11 +44,6 @@ def display_gain(radiance: FloatImage, exposure_stops: float = 0.0) -> float:
         Linear Rec. 709, any scale.
     exposure_stops : float, optional
         Brighter (positive) or darker by so many stops.
-
-    Returns
-    -------
-    float
-        Factor for the radiance, see `app.core.colour.panorama_exposure`.
     """
     # The same few thousand texels that the rule itself would pick, before their luminance.
     rows = max(radiance.shape[0] // 64, 1)
@@ -108,8 +94,6 @@ def clip_overlay(display: Bytes, clipped: FloatImage, width: int | None = None) 
         sRGB picture.
     clipped : NDArray[np.float32], (H, W)
         Share of each texel that is clipped, 0 to 1; any size of the same proportion.
-    width : int, optional
-        Columns of the whole panorama that lines are sized for; the picture's own by default.
 
     Returns
     -------

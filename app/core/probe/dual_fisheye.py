@@ -23,8 +23,6 @@ from app.core.probe.words import listed
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Circles", "find_circles", "may_be_circles", "recognise"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -70,8 +68,6 @@ def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
     ----------
     frames : sequence of (h, w, 3) uint8
         Small copies of the coded frames, of one shape.
-    names : sequence of str
-        Of their files.
 
     Raises
     ------

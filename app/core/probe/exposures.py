@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from app.core.probe.metadata import Header
 
-__all__ = ["CONTRADICTION_STOPS", "LENS_STOPS", "metered_exposure", "settle_exposures"]
-
 CONTRADICTION_STOPS: Final = 1.0 / 6.0
 """Two statements of one exposure contradict each other when further apart; half of a third."""
 
@@ -39,17 +37,8 @@ def settle_exposures(
 
     Parameters
     ----------
-    headers : Sequence[Header]
-        The frames, in any order.
     times : Sequence[float], optional
         Exposure times in seconds, in the same order.
-
-    Returns
-    -------
-    exposures : list[Exposure]
-        In the same order.
-    doubts : list[str]
-        Sentences for the user.
 
     Raises
     ------
@@ -87,11 +76,6 @@ def metered_exposure(header: Header) -> Exposure | None:
 
     A Theta on automatic may set its lenses to different ISO, and its EXIF then states either one
     of them or a mean. The geometric mean lies in the middle of both halves.
-
-    Parameters
-    ----------
-    header : Header
-        Of the metered picture.
 
     Returns
     -------

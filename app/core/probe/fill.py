@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from app.core.colour import FloatImage
     from app.core.probe.frame import Merged
 
-__all__ = ["FEATHER_DEG", "components", "fill"]
-
 FEATHER_DEG: Final = 1.5
 """Width outside the mask over which the picture passes into the filling, degrees."""
 

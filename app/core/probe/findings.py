@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
     from app.core.colour import FloatImage
 
-__all__ = ["Findings", "Lamp", "clip_level", "clipped_share", "find"]
-
 Float32: TypeAlias = NDArray[np.float32]
 
 _NEAR: Final = 0.985  # of the clip level: the last code before the highest, and rounding in files
@@ -41,8 +39,6 @@ class Lamp:
 
     Attributes
     ----------
-    letter : str
-        "A" holds most of the light.
     kind : str
         "sun", "lamp", "window" or "bright area".
     azimuth_deg, elevation_deg : float
@@ -51,8 +47,6 @@ class Lamp:
         Of the disc with the same solid angle, deg.
     share : float
         Of the place's light, 0 to 1; a lower bound where it is clipped.
-    clipped : bool
-        Whether it was too bright for every frame.
     """
 
     letter: str
@@ -70,8 +64,6 @@ class Findings:
 
     Attributes
     ----------
-    lamps : tuple of Lamp
-        Those that matter, the largest share first.
     clipped : (512, 1024) float32 or None
         Share of each texel that is clipped, 0 to 1; None where nothing is known to be.
     """
@@ -92,11 +84,6 @@ def clip_level(stops: Sequence[float]) -> float | None:
     ----------
     stops : sequence of float
         True exposure of each frame, in stops above any common one.
-
-    Returns
-    -------
-    float or None
-        As `app.core.probe.frame.Merged.clip_level`; None without frames.
 
     Examples
     --------
@@ -139,11 +126,6 @@ def find(radiance: FloatImage, level: float | None = None, cd_m2: float | None =
         Radiance at which it clips (`clip_level`); None where nothing is known to be clipped.
     cd_m2 : float, optional
         Luminance of radiance 1, cd/m2, where it is known.
-
-    Returns
-    -------
-    Findings
-        Without lamps where nothing stands out.
     """
     lost = clipped_share(radiance, level)
     merged = Merged(

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from app.core.probe.masks import MaskSpec
     from app.core.probe.sky import SkyWord
 
-__all__ = ["Finished", "Wishes", "finish", "still_clipped"]
-
 
 @dataclass(frozen=True, slots=True)
 class Wishes:
@@ -36,18 +34,6 @@ class Wishes:
         Exposure times in seconds in the order of the files, instead of EXIF.
     response : {"auto", "srgb", "recover"}
         Camera curve; "auto" is sRGB unless the measured steps disagree.
-    weights : {"noise", "reinhard"}
-        How frames are weighed.
-    full : bool
-        Keep the frames' own size.
-    sun : {"clear", "hazy", "thin cloud", "leave"}
-        The sky, where the sun was clipped.
-    gains : Mapping[str, float]
-        Stops by lamp id.
-    lux : Mapping[str, float]
-        Illuminance by lamp id, as a light meter facing the lamp read it.
-    masks : tuple[MaskSpec, ...]
-        What should not be there.
     """
 
     times: tuple[float, ...] | None = None
@@ -66,24 +52,10 @@ class Finished:
 
     Attributes
     ----------
-    merged : Merged
-        What is handed on.
-    measured : Merged
-        The same before anything was put right or filled.
-    lights : tuple[Light, ...]
-        Lamps as they were measured.
     measured_clipped : float
         Share of the light in clipped texels as measured, a lower bound, 0 to 1.
-    restoration : Restoration or None
-        What was done about the sun.
-    clutter : tuple[Clutter, ...]
-        What was filled.
-    changes : tuple[Change, ...]
-        What filling it changed in the answers.
     audit : Audit or None
         Of the finished light; None for pictures that are not panoramas.
-    notes : tuple[str, ...]
-        What was done, in sentences.
     """
 
     merged: Merged
@@ -109,19 +81,10 @@ def finish(
 
     Parameters
     ----------
-    merged : Merged
-        Full panorama, levelled.
-    pack : StylePack
-        Head and styles.
-    wishes : Wishes
     foot : tuple[float, float], optional
         Azimuth and elevation of the camera's own foot, degrees.
     room_stops : float, optional
         How many stops darker than its darkest frame the camera can go; None where unknown.
-
-    Returns
-    -------
-    Finished
 
     Raises
     ------
@@ -222,15 +185,7 @@ def _cleaned(merged: Merged, pack: StylePack, wishes: Wishes, foot: tuple[float,
 
 
 def still_clipped(lights: tuple[Light, ...], grid: LightGrid) -> tuple[Light, ...]:
-    """Say of each lamp whether it is still clipped after something was done to the light.
-
-    Parameters
-    ----------
-    lights : tuple[Light, ...]
-        As they were measured.
-    grid : LightGrid
-        Of the same panorama, with lamps put right or filled.
-    """
+    """Say of each lamp whether it is still clipped after something was done to the light."""
     clipped = grid.clipped.ravel()
     return tuple(
         replace(light, clipped=light.clipped and bool(clipped[light.texels].max(initial=0.0) > 0))

@@ -31,17 +31,6 @@ if TYPE_CHECKING:
     from app.core.probe.frame import Frame
     from app.core.progress import Token
 
-__all__ = [
-    "SAMPLES",
-    "OpenedFrame",
-    "Opener",
-    "open_frame",
-    "proxy_shape",
-    "sample_places",
-    "sampled",
-    "shrunk",
-]
-
 SAMPLES: Final = 20_000
 """About how many pixels are sampled."""
 
@@ -108,18 +97,10 @@ def open_frame(frame: Frame, *, hold: bool, token: Token, half: bool = False) ->
 
     Parameters
     ----------
-    frame : Frame
-        The frame; nothing but its path, shape and kind matters.
     hold : bool
         Keep the pixels in memory; otherwise they are read again by rows.
     token : Token
         Checked every few rows.
-    half : bool, optional
-        Decode at half size; only for frames that are held and `halvable`.
-
-    Returns
-    -------
-    OpenedFrame
 
     Raises
     ------

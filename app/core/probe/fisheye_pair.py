@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from app.core.probe.fisheye_lens import Model
     from app.core.probe.frame import Merged
 
-__all__ = ["BLEND_DEG", "Pair", "about_seam", "around_seam", "calibrate", "looked_up", "upright"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 

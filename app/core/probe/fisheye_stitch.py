@@ -39,8 +39,6 @@ if TYPE_CHECKING:
     from app.core.probe.fisheye_lens import Model
     from app.core.probe.frame import Merged
 
-__all__ = ["Stitching", "circle_size", "panorama_size", "stitch", "to_panorama"]
-
 Float32: TypeAlias = NDArray[np.float32]
 
 _SUPERSAMPLED: Final = 2

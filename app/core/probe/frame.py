@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["Bracket", "Exposure", "Frame", "LensExposure", "Merged", "Pose"]
-
 Float32: TypeAlias = NDArray[np.float32]
 
 
@@ -25,12 +23,6 @@ class Exposure:
     ----------
     shutter_s : float
         Exposure time in seconds, > 0.
-    iso : float
-        Sensitivity; 100 where it is not known and the same for all frames.
-    aperture : float
-        F-number; 1 where it is not known and the same for all frames.
-    known : bool
-        Whether ISO and aperture were stated; without them there is no absolute luminance.
     """
 
     shutter_s: float
@@ -80,28 +72,12 @@ class Frame:
 
     Attributes
     ----------
-    path : Path
-        The file; never written to.
     shape : tuple[int, int]
         Rows and columns.
     kind : str
         "uint8", "uint16", "half" or "float".
     exposure : Exposure or None
         From EXIF or from the user; None where nothing is stated.
-    camera : str
-        Model without padding, "" where not stated.
-    pose : Pose or None
-        From XMP.
-    zenith_corrected : bool or None
-        Ricoh maker note 0x0007: the camera has levelled the picture already.
-    lenses : tuple[LensExposure, ...]
-        Per-lens values of the maker note; empty where not stated.
-    tone_mapped : bool
-        The maker note says that HDR rendering or range compression was on.
-    fisheye : bool
-        The maker note says that the picture is not stitched.
-    orientation : int
-        EXIF orientation that decoding undoes, 1 to 8; `shape` is that of the upright picture.
     """
 
     path: Path
@@ -134,10 +110,6 @@ class Bracket:
         Brightest first, duplicates dropped, every one with an exposure, all of one shape.
     stops : tuple[float, ...]
         Exposure of each frame in stops (`Exposure.ev`), falling.
-    warnings : tuple[str, ...]
-        Sentences for the user.
-    unstitched : bool
-        The frames are two fisheye circles each, which are stitched after the merge.
     """
 
     frames: tuple[Frame, ...]
@@ -171,8 +143,6 @@ class Merged:
         Share of the texel's area that is black in every frame, 0 to 1.
     reference_ev : float
         Exposure that the unit stands for, in stops.
-    clip_level : float
-        Radiance at which the darkest frame clips.
     cd_m2 : float or None
         Luminance of one unit in cd/m2, None where the exposure is not known absolutely.
     clipped_fractions : tuple[float, ...]

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from app.core.probe.frame import Merged
     from app.core.probe.lights import Light
 
-__all__ = ["apply_gains"]
-
 _MOST_STOPS = 20.0
 
 
@@ -28,15 +26,6 @@ def apply_gains(merged: Merged, lights: Sequence[Light], gains: Mapping[str, flo
 
     Of a clipped lamp only what is clipped changes, since the rest is known; of any other, what
     it has above its surroundings.
-
-    Parameters
-    ----------
-    merged : Merged
-        Full panorama.
-    lights : sequence of Light
-        Its lamps, of `find_lights`.
-    gains : mapping of str to float
-        Stops per lamp id, e.g. ``{"A": 3.0}``; capitals do not matter.
 
     Returns
     -------

@@ -41,8 +41,6 @@ if TYPE_CHECKING:
 
     from app.core.probe.decoding import Pixels
 
-__all__ = ["HalfLight", "anchors", "half_lights", "merge_halved"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Plane: TypeAlias = NDArray[Any]
@@ -105,14 +103,8 @@ class HalfLight:
 
     Attributes
     ----------
-    light : FrameLight
-        As at full size.
-    anchor : int
-        Place of the frame's anchor among the frames; its own for an anchor.
     reach : NDArray[np.uint8], (256,)
         Least code of this frame where the anchor's brightest pixel of four has the index's code.
-    anchor_tables : AnchorTables or None
-        For an anchor.
     """
 
     light: FrameLight
@@ -198,8 +190,6 @@ def merge_halved(
     ----------
     bands : Sequence[NDArray[np.uint8]]
         Rows of each frame, brightest first: (rows, W, 3), of anchors (2 rows, 2 W, 3).
-    lights : Sequence[HalfLight]
-        Of the same frames.
     trusts : Sequence[NDArray[np.float32] or None], (rows, W) each
         As for `app.core.probe.kernel.merge_band`.
 

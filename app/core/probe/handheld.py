@@ -22,8 +22,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["LONGEST", "Lay", "laid", "lay_on_each_other", "reference_of", "sentences", "shown"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
@@ -60,10 +58,6 @@ class Lay:
         From the pixels of the reference to those of the frame, in the full frames' pixels.
     shift_px : float
         How far it moves a corner or the middle at most, in the full frames' pixels.
-    error_px : float
-        Standard error of that; infinite where nothing could be compared.
-    trusted : bool
-        Whether the frame could be compared.
     needed : bool
         Whether it is to be moved: by more than its error, in a bracket that a hand has moved.
     """
@@ -165,10 +159,6 @@ def lay_on_each_other(
     ----------
     pictures : sequence of (h, w, 3) uint8
         Coded frames, all reduced alike to `LONGEST` or less.
-    stops : sequence of float
-        Exposure of each; only the order is used.
-    reference : int
-        The one that stays.
     scale : float
         Full pixels in one of these.
     """

@@ -22,24 +22,6 @@ if TYPE_CHECKING:
     from app.core.probe.decoding import Pixels
     from app.core.probe.weighting import FrameTables
 
-__all__ = [
-    "TRUSTED",
-    "Band",
-    "FrameLight",
-    "Sums",
-    "black_pixels",
-    "clipped_count",
-    "distrust",
-    "hue_rises",
-    "keep_hue",
-    "lift_black",
-    "look_up",
-    "merge_band",
-    "spent_pixels",
-    "weigh",
-    "wide_tables",
-]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Plane: TypeAlias = NDArray[Any]
@@ -70,12 +52,6 @@ class FrameLight:
     tables : FrameTables
         256 codes for uint8 frames, 65,536 for uint16; for float frames 65,536 places by the
         square root of the value as a share of `unit`.
-    scale : float
-        Radiance of a float frame's 1.
-    unit : float
-        Value of a float frame that its tables end at.
-    clips : bool
-        Whether a float frame is clipped at its unit.
     """
 
     tables: FrameTables
@@ -149,15 +125,8 @@ def merge_band(
     ----------
     bands : Sequence[Pixels], (rows, W, 3) each
         Rows of each frame, brightest first, as stored.
-    lights : Sequence[FrameLight]
-        Of the same frames.
     trusts : Sequence[NDArray[np.float32] or None], (rows, W) each
         Trust in each pixel, 0 to 1; None for a frame that is trusted everywhere.
-
-    Returns
-    -------
-    Band
-        Radiance in the lights' scale.
     """
     sums = Sums()
     counts = []

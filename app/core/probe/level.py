@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 
     from app.core.probe.frame import Bracket, Frame, Pose
 
-__all__ = ["Levelling", "first_shot", "levelling", "tilt_rotation"]
-
 Float64: TypeAlias = NDArray[np.float64]
 
 _LEVEL_DEG: Final = 0.05  # what a note with one decimal shows as 0.0
@@ -57,10 +55,6 @@ class Levelling:
     ----------
     rotation : (3, 3) float64 or None
         For `app.core.sphere.remap_frame` and `rotate_light`; None where nothing is to be done.
-    pitch_deg, roll_deg : float
-        Tilt of the camera that the rotation undoes: front up, right side down; 0 where none is.
-    note : str
-        One sentence for the user; empty where there is nothing to say.
     """
 
     rotation: Float64 | None = None
@@ -117,16 +111,6 @@ def first_shot(bracket: Bracket) -> int:
     """Return which frame was shot first, of those that state a pose where any does.
 
     By file name, numbers by value: cameras number their shots, and their clocks tick in seconds.
-
-    Parameters
-    ----------
-    bracket : Bracket
-        At least one frame.
-
-    Returns
-    -------
-    int
-        Index into `Bracket.frames`.
     """
     frames = bracket.frames
     return min(range(len(frames)), key=lambda k: (frames[k].pose is None, _order(frames[k])))

@@ -23,16 +23,6 @@ from app.core.errors import ProbeError
 if TYPE_CHECKING:
     from app.core.probe.frame import Merged
 
-__all__ = [
-    "MAX_LIGHTS",
-    "Light",
-    "LightGrid",
-    "find_lights",
-    "light_grid",
-    "spread_of",
-    "upsampled",
-]
-
 Float64: TypeAlias = NDArray[np.float64]
 Int32: TypeAlias = NDArray[np.int32]
 
@@ -96,18 +86,6 @@ class Light:
     roundness : float
         1 for a disc, less for anything long or scattered: the second moment of a disc of its
         solid angle over its own.
-    solid_angle_sr : float
-        What it covers; of a clipped lamp, what is clipped and what is nearly as bright.
-    share : float
-        Of the luminance of the whole sphere; a lower bound for a clipped lamp.
-    peak : float
-        Largest luminance, in the unit of the panorama.
-    clipped : bool
-        Whether any of it is clipped in every frame.
-    clipped_sr : float
-        Solid angle that is.
-    surround : float
-        Mean luminance just around it.
     texels : (N,) int32
         Its texels: flat indices into the grid of `light_grid`.
     """
@@ -152,13 +130,6 @@ def light_grid(merged: Merged) -> LightGrid:
 def find_lights(merged: Merged, grid: LightGrid | None = None) -> tuple[Light, ...]:
     """Find the lamps of a place.
 
-    Parameters
-    ----------
-    merged : Merged
-        Full panorama.
-    grid : LightGrid, optional
-        The same reduced, where the caller has it already.
-
     Returns
     -------
     tuple of Light
@@ -201,8 +172,6 @@ def upsampled(light: Light, shape: tuple[int, ...]) -> NDArray[np.bool_]:
 
     Parameters
     ----------
-    light : Light
-        One of `find_lights`.
     shape : tuple of int
         (H, W) of that panorama.
 

@@ -40,8 +40,6 @@ from app.core.files import open_file
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["RicohNote", "exif_segment", "parse_ricoh_note", "read_ricoh_note"]
-
 _MAX_SEGMENTS: Final = 64
 _MAX_FILL: Final = 16
 _MAX_ENTRIES: Final = 256
@@ -74,14 +72,10 @@ class RicohNote:
 
     Attributes
     ----------
-    lens_isos : tuple[float, ...]
-        ISO of each of the two lenses, in the note's order; empty where not stated.
     lens_shutters_s : tuple[float, ...]
         Exposure time of each of the two lenses in seconds; empty where not stated.
     zenith_corrected : bool or None
         Whether the camera has levelled the picture; None where not stated.
-    tone_mapped : bool
-        HDR rendering, handheld HDR or dynamic range compensation was on.
     equirectangular : bool or None
         Whether the picture is a stitched panorama; None where not stated.
     """
@@ -95,11 +89,6 @@ class RicohNote:
 
 def read_ricoh_note(path: Path) -> RicohNote | None:
     """Read the maker note of a JPEG file.
-
-    Parameters
-    ----------
-    path : Path
-        Any file.
 
     Returns
     -------
@@ -116,11 +105,6 @@ def read_ricoh_note(path: Path) -> RicohNote | None:
 
 def exif_segment(stream: BinaryIO) -> bytes | None:
     """Find the EXIF segment of a JPEG file (APP1 of JIS X 5-3, EXIF 2.32 section 4.5).
-
-    Parameters
-    ----------
-    stream : BinaryIO
-        A file open at its start. At most 64 segments are stepped over.
 
     Returns
     -------
@@ -164,11 +148,6 @@ def _segment_size(stream: BinaryIO) -> tuple[int, int] | None:
 
 def parse_ricoh_note(exif: bytes) -> RicohNote | None:
     """Read the Theta directory of a Ricoh maker note.
-
-    Parameters
-    ----------
-    exif : bytes
-        An EXIF segment from its TIFF header on.
 
     Returns
     -------

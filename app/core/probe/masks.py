@@ -29,18 +29,6 @@ if TYPE_CHECKING:
 
     from app.core.colour import FloatImage
 
-__all__ = [
-    "MaskKind",
-    "MaskSpec",
-    "box_mask",
-    "cap_mask",
-    "check_picture_mask",
-    "draw_mask",
-    "parse_mask",
-    "picture_mask",
-    "polygon_mask",
-]
-
 MaskKind: TypeAlias = Literal["nadir", "zenith", "box", "polygon", "picture", "suggested"]
 
 _PICTURES: Final = (".png", ".tif", ".tiff", ".exr", ".jpg", ".jpeg")
@@ -60,13 +48,9 @@ class MaskSpec:
 
     Attributes
     ----------
-    kind : MaskKind
-        A cap around a pole, a box, a polygon, a picture, or what the program suggests.
     numbers : tuple[float, ...]
         Degrees: the cap's elevation; the box's azimuth from and to (clockwise) and elevation
         from and to; or azimuth and elevation of the polygon's points in turn.
-    path : Path or None
-        The picture.
     """
 
     kind: MaskKind
@@ -128,8 +112,6 @@ def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
 
     Parameters
     ----------
-    spec : MaskSpec
-        Any kind but ``suggested``, which `app.core.probe.clutter.resolve` draws.
     shape : tuple[int, int]
         Rows and columns.
 
@@ -186,8 +168,6 @@ def box_mask(
     from_deg, to_deg : float
         Azimuths between which it reaches, going clockwise from the first (to the right in the
         picture, across the seam where need be); -180 and 180 are the whole circle.
-    low_deg, high_deg : float
-        Elevations between which it reaches.
     shape : tuple[int, int]
         Rows and columns.
 
@@ -245,8 +225,6 @@ def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
 
     Parameters
     ----------
-    path : Path
-        PNG, TIFF, EXR or JPEG panorama of any size, twice as wide as high.
     shape : tuple[int, int]
         Rows and columns wanted.
 

@@ -40,8 +40,6 @@ if TYPE_CHECKING:
             """Linear value in 0..1 of each code, (3, 256) or (K, 3, 256)."""
 
 
-__all__ = ["SIZE", "merge", "reference_exposure"]
-
 Float32: TypeAlias = NDArray[np.float32]
 
 SIZE: Final = (1024, 2048)
@@ -121,17 +119,11 @@ def merge(
 
     Parameters
     ----------
-    stack : FrameStack
-        The frames, brightest first.
     response : Response
         Its `table`: linear value in 0..1 of each code, (3, 256), or (K, 3, 256) where each frame
         has its own. Not used for float frames.
     stops : Sequence[float]
         True exposures of the stack's frames in stops.
-    scheme : "noise" or "reinhard", optional
-        Which weights.
-    known : bool, optional
-        Whether the response is known, not recovered from the bracket.
     doubts : Sequence[float], optional
         By how much each frame differs from its neighbours, where frames do not fit each other
         (`app.core.probe.agreement`); only for 8-bit frames of full size.
@@ -141,12 +133,6 @@ def merge(
     size : tuple[int, int] or None, optional
         Rows and columns wanted, no more than the frames have; None keeps the frames' own size.
         Pictures that are not panoramas keep theirs.
-    sphere : bool, optional
-        Whether frames of 2:1 are panoramas; where not, `size` counts for any shape.
-    token : Token, optional
-        Checked in every band.
-    report : Report, optional
-        Told after every band.
 
     Returns
     -------

@@ -23,18 +23,6 @@ from app.core.probe.makernote import RicohNote, read_ricoh_note
 if TYPE_CHECKING:
     from OpenImageIO import ImageInput, ImageSpec
 
-__all__ = [
-    "APERTURE_LIMITS",
-    "ENDINGS",
-    "ISO_LIMITS",
-    "MAX_SIDE",
-    "MIN_WIDTH",
-    "SHUTTER_LIMITS_S",
-    "Header",
-    "read_frame",
-    "read_header",
-]
-
 ENDINGS: Final = (".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".exr", ".hdr")
 """Endings of the files that are taken from a folder; .insp is Insta360's for unstitched JPEGs."""
 
@@ -88,16 +76,8 @@ class Header:
 
     Attributes
     ----------
-    frame : Frame
-        What the rest of the probe uses.
     shutter_s, iso, aperture : float or None
         Exposure time in seconds, sensitivity and f-number of EXIF; None where not stated.
-    orientation : int
-        EXIF orientation, 1 to 8.
-    note : RicohNote or None
-        Maker note of a Theta.
-    doubts : tuple[str, ...]
-        Contradictions within this one file, each as the end of a sentence about it.
     """
 
     frame: Frame
@@ -111,11 +91,6 @@ class Header:
 
 def read_frame(path: Path | str) -> Frame:
     """Read what a picture file says about its exposure and orientation; no pixel is decoded.
-
-    Parameters
-    ----------
-    path : Path or str
-        A JPEG, PNG, TIFF, OpenEXR or Radiance file.
 
     Returns
     -------
@@ -134,16 +109,6 @@ def read_frame(path: Path | str) -> Frame:
 
 def read_header(path: Path | str) -> Header:
     """Read the same as `read_frame`, with the tags themselves.
-
-    Parameters
-    ----------
-    path : Path or str
-        A picture file.
-
-    Returns
-    -------
-    Header
-        Frame and tags.
 
     Raises
     ------

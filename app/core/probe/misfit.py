@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from app.core.probe.contradiction import Predictions
 
-__all__ = ["fill_hidden", "hopeless", "misfit"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 

@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 
     from app.core.probe.contradiction import Curve
 
-__all__ = ["Moved", "Region", "trust"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Bools: TypeAlias = NDArray[np.bool_]
 Float32: TypeAlias = NDArray[np.float32]

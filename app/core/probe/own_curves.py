@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 
     from app.core.probe.code_matches import CodeMatches, Floats
 
-__all__ = ["recover_own_curves"]
-
 _NODES: Final = 14
 _TOE: Final = 0.05
 # Stops by which curves depart from sRGB at a node, and by which they bend between three of them.
@@ -53,8 +51,6 @@ def recover_own_curves(
 
     Parameters
     ----------
-    matches : CodeMatches
-        Not empty.
     stops : Sequence[float]
         Stated exposure of each frame in stops, falling.
 

@@ -73,8 +73,6 @@ class FrameStack:
 
     Attributes
     ----------
-    frames : tuple[Frame, ...]
-        Frames that could be read, brightest first.
     stops : tuple[float, ...]
         Their nominal exposures in stops.
     proxies : tuple[NDArray[np.uint8], ...], (h, w, 3) each
@@ -84,17 +82,11 @@ class FrameStack:
         The same N pixels of every frame, coded as the proxies, not averaged.
     sample_places : NDArray[np.intp], (N, 2)
         Row and column of each sample in the full frames.
-    top : float
-        Linear value at which float frames saturate, infinite where they do not.
     sources : tuple[RowSource, ...]
         Where the full pixels come from.
     seen : tuple[NDArray[np.float32] or None, ...], (h, w) each
         Of the proxies' size: 1 where a moved frame shows something, 0 where it does not. None for
         a frame that fills the picture; empty where no frame was moved.
-    dropped : tuple[Frame, ...]
-        Frames that could not be read.
-    warnings : tuple[str, ...]
-        One sentence for each of those.
     """
 
     frames: tuple[Frame, ...]
@@ -161,19 +153,11 @@ def open_frames(
 
     Parameters
     ----------
-    bracket : Bracket
-        The frames, brightest first, of one size.
     memory_bytes : int, optional
         Hold the frames in memory when they take no more than this together; otherwise they are
         read again by rows whenever they are needed.
-    opener : Opener, optional
-        Hands over frames that were read before.
     token : Token, optional
         Checked every few rows.
-    report : Report, optional
-        Told after each frame.
-    halves : Sequence[bool], optional
-        Frames that may be decoded at half their size.
 
     Returns
     -------
@@ -241,16 +225,10 @@ def relaid(
 
     Parameters
     ----------
-    stack : FrameStack
-        The frames. It is used up: close the result instead.
     ways : Sequence[Callable or None]
         For each frame what moves its pixels, None for a frame that stays.
     seen : Sequence[NDArray[np.float32] or None], optional
         As `FrameStack.seen`.
-    token : Token, optional
-        Checked for each frame.
-    report : Report, optional
-        Told after each frame.
 
     Returns
     -------

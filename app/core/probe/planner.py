@@ -17,17 +17,6 @@ from app.core.probe.frame import Exposure
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = [
-    "LONGEST_S",
-    "MAX_SHOTS",
-    "OVERHEAD_S",
-    "STEP_EV",
-    "CameraLimits",
-    "Plan",
-    "PlannedShot",
-    "plan",
-]
-
 STEP_EV: Final = 2.0
 """Distance of neighbouring frames in stops: the paper's."""
 
@@ -52,10 +41,6 @@ class CameraLimits:
     ----------
     shutters_s : tuple[float, ...]
         Exposure times in seconds, exactly as they must be sent, in any order.
-    isos : tuple[float, ...]
-        Sensitivities, in any order.
-    apertures : tuple[float, ...]
-        F-numbers, in any order; one for a fixed aperture.
 
     Raises
     ------
@@ -84,8 +69,6 @@ class PlannedShot:
 
     Attributes
     ----------
-    exposure : Exposure
-        What to send: every value is a member of the camera's lists.
     wanted_ev : float
         Exposure that the plan asks for, in stops above the metered one.
     ev_offset : float
@@ -110,8 +93,6 @@ class Plan:
         and levelling of all frames from the first; then brighter; then darker and darker.
     expected_s : float
         Time it takes in seconds: all exposures, and the camera's overhead for each.
-    notes : tuple[str, ...]
-        Sentences for the user.
     """
 
     kind: Literal["paper", "full"]
@@ -151,21 +132,10 @@ def plan(
     metered : Exposure
         Of a picture that the camera metered by itself
         (`app.core.probe.exposures.metered_exposure`).
-    limits : CameraLimits
-        What the camera accepts.
-    kind : {"paper", "full"}
-        Which bracket.
-    shots : int, optional
-        Most frames of a "full" bracket that the camera takes, 2 to 19.
     longest_s : float, optional
         Longest exposure wanted, in seconds.
     overhead_s : float, optional
         Time each frame takes besides its exposure, in seconds.
-
-    Returns
-    -------
-    Plan
-        At least two different frames.
 
     Raises
     ------

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from app.core.sheet.canvas import Box, Point
     from app.core.sheet.lettering import Anchor
 
-__all__ = ["LampMark", "preview"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 _MARGIN: Final = 24.0
@@ -82,14 +80,6 @@ def preview(
 
     Parameters
     ----------
-    merged : Merged
-        What was measured, before anything was filled.
-    lights : Sequence[LampMark], optional
-        Lamps found, in falling share; their letters are put beside them.
-    masks : Sequence[Clutter], optional
-        What is masked or suggested.
-    exposure_stops : float, optional
-        Brighter (positive) or darker than the program would choose.
     display : NDArray[np.uint8], (h, w, 3), optional
         The panorama as `app.core.probe.display.display_panorama` shows it at that exposure,
         where there is one already.

@@ -77,24 +77,8 @@ class Probe:
     ----------
     bracket : Bracket
         The frames that were used, with their true exposures.
-    response : ResponseChoice
-        Camera curve.
-    alignments : tuple[Alignment, ...]
-        Of each frame; without a rotation for pictures that are not panoramas.
-    lays : tuple[Lay, ...]
-        How each frame of such pictures was moved; empty for panoramas.
-    levelling : Levelling
-        How the panorama was levelled.
-    moved : Moved
-        What moved between the frames.
-    finished : Finished
-        The light, with everything done to it, its lamps and its audit.
     display : (h, w, 3) uint8
         The panorama for looking at, as measured, sRGB.
-    warnings : tuple[str, ...]
-        Sentences for the user.
-    notes : tuple[str, ...]
-        What was done, in sentences; nothing to worry about.
     stitching : Stitching or None
         How unstitched frames became a panorama; None for all others.
     """
@@ -119,11 +103,6 @@ class Probe:
     def environment(self, name: str) -> Environment:
         """Return the light as an environment that can be solved.
 
-        Parameters
-        ----------
-        name : str
-            Of the place.
-
         Raises
         ------
         EnvironmentFileError
@@ -147,20 +126,6 @@ def measure(
     ----------
     paths : Sequence[Path]
         The exposures in any order, or one folder of them. They are only read.
-    pack : StylePack
-        Head and styles, for what clipped light means for the answers.
-    wishes : Wishes, optional
-        What is wanted besides.
-    opener : Opener, optional
-        Hands over frames that were read before (`app.core.probe.arriving`).
-    token : Token, optional
-        Stops the work.
-    report : Report, optional
-        Is told how far it is.
-
-    Returns
-    -------
-    Probe
 
     Raises
     ------
@@ -221,11 +186,6 @@ def rehearse(pack: StylePack) -> None:
 
     Libraries are loaded, tables computed and memory is asked for then. Done while a camera is
     exposing, it saves a third of the first `measure` of a process.
-
-    Parameters
-    ----------
-    pack : StylePack
-        Head and styles that will be used.
     """
     frames = tuple(
         Frame(Path(f"rehearsal {stop}"), _REHEARSAL, exposure=Exposure(4.0**-stop))

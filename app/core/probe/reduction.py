@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from typing import Self
 
-__all__ = ["Reduction"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -53,11 +51,6 @@ class Reduction:
             Rows and columns; wanted at most as many as given.
         panorama : bool
             Whether rows count by their solid angle, or all the same.
-
-        Returns
-        -------
-        Reduction
-            The reduction.
 
         Raises
         ------

@@ -25,8 +25,6 @@ from numpy.typing import NDArray
 
 from app.core.sphere import angle_of, from_vector, positions
 
-__all__ = ["Fit", "Level", "edges", "pyramid", "register", "usable_share"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
@@ -100,8 +98,6 @@ class Fit:
     error_deg : float
         Its standard error in degrees (jackknife, and a share that falls with the number of
         points), infinite where nothing could be compared.
-    points : int
-        Places of the two frames that agree.
     contrast : float
         How many times worse the frames fit one degree away.
     """
@@ -381,11 +377,6 @@ def _slopes(vectors: Float64, across: Numbers, down: Numbers, shape: tuple[int, 
 
 def usable_share(levels: list[Level]) -> float:
     """Share of the sphere that a frame shows neither clipped nor black.
-
-    Parameters
-    ----------
-    levels : list[Level]
-        From `pyramid`.
 
     Returns
     -------

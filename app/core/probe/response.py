@@ -71,8 +71,6 @@ class Response:
 
     Attributes
     ----------
-    name : {"sRGB", "recovered", "linear"}
-        Where the curve comes from.
     table : (3, 256) float64
         Linear light of each code in red, green and blue: strictly rising, 0 -> 0, 255 -> 1.
         Channels of scanned film can end at different values, the highest at 1.
@@ -80,8 +78,6 @@ class Response:
     residual_stops : float
         Spread of the differences of the measured steps from the stated ones with this curve, in
         stops (`StepCheck.residual_stops`); NaN where no frames overlap.
-    note : str
-        What is known of the curve, as a sentence; empty where there is nothing to say.
     """
 
     name: str
@@ -131,8 +127,6 @@ class ResponseChoice:
 
     Attributes
     ----------
-    response : Response
-        The curve.
     stops : tuple[float, ...]
         Exposure of each frame in stops: as stated, except where a tag was found wrong. With
         wrong tags they need not fall.
@@ -140,8 +134,6 @@ class ResponseChoice:
         Measured against stated steps, before any correction, with sRGB.
     tag_errors : tuple[TagError, ...]
         Frames whose stated exposure is off by a fifth of a stop or more.
-    remarks : tuple[str, ...]
-        Sentences for the user about the curve.
     """
 
     response: Response
@@ -156,29 +148,12 @@ class ResponseChoice:
         return self.sentences([f"frame {number + 1}" for number in range(len(self.stops))])
 
     def sentences(self, names: Sequence[str]) -> tuple[str, ...]:
-        """All sentences for the user, naming the frames.
-
-        Parameters
-        ----------
-        names : Sequence[str]
-            Of each frame, brightest first, for example the files' names.
-
-        Returns
-        -------
-        tuple[str, ...]
-            Empty where everything is as stated.
-        """
+        """All sentences for the user, naming the frames."""
         return (*(error.sentence(names) for error in self.tag_errors), *self.remarks)
 
 
 def srgb_response() -> Response:
-    """Return the sRGB curve (IEC 61966-2-1).
-
-    Returns
-    -------
-    Response
-        The same curve for all channels.
-    """
+    """Return the sRGB curve (IEC 61966-2-1)."""
     return Response("sRGB", np.tile(srgb_table(), (3, 1)))
 
 

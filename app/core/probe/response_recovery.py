@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
     from app.core.probe.code_matches import CodeMatches, Floats
 
-__all__ = ["Recovered", "recover_curve", "srgb_table"]
-
 _NODES: Final = 16
 # Nodes lie evenly in log(1 + code / toe): near the toe curves bend over a few codes.
 _TOE: Final = 0.05
@@ -57,8 +55,6 @@ class Recovered:
     ----------
     table : (256,) float64
         Linear exposure of each code, strictly rising, 0 -> 0, 255 -> 1.
-    cost : float
-        Minus log likelihood up to a constant; smaller is better, for the same matches only.
     tag_stops : float
         What the free frame was exposed more than stated, in stops; 0 where no frame is free.
     unknowns : (16,) float64
@@ -96,21 +92,12 @@ def recover_curve(
 
     Parameters
     ----------
-    matches : CodeMatches
-        Not empty; all channels (one curve for all) or one.
     stops : Sequence[float]
         Stated exposure of each frame in stops, falling.
     free_frame : int, optional
         Number of a frame whose exposure is not believed but found along with the curve.
     start : (16,) float64, optional
         `Recovered.unknowns` to start from.
-    hold : float, optional
-        Pull towards `start`: 0 not at all, 1 as strongly as a typical bracket pulls away.
-
-    Returns
-    -------
-    Recovered
-        The curve.
 
     Raises
     ------

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from app.core.environment import Environment
     from app.core.probe.frame import Exposure
 
-__all__ = ["Rough", "rough_environment"]
-
 _LEAST_WIDTH: Final = 128
 _MOST_WIDTH: Final = 2048
 _LEAST_FRAMES: Final = 2
@@ -52,8 +50,6 @@ class Rough:
     ----------
     radiance : (h, 2 h, 3) float32
         Linear Rec. 709, relative; its mean is 1.
-    frames : int
-        How many thumbnails it was made of.
     clipped_share : float
         Share of the sphere that is clipped even in the darkest of them, 0 to 1.
     """

@@ -28,17 +28,6 @@ from app.core.colour import LUMINANCE_WEIGHTS
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = [
-    "SKY_WORDS",
-    "SPREAD",
-    "SUN_DIAMETER_DEG",
-    "SUN_SOLID_ANGLE_SR",
-    "SkyWord",
-    "air_mass",
-    "direct_normal_lux",
-    "sun_colour",
-]
-
 SkyWord: TypeAlias = Literal["clear", "hazy", "thin cloud"]
 
 SKY_WORDS: Final[tuple[SkyWord, ...]] = get_args(SkyWord)
@@ -70,11 +59,6 @@ def air_mass(elevation_deg: float) -> float:
     elevation_deg : float
         Elevation of the sun as it is seen, deg, 0 to 90; less is taken as 0.
 
-    Returns
-    -------
-    float
-        1 at the zenith, 38 at the horizon.
-
     Examples
     --------
     >>> round(air_mass(90.0), 3), round(air_mass(30.0), 3)
@@ -91,8 +75,6 @@ def direct_normal_lux(elevation_deg: float, sky: SkyWord = "clear") -> float:
     ----------
     elevation_deg : float
         Elevation of the sun, deg.
-    sky : {"clear", "hazy", "thin cloud"}
-        How clear the air is between.
 
     Returns
     -------
@@ -119,8 +101,6 @@ def sun_colour(elevation_deg: float, sky: SkyWord = "clear") -> NDArray[np.float
     ----------
     elevation_deg : float
         Elevation of the sun, deg.
-    sky : {"clear", "hazy", "thin cloud"}
-        As for `direct_normal_lux`.
 
     Returns
     -------

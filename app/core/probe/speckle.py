@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
     from app.core.progress import Token
 
-__all__ = ["quiet_colours"]
-
 Float32: TypeAlias = NDArray[np.float32]
 _Change: TypeAlias = tuple[NDArray[np.intp], Float32]
 
@@ -46,8 +44,6 @@ def quiet_colours(radiance: Float32, values: Sequence[Float32], token: Token) ->
         Merged light.
     values : Sequence[NDArray[np.float32]], (3, 256) each
         Light of each code of each frame, brightest frame first, in the same unit.
-    token : Token
-        Checked in every band.
     """
     height, width = radiance.shape[:2]
     bands = list(row_bands(height, max(_AROUND, _BAND_PIXELS // width)))

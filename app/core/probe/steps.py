@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from app.core.probe.code_matches import CodeMatches, Floats, Samples
 
-__all__ = ["MeasuredStep", "StepCheck", "check_matches", "check_steps", "reach", "tolerance"]
-
 # Brackets of 20 scenes with an sRGB curve, noise and JPEG 95: three quarters of the levels of
 # 2-stop steps lie within 0.015 stops, of turned frames within 0.03. A curve that is off by so
 # little that radiance is wrong by 1 % (median) and 4 % (95th percentile) shows as 0.05.
@@ -46,8 +44,6 @@ class MeasuredStep:
 
     Attributes
     ----------
-    bright, dark : int
-        Frame numbers, 0 is the brightest frame.
     nominal : float
         What the files state, in stops.
     measured : float
@@ -84,8 +80,6 @@ class StepCheck:
 
     Attributes
     ----------
-    steps : tuple[MeasuredStep, ...]
-        One for each pair of frames that share well exposed places; empty where none do.
     residual_stops : float
         Spread of measured minus nominal over pairs and levels: a root mean square, estimated
         from the upper quartile so that few strange levels do not count; NaN where no frames
@@ -117,11 +111,6 @@ def tolerance(step: float) -> float:
     ----------
     step : float
         The nominal step in stops.
-
-    Returns
-    -------
-    float
-        Stops: 0.01 and 1 % of the step.
     """
     return _TOLERANCE + _TOLERANCE_PER_STOP * abs(step)
 
@@ -138,11 +127,6 @@ def check_steps(samples: Samples, stops: Sequence[float], table: Floats | None =
     table : (256,) or (3, 256) float64, optional
         Linear light of each code, of all channels or each; sRGB when not given.
 
-    Returns
-    -------
-    StepCheck
-        `StepCheck.possible` is false where no frames overlap.
-
     Raises
     ------
     ValueError
@@ -158,17 +142,10 @@ def check_matches(matches: CodeMatches, stops: Sequence[float], table: Floats) -
 
     Parameters
     ----------
-    matches : CodeMatches
-        From `app.core.probe.code_matches.match_codes`.
     stops : Sequence[float]
         Exposure of each frame in stops.
     table : (256,), (3, 256) or (K, 3, 256) float64
         Linear light of each code, strictly rising; the last is of each frame.
-
-    Returns
-    -------
-    StepCheck
-        All pairs that share well exposed places.
     """
     measured, slope = _measured(matches, table)
     rows = (matches.code >= _DARKEST_CODE) & (matches.dark_code >= _DARKEST_DARK_CODE)
@@ -203,11 +180,6 @@ def check_matches(matches: CodeMatches, stops: Sequence[float], table: Floats) -
 
 def reach(stops: Sequence[float]) -> int:
     """How far apart in order two frames of a check may be.
-
-    Parameters
-    ----------
-    stops : Sequence[float]
-        Exposure of each frame.
 
     Returns
     -------

@@ -58,20 +58,10 @@ class Restoration:
 
     Attributes
     ----------
-    merged : Merged
-        With the light restored; its texels no longer count as clipped.
     light : str or None
         The id of the light; None where nothing was done.
-    illuminance_lux : float
-        Normal illuminance given to it; 0 where nothing was done.
-    range_lux : tuple of float
-        Between what it is likely to lie.
-    sentence : str
-        What was done, for the user.
     disc : (N, 2) float64
         Flat indices of the texels that were given light, and how much luminance each.
-    held_lux : float
-        Normal illuminance that the panorama held there before.
     """
 
     merged: Merged = field(repr=False)
@@ -90,17 +80,6 @@ def restore(
     grid: LightGrid | None = None,
 ) -> Restoration:
     """Put the sun's light back, if one of the lights is the sun.
-
-    Parameters
-    ----------
-    merged : Merged
-        With absolute luminance.
-    lights : sequence of Light
-        Of `find_lights`.
-    sky : {"clear", "hazy", "thin cloud", "leave"}
-        What the user says of the sky; "leave" does nothing.
-    grid : LightGrid, optional
-        `merged` reduced, where the caller has it already.
 
     Returns
     -------
@@ -129,15 +108,6 @@ def restore(
 
 def set_illuminance(merged: Merged, light: Light, lux: float) -> Restoration:
     """Give a lamp the illuminance that a light meter measured.
-
-    Parameters
-    ----------
-    merged : Merged
-        With absolute luminance.
-    light : Light
-        One of `find_lights`.
-    lux : float
-        Illuminance at the place of the camera on a surface facing this lamp, from it alone.
 
     Returns
     -------
@@ -184,8 +154,6 @@ def added_light(restoration: Restoration, shape: tuple[int, int]) -> Float64:
 
     Parameters
     ----------
-    restoration : Restoration
-        Of `restore` or `set_illuminance`.
     shape : tuple of int
         Rows and columns wanted.
 

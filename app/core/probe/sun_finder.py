@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from app.core.probe.frame import Merged
     from app.core.probe.lights import Light, LightGrid
 
-__all__ = ["Core", "find_sun", "is_sun", "sun_core"]
-
 Float64: TypeAlias = NDArray[np.float64]
 
 # What the sun looks like in the darkest frame. A lamp or window that fails any one is left alone.
@@ -56,10 +54,6 @@ class Core:
         Its centre, deg.
     radius_deg : float
         Of the disc with the same solid angle, deg.
-    roundness : float
-        As of `Light`, of its largest piece.
-    solid_angle_sr : float
-        Of that piece, holes filled.
     """
 
     azimuth_deg: float
@@ -86,20 +80,6 @@ def is_sun(light: Light, merged: Merged, grid: LightGrid | None = None) -> bool:
     that compares with it; the sky just above it is bright and even, as an aureole is and a
     wall is not; the rest of the sky is far under the clip level; and the ground is as bright as
     ground under such a sun.
-
-    Parameters
-    ----------
-    light : Light
-        One of `find_lights`.
-    merged : Merged
-        The panorama it was found in.
-    grid : LightGrid, optional
-        The same reduced, where the caller has it already.
-
-    Returns
-    -------
-    bool
-        False whenever absolute luminance is not known.
     """
     if not light.clipped or merged.cd_m2 is None:
         return False
@@ -118,13 +98,6 @@ def is_sun(light: Light, merged: Merged, grid: LightGrid | None = None) -> bool:
 
 def sun_core(light: Light, merged: Merged) -> Core:
     """Measure the clipped middle of a light.
-
-    Parameters
-    ----------
-    light : Light
-        A clipped one.
-    merged : Merged
-        The panorama it was found in.
 
     Returns
     -------

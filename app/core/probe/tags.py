@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from app.core.probe.response_recovery import Recovered
     from app.core.probe.steps import StepCheck
 
-__all__ = ["TagError", "explain_by_tags", "recover_with_tag"]
-
 Stops: TypeAlias = tuple[float, ...]
 
 # Marked shutter times are rounded (1/15 s is 1/16 s): up to 0.12 stops, hence 0.2 with noise.
@@ -40,12 +38,8 @@ class TagError:
 
     Attributes
     ----------
-    frame : int
-        Its number, 0 is the brightest frame.
     stops : float
         How much brighter than stated it is, in stops; negative when darker.
-    suspects : tuple[int, ...]
-        All frames that could as well be the wrong one, with `frame`; one where it is certain.
     """
 
     frame: int
@@ -53,18 +47,7 @@ class TagError:
     suspects: tuple[int, ...]
 
     def sentence(self, names: Sequence[str]) -> str:
-        """Say it, naming the frame.
-
-        Parameters
-        ----------
-        names : Sequence[str]
-            Of each frame, brightest first.
-
-        Returns
-        -------
-        str
-            One or two sentences.
-        """
+        """Say it, naming the frame."""
         name = names[self.frame]
         word = "brighter" if self.stops > 0 else "darker"
         text = (
@@ -127,10 +110,6 @@ def recover_with_tag(
         Matching codes of three frames or more.
     stops : tuple[float, ...]
         Stated exposures.
-    curve : Recovered
-        The curve with all of them believed, which does not fit.
-    check : StepCheck
-        With that curve.
 
     Returns
     -------

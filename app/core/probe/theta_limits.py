@@ -13,8 +13,6 @@ from typing import Final
 
 from app.core.probe.planner import CameraLimits
 
-__all__ = ["THETA_MODELS", "ThetaLimits", "theta_limits"]
-
 # fmt: off
 _SHUTTERS: Final = (
     0.00004, 0.00005, 0.0000625, 0.00008, 0.0001, 0.000125, 0.00015625, 0.0002, 0.00025,
@@ -39,16 +37,8 @@ class ThetaLimits:
     ----------
     model : str
         Short name: "S", "SC", "SC2", "V", "Z1", "X" or "A1".
-    limits : CameraLimits
-        Its values.
-    max_shots : int
-        Most frames of its own bracket; for a camera without one, as many as are shot singly.
-    native_bracket : bool
-        Whether it has a bracket of its own.
     overhead_s : float
         Time a frame takes besides its exposure, in seconds.
-    documented : bool
-        Whether its maker documents these values; else they are cautious guesses.
     """
 
     model: str

@@ -47,16 +47,6 @@ from app.core.colour import srgb_encode
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = [
-    "CLIPPED_CODE",
-    "FrameTables",
-    "Scheme",
-    "clipped_code",
-    "float_tables",
-    "frame_tables",
-    "relative_error",
-]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 Scheme: TypeAlias = Literal["noise", "reinhard"]
@@ -112,8 +102,6 @@ class FrameTables:
         Below this code `bright` is 1 at least where `own` is not 0, and `own` need not be asked.
     value : NDArray[np.float32], (3, n)
         Radiance that a code stands for, per channel.
-    clipped : int
-        Codes from here on are clipped.
     spent : int
         Codes from here on may be clipped: JPEG moves 255 by several beside a lamp. They have no
         weight, and a pixel that a darker frame clips is clipped in this one. The darkest frame's
@@ -163,23 +151,10 @@ def frame_tables(
     ----------
     table : NDArray[np.float64], (3, 256)
         Response: linear value in 0..1 of each code of each channel, rising.
-    index : int
-        Which frame.
     stops : Sequence[float]
         Exposures of all frames in stops.
-    reference_ev : float
-        Exposure at which radiance 1 saturates.
-    scheme : "noise" or "reinhard", optional
-        Which weights.
     fine : bool, optional
         Tables of 65,536 codes, for 16-bit frames.
-    known : bool, optional
-        Whether the response is known, not recovered from the bracket.
-
-    Returns
-    -------
-    FrameTables
-        All weights above 0, all values finite.
     """
     count = 65536 if fine else 256
     codes = np.linspace(0.0, 255.0, count)
@@ -216,14 +191,8 @@ def float_tables(
 
     Parameters
     ----------
-    index : int
-        Which frame.
     stops : Sequence[float]
         Exposures of all frames in stops.
-    clips : bool
-        Whether the frame saturates where the tables end.
-    scheme : "noise" or "reinhard", optional
-        Which weights.
 
     Returns
     -------

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from app.core.search import Curves
     from app.core.solve import Objective
 
-__all__ = ["Choice", "choices", "choose", "given_up"]
-
 Bool: TypeAlias = NDArray[np.bool_]
 Float64: TypeAlias = NDArray[np.float64]
 Int64: TypeAlias = NDArray[np.int64]
@@ -67,17 +65,9 @@ def choose(
 
     Parameters
     ----------
-    pack : StylePack
-        Head and styles.
     light : (H, W, 3) or (H, W) float
         Environment at turn 0 in the pack's size, linear Rec. 709 radiance or luminance, any
         exposure.
-    objective : {"picture", "paper"}
-        As for `app.core.solve.solve_all`.
-
-    Returns
-    -------
-    Choice
 
     Raises
     ------
@@ -94,16 +84,7 @@ def choices(
 
     Parameters
     ----------
-    pack : StylePack
-        Head and styles.
     lights : sequence of (H, W, 3) or (H, W) float
-    objective : {"picture", "paper"}
-        As `choose` takes them.
-
-    Returns
-    -------
-    Choice
-        Of all the lights, in their order.
 
     Raises
     ------
@@ -137,8 +118,6 @@ def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
 
     Parameters
     ----------
-    truth : Choice
-        Under the true light, or under each of N.
     turns : (S,) int
         The turn taken for each style, 0..63.
 

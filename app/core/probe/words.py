@@ -7,23 +7,11 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["listed", "plural"]
-
 _MOST_NAMES: Final = 3
 
 
 def listed(names: Sequence[str]) -> str:
     """Join names to a list of words; of many names only the first three are said.
-
-    Parameters
-    ----------
-    names : Sequence[str]
-        At least one.
-
-    Returns
-    -------
-    str
-        For a sentence.
 
     Examples
     --------
@@ -41,18 +29,6 @@ def listed(names: Sequence[str]) -> str:
 
 def plural(count: int, word: str) -> str:
     """Say a number of things.
-
-    Parameters
-    ----------
-    count : int
-        How many.
-    word : str
-        One of them.
-
-    Returns
-    -------
-    str
-        Number and word.
 
     Examples
     --------

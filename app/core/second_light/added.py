@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from app.core.second_light.numbers import NumbersLamp
     from app.core.transport import Transport
 
-__all__ = ["AddedLight", "from_captured", "from_numbers"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -36,8 +34,6 @@ class AddedLight:
 
     Attributes
     ----------
-    name, title : str
-        For the command line, and to show.
     distance_m : float or None
         From the middle of the head; None where nobody said.
     alpha : (576, 32, 64) float32
@@ -51,10 +47,6 @@ class AddedLight:
         Radiance of the face of a lamp from numbers, linear Rec. 709, cd/m2; 0 of a captured one.
     absolute : bool
         Whether all that is in cd/m2; otherwise in a unit of the capture's own.
-    hidden : Hidden
-        By the lamp, for the search.
-    contrast : Contrast
-        Of the face under the lamp, for the search.
     """
 
     name: str
@@ -75,10 +67,6 @@ class AddedLight:
         ----------
         light : (32, 64, 3) float
             Linear Rec. 709 radiance as the face sees it, cd/m2.
-        number : int
-            The placement.
-        power : float, optional
-            Of the lamp, as a share of its full power.
 
         Returns
         -------
@@ -103,25 +91,6 @@ def from_numbers(
     face: FaceBasis | None = None,
 ) -> AddedLight:
     """Prepare a lamp from numbers, with the near field of its distance.
-
-    Parameters
-    ----------
-    transport : Transport
-        Of the head.
-    shape : HeadShape
-        Of the same head.
-    lamp : NumbersLamp
-        Faces the middle of the head.
-    token, report : optional
-        Cancellation and progress.
-    near : NearField, optional
-        From `prepare_near` for this head, where it is at hand.
-    face : FaceBasis, optional
-        From `prepare_face` for this head, where it is at hand.
-
-    Returns
-    -------
-    AddedLight
 
     Raises
     ------
@@ -164,21 +133,6 @@ def from_captured(
     face: FaceBasis | None = None,
 ) -> AddedLight:
     """Prepare a captured lamp.
-
-    Parameters
-    ----------
-    transport : Transport
-        Of the head.
-    placed : PlacedLamp
-        The lamp at all placements.
-    token, report : optional
-        Cancellation and progress.
-    face : FaceBasis, optional
-        From `prepare_face` for this head, where it is at hand.
-
-    Returns
-    -------
-    AddedLight
 
     Raises
     ------

@@ -31,18 +31,6 @@ from app.core.sphere import directions, remap_frame, rotate_light, rotation
 if TYPE_CHECKING:
     from app.core.colour import FloatImage
 
-__all__ = [
-    "LARGEST",
-    "CapturedLamp",
-    "PlacedLamp",
-    "centring",
-    "centroid",
-    "make_lamp",
-    "over",
-    "placed",
-    "placed_at",
-]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -58,10 +46,6 @@ class CapturedLamp:
 
     Attributes
     ----------
-    name : str
-        In files and commands.
-    title : str
-        Its name on screen.
     radiance : NDArray[np.float32], (H, 2 H, 3)
         All that was captured, linear Rec. 709, the dark room too; read-only. Panorama frame.
     alpha : NDArray[np.float32], (H, 2 H)
@@ -70,8 +54,6 @@ class CapturedLamp:
         Luminance of radiance 1, cd/m2; None where the exposure was not known.
     distance_m : float or None
         From the probe to the lamp, metres; None where nobody said.
-    camera : str
-        Model of the camera that captured it, "" where not stated.
     """
 
     name: str
@@ -116,8 +98,6 @@ class PlacedLamp:
 
     Attributes
     ----------
-    name, title : str
-        Of the lamp.
     light : NDArray[np.float32], (576, H, W, 3)
         Premultiplied radiance, linear Rec. 709; number as in `placements`. cd/m2 where `absolute`.
     alpha : NDArray[np.float32], (576, H, W)
@@ -150,20 +130,10 @@ def make_lamp(
 
     Parameters
     ----------
-    name : str
-        Its name, also for messages.
     radiance : NDArray[np.float32], (H, 2 H, 3)
         Linear Rec. 709. It is not changed.
     alpha : NDArray[np.float32], (H, 2 H)
         Mask; values outside 0 to 1 are clipped, what is not a number becomes 0.
-    title : str, optional
-        Its name on screen; `name` by default.
-    white_cd_m2, distance_m, camera : optional
-        See `CapturedLamp`.
-
-    Returns
-    -------
-    CapturedLamp
 
     Raises
     ------
@@ -246,8 +216,6 @@ def placed(
 
     Parameters
     ----------
-    lamp : CapturedLamp
-        The lamp.
     shape : tuple of int, optional
         Rows and columns of the search; 64 columns, one to each azimuth.
     token, report : Token, Report, optional
@@ -290,10 +258,6 @@ def placed_at(
 
     Parameters
     ----------
-    lamp : CapturedLamp
-        The lamp.
-    azimuth_deg, altitude_deg : float
-        Deg, from in front toward the sitter's left, and upward.
     shape : tuple of int, optional
         Rows and columns wanted.
 

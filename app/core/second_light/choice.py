@@ -12,8 +12,6 @@ from app.core.angles import TURNS
 from app.core.peaks import TIE
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 
-__all__ = ["Spot", "best_spot", "refine"]
-
 Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 
@@ -24,15 +22,7 @@ _MIDDLE: Final = len(ALTITUDES_DEG) // 2
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """A turn and a placement of the lamp.
-
-    Attributes
-    ----------
-    turn : int
-        On the grid, 0..63.
-    number : int
-        The placement, 0..575.
-    """
+    """A turn and a placement of the lamp."""
 
     turn: int
     number: int
@@ -48,12 +38,6 @@ def best_spot(objective: Float64, allowed: Mask | None = None) -> Spot:
     ----------
     objective : (64, 576) or (1, 576) float64
         Per turn and placement.
-    allowed : bool, optional
-        Of the same shape, at least one True.
-
-    Returns
-    -------
-    Spot
     """
     values = objective.ravel() if allowed is None else np.where(allowed, objective, -np.inf).ravel()
     top = int(np.argmax(values))
@@ -87,10 +71,6 @@ def refine(
     ----------
     objective : (64, 576) or (1, 576) float64
         Per turn and placement; of one turn only, the turn stays as it is.
-    spot : Spot
-        The best of them that is allowed.
-    allowed : bool
-        Of the same shape. Which may be chosen; nothing is moved toward one that may not.
     gate : float64, optional
         Of the same shape. Stays at 0 or above, interpolated alike.
 

@@ -16,8 +16,6 @@ from app.core.errors import CoreError
 if TYPE_CHECKING:
     from app.core.second_light.captured import CapturedLamp
 
-__all__ = ["Comparison", "at_distance", "compare", "with_lux"]
-
 _SAME_DISTANCE: Final = 0.05
 _MOST_LUX: Final = 1e7
 _TYPE_LUX: Final = (
@@ -34,10 +32,6 @@ class Comparison:
     ----------
     possible : bool
         Whether both are known in cd/m2.
-    sentence : str
-        What is not known, or what to bear in mind; empty when there is nothing to say.
-    hint : str
-        What to do about it.
     """
 
     possible: bool
@@ -58,14 +52,6 @@ def compare(
     ----------
     place_white_cd_m2 : float or None
         Luminance of radiance 1 of the place, cd/m2; None where its exposure is not known.
-    lamp : CapturedLamp
-        The lamp.
-    place_camera : str, optional
-        Model of the camera that measured the place; "" where nobody knows.
-
-    Returns
-    -------
-    Comparison
 
     Examples
     --------
@@ -107,18 +93,6 @@ def compare(
 def with_lux(lamp: CapturedLamp, lux: float) -> CapturedLamp:
     """Set how bright a lamp is by what a light meter reads where the probe stood.
 
-    Parameters
-    ----------
-    lamp : CapturedLamp
-        The lamp, its brightness known or not.
-    lux : float
-        Illuminance of the meter, which faces the lamp at the distance of the capture.
-
-    Returns
-    -------
-    CapturedLamp
-        The same light in another unit.
-
     Raises
     ------
     CoreError
@@ -138,8 +112,6 @@ def at_distance(lamp: CapturedLamp, distance_m: float) -> CapturedLamp:
 
     Parameters
     ----------
-    lamp : CapturedLamp
-        The lamp.
     distance_m : float
         From the middle of the head, metres.
 

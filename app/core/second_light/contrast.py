@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from app.core.second_light.hidden import Hidden
     from app.core.transport import Transport
 
-__all__ = ["Contrast", "FaceBasis", "Norms", "find_contrast", "norm_at", "norms", "prepare_face"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 Floats: TypeAlias = NDArray[np.floating[Any]]
@@ -74,8 +72,6 @@ class Contrast:
 
     Attributes
     ----------
-    face : FaceBasis
-        Of the head.
     spectra : (33, K, 64) complex128
         The rows of its basis, transformed along azimuth and conjugate.
     lamp : (K, 576) float64
@@ -104,15 +100,6 @@ class Contrast:
 
 def prepare_face(transport: Transport) -> FaceBasis:
     """Find the basis of a head; takes a second.
-
-    Parameters
-    ----------
-    transport : Transport
-        Of the head, for environments of 64 x 32 texels.
-
-    Returns
-    -------
-    FaceBasis
 
     Raises
     ------
@@ -154,18 +141,10 @@ def find_contrast(face: FaceBasis, hidden: Hidden, lamp: Float64, beside: Float6
 
     Parameters
     ----------
-    face : FaceBasis
-        Of the head.
-    hidden : Hidden
-        By the lamp.
     lamp : (K, 576) float64
         Coordinates of the lamp's pictures.
     beside : (576,) float64
         Squared norm of what of them lies beside the basis.
-
-    Returns
-    -------
-    Contrast
     """
     texels = sum(len(own) for own in hidden.own)
     main = int(np.clip(_SIZE / (TURNS * max(texels, 1)), *_MAIN))
@@ -236,20 +215,8 @@ def norms(
 
     Parameters
     ----------
-    contrast : Contrast
-        Of the lamp.
-    hidden : Hidden
-        By the lamp.
     light : (32, 64, 3) float
         Of the place, at turn 0, linear Rec. 709 radiance.
-    scale : float
-        What `light` was divided by; the lamp's pictures are divided by it here.
-    turn : int, optional
-        The only turn wanted, 0..63.
-
-    Returns
-    -------
-    Norms
     """
     parts = two_parts(light, contrast.face.mixing)
     place = _at_all_turns(contrast, parts)
@@ -325,21 +292,7 @@ def norm_at(
     number: int,
     power: float = 1.0,
 ) -> float:
-    """Find the contrast at one turn and placement, in all coordinates.
-
-    Parameters
-    ----------
-    contrast, hidden, light, scale
-        As for `norms`.
-    turn, number : int
-        On the grids, 0..63 and 0..575.
-    power : float, optional
-        Of the lamp, as a share of its full power.
-
-    Returns
-    -------
-    float
-    """
+    """Find the contrast at one turn and placement, in all coordinates."""
     face = contrast.face
     parts = two_parts(np.roll(light, -turn, axis=1), face.mixing).reshape(-1)
     altitude, azimuth = divmod(number, TURNS)

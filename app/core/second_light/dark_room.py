@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from app.core.pack import StylePack
 
-__all__ = ["GUIDE", "Capture", "capture_lamp"]
-
 GUIDE: Final = (
     "Make a room as dark as you can: curtains, other lamps, screens.",
     "Put the 360 camera on a stand where the head would be, away from mirrors and glossy tables.",
@@ -36,17 +34,7 @@ _LINEAR: Final = (".exr", ".hdr")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Capture:
-    """A lamp from files, and what there is to say about it.
-
-    Attributes
-    ----------
-    lamp : CapturedLamp
-        The lamp, not yet kept anywhere.
-    warnings : tuple of str
-        What may be wrong with it, in sentences.
-    notes : tuple of str
-        What was done, in sentences.
-    """
+    """A lamp from files, and what there is to say about it."""
 
     lamp: CapturedLamp
     warnings: tuple[str, ...] = ()
@@ -70,21 +58,13 @@ def capture_lamp(
     paths : sequence of Path
         Exposures, or one folder of them, or one linear panorama (.exr, .hdr) with the mask as
         its channel A or without.
-    pack : StylePack
-        Head and styles, as `app.core.probe.probe.measure` wants them.
     wishes : Wishes, optional
         How to merge. By default the camera's curve is taken as sRGB: what is in a dark room's
         frames is mostly noise, from which no curve can be recovered.
-    title : str, optional
-        Name of the lamp on screen.
     distance_m : float, optional
         From the probe to the lamp, metres.
     token, report : Token, Report, optional
         To stop, and to say how far it is.
-
-    Returns
-    -------
-    Capture
 
     Raises
     ------

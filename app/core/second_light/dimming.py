@@ -9,8 +9,6 @@ from __future__ import annotations
 import math
 from typing import Final
 
-__all__ = ["FULL", "power_share", "power_words", "powers_of", "stops_words"]
-
 FULL: Final = (1.0,)
 """Powers of a lamp that cannot be dimmed, or was captured as it is."""
 
@@ -31,16 +29,6 @@ _FULL_FROM: Final = 0.995
 def powers_of(kind: str) -> tuple[float, ...]:
     """Return the powers that a kind of lamp from numbers can be set to, the strongest first.
 
-    Parameters
-    ----------
-    kind : str
-        Its name, see `app.core.second_light.numbers.KINDS`.
-
-    Returns
-    -------
-    tuple of float
-        As shares of the power in its numbers.
-
     Examples
     --------
     >>> powers_of("torch"), powers_of("bulb")
@@ -54,13 +42,6 @@ def powers_of(kind: str) -> tuple[float, ...]:
 
 def power_words(power: float, kind: str = "") -> str:
     """Say at which power a lamp is held, as its own display does.
-
-    Parameters
-    ----------
-    power : float
-        Share of the power in its numbers.
-    kind : str, optional
-        Its name.
 
     Examples
     --------

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from app.core.second_light.search import Placed
     from app.core.solve import Objective
 
-__all__ = ["GreedyPair", "GreedyReport", "compare"]
-
 
 @dataclass(frozen=True, slots=True)
 class GreedyPair:
@@ -26,17 +24,11 @@ class GreedyPair:
 
     Attributes
     ----------
-    name : str
-        Of the style.
-    same : bool
-        Whether both chose the same turn and placement.
     turn_apart_deg : float
         Between the two turns, 0 to 180 deg.
     lost : float
         What greedy gives up: points of match, or per cent of the larger quality. Below
         0 where greedy stopped at a better match of a combination that is not strong enough.
-    attainable_full, attainable_greedy : bool
-        Whether each brought the style within reach.
     """
 
     name: str
@@ -49,13 +41,7 @@ class GreedyPair:
 
 @dataclass(frozen=True, slots=True)
 class GreedyReport:
-    """Full and greedy search for some styles.
-
-    Attributes
-    ----------
-    pairs : tuple of GreedyPair
-        Style by style.
-    """
+    """Full and greedy search for some styles."""
 
     pairs: tuple[GreedyPair, ...]
 
@@ -63,19 +49,7 @@ class GreedyReport:
 def compare(
     full: Sequence[Placed], greedy: Sequence[Placed], objective: Objective = "picture"
 ) -> GreedyReport:
-    """Compare the answers of both searches.
-
-    Parameters
-    ----------
-    full, greedy : sequence of Placed
-        From `place_all` for the same styles, place, lamp and objective.
-    objective : {"picture", "paper"}
-        What both searched by.
-
-    Returns
-    -------
-    GreedyReport
-    """
+    """Compare the answers of both searches."""
     pairs = zip(full, greedy, strict=True)
     return GreedyReport(tuple(_pair(a, b, objective) for a, b in pairs))
 

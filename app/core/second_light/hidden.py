@@ -29,17 +29,6 @@ from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-__all__ = [
-    "Hidden",
-    "by_turn",
-    "correlate",
-    "correlate_at",
-    "each_table",
-    "find_hidden",
-    "hidden_tables",
-    "two_parts",
-]
-
 Float64: TypeAlias = NDArray[np.float64]
 Floats: TypeAlias = NDArray[np.floating[Any]]
 Indices: TypeAlias = NDArray[np.int64]
@@ -80,10 +69,6 @@ def find_hidden(alpha: Floats) -> Hidden:
     alpha : (576, 32, 64) float
         Share of each texel that the lamp hides, in the head's frame, per placement.
 
-    Returns
-    -------
-    Hidden
-
     Raises
     ------
     CoreError
@@ -111,8 +96,6 @@ def hidden_tables(hidden: Hidden, linear: NDArray[_Float]) -> tuple[NDArray[_Flo
 
     Parameters
     ----------
-    hidden : Hidden
-        By the lamp.
     linear : (F, 4096) float
         Times two-part light it sums to F values.
 
@@ -137,8 +120,6 @@ def correlate(hidden: Hidden, tables: Sequence[Float64], light: Float64) -> Floa
 
     Parameters
     ----------
-    hidden : Hidden
-        By the lamp.
     tables : sequence of (F, M, 64) float64
         From `hidden_tables`.
     light : (2, 32, 64) float64
@@ -179,13 +160,6 @@ def by_turn(found: Float64) -> Float64:
 
 def correlate_at(hidden: Hidden, tables: Sequence[Float64], light: Float64, turn: int) -> Float64:
     """Sum up the hidden part at one turn.
-
-    Parameters
-    ----------
-    hidden, tables, light
-        As for `correlate`.
-    turn : int
-        On the grid, 0..63.
 
     Returns
     -------

@@ -16,8 +16,6 @@ from app.core.second_light.captured import LARGEST, CapturedLamp, make_lamp
 from app.core.second_light.mask import find_mask
 from app.core.second_light.scale import stated_white
 
-__all__ = ["read_lamp_file"]
-
 Float32: TypeAlias = NDArray[np.float32]
 _FINE: Final = 4
 
@@ -35,8 +33,6 @@ def read_lamp_file(path: Path | str) -> tuple[CapturedLamp, tuple[str, ...]]:
     -------
     CapturedLamp
         Its unit is known where the file states ``whiteLuminance``.
-    tuple of str
-        What the user should know.
 
     Raises
     ------

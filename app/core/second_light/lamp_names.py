@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-__all__ = ["clean_title", "free_name", "free_title", "titles_of"]
-
 
 def clean_title(title: str) -> str:
     """Return a title as it is kept: one line of letters that can be seen.
@@ -35,15 +33,7 @@ def clean_title(title: str) -> str:
 
 
 def titles_of(folder: Path, without: str = "") -> dict[str, str]:
-    """Return the names of the lamps of a folder by `title_key`.
-
-    Parameters
-    ----------
-    folder : Path
-        Where lamps are kept.
-    without : str, optional
-        Name of a lamp that is left out.
-    """
+    """Return the names of the lamps of a folder by `title_key`."""
     titles = {}
     for name in names(folder):
         # A title that cannot be read cannot be met again either.

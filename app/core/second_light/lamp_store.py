@@ -27,19 +27,6 @@ if TYPE_CHECKING:
     from app.core.second_light.captured import CapturedLamp
     from app.core.settings.json_file import Facts
 
-__all__ = [
-    "MAX_TITLE",
-    "capture_named",
-    "capture_path",
-    "captures",
-    "checksum",
-    "facts_of",
-    "names",
-    "picture_of",
-    "write_lamp",
-    "write_text",
-]
-
 MAX_TITLE: Final = 80
 """Longest title, characters."""
 
@@ -53,13 +40,6 @@ _AGAIN: Final = "Make room or allow writing there, then try again."
 
 def write_lamp(folder: Path, lamp: CapturedLamp) -> None:
     """Write a lamp's files; the text comes last and makes it count.
-
-    Parameters
-    ----------
-    folder : Path
-        Where lamps are kept; made when missing.
-    lamp : CapturedLamp
-        Files of the same name are replaced, captures of other checksums are left alone.
 
     Raises
     ------
@@ -100,19 +80,10 @@ def write_text(folder: Path, lamp: CapturedLamp) -> None:
 def facts_of(folder: Path, name: str) -> tuple[Facts, tuple[str, ...]]:
     """Read what is known of a lamp, as much as there is.
 
-    Parameters
-    ----------
-    folder : Path
-        Where lamps are kept.
-    name : str
-        The lamp's.
-
     Returns
     -------
     dict
         title, distance_m, white_cd_m2, lux, camera and sha256; what was lost has its default.
-    tuple of str
-        What was lost, in sentences.
 
     Raises
     ------
@@ -195,11 +166,6 @@ def checksum(lamp: CapturedLamp) -> str:
 
 def picture_of(lamp: CapturedLamp) -> NDArray[np.uint8]:
     """Show a lamp as seen from the probe.
-
-    Parameters
-    ----------
-    lamp : CapturedLamp
-        The lamp.
 
     Returns
     -------

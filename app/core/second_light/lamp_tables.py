@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from app.core.second_light.added import AddedLight
     from app.core.transport import Transport
 
-__all__ = ["LampTables", "Place", "lamp_alone", "lamp_tables", "left_everywhere", "see_place"]
-
 Float64: TypeAlias = NDArray[np.float64]
 Floats: TypeAlias = NDArray[np.floating[Any]]
 
@@ -34,9 +32,6 @@ class LampTables:
 
     Attributes
     ----------
-    pack : StylePack
-    added : AddedLight
-        The lamp.
     lit : (S + 1 + K, 576) float64
         Values under the lamp alone: S targets, the mean of the face, K lamp maps.
     hidden : tuple of (S + 1 + K, M, 64) float64
@@ -62,8 +57,6 @@ class Place:
     ----------
     light : (32, 64, 3) float
         Linear Rec. 709 radiance at turn 0, divided by `scale`.
-    scale : float
-        Cd/m2 of its unit; lamps are divided by it.
     parts : (2, 32, 64) float64
         The light in two parts.
     curves : (S + 1 + K, 64) float64
@@ -78,19 +71,6 @@ class Place:
 
 def lamp_tables(pack: StylePack, transport: Transport, added: AddedLight) -> LampTables:
     """Hold a lamp against the styles of a head.
-
-    Parameters
-    ----------
-    pack : StylePack
-        Of the head.
-    transport : Transport
-        It was made from.
-    added : AddedLight
-        A lamp prepared for it.
-
-    Returns
-    -------
-    LampTables
 
     Raises
     ------
@@ -112,17 +92,8 @@ def see_place(tables: LampTables, light: Floats, scale: float, *, targets: bool 
 
     Parameters
     ----------
-    tables : LampTables
     light : (32, 64, 3) float
         Linear Rec. 709 radiance at turn 0.
-    scale : float
-        Cd/m2 of its unit.
-    targets : bool, optional
-        Whether the quality of targets is all that is wanted.
-
-    Returns
-    -------
-    Place
     """
     pack = tables.pack
     seen = pack.seen(light)
@@ -141,12 +112,8 @@ def left_everywhere(
 
     Parameters
     ----------
-    tables : LampTables
-    place : Place
     rows : sequence of int
         Targets wanted, or rows behind them as in `LampTables.lit`.
-    turn : int, optional
-        The only turn wanted, 0..63.
 
     Returns
     -------
@@ -166,13 +133,7 @@ def left_everywhere(
 
 
 def lamp_alone(tables: LampTables, place: Place, rows: Sequence[int]) -> Float64:
-    """Return what the lamp's own light gives at full power, (len(rows), 576) float64.
-
-    Parameters
-    ----------
-    tables, place, rows
-        As for `left_everywhere`, and in the same unit.
-    """
+    """Return what the lamp's own light gives at full power, (len(rows), 576) float64."""
     found: Float64 = tables.lit[list(rows)] / place.scale
     return found
 

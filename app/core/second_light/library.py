@@ -40,23 +40,6 @@ if TYPE_CHECKING:
     from app.core.second_light.captured import CapturedLamp
     from app.core.settings.json_file import Facts
 
-__all__ = [
-    "CANNOT_READ",
-    "DamagedLamp",
-    "LampEntry",
-    "TrashedLamp",
-    "add_lamp",
-    "check_distance",
-    "delete_lamp",
-    "lamps_folder",
-    "list_lamps",
-    "read_lamp",
-    "rename_lamp",
-    "restate_lamp",
-    "restore_lamp",
-    "update_lamp",
-]
-
 CANNOT_READ: Final = "This lamp cannot be read. Its files are untouched."
 
 _MOST_LAMPS: Final = 500
@@ -70,18 +53,12 @@ class LampEntry:
 
     Attributes
     ----------
-    name, title : str
-        In commands and files, and on screen.
     distance_m : float or None
         At which it was captured, metres.
     lux : float or None
         What it gives there; None where its exposure was not known.
-    camera : str
-        Model of the camera, "" where not known.
     picture : Path or None
         Small sRGB picture.
-    remarks : tuple of str
-        What was lost of it, in sentences.
     """
 
     name: str
@@ -95,17 +72,7 @@ class LampEntry:
 
 @dataclass(frozen=True, slots=True)
 class DamagedLamp:
-    """A lamp in the folder that cannot be read.
-
-    Attributes
-    ----------
-    path : Path
-        Its file.
-    reason : str
-        What is wrong with it.
-    message : str
-        What a list says.
-    """
+    """A lamp in the folder that cannot be read."""
 
     path: Path
     reason: str
@@ -114,15 +81,7 @@ class DamagedLamp:
 
 @dataclass(frozen=True, slots=True)
 class TrashedLamp:
-    """A lamp that was put away.
-
-    Attributes
-    ----------
-    folder : Path
-        Its own folder within the trash.
-    name, title : str
-        As they were.
-    """
+    """A lamp that was put away."""
 
     folder: Path
     name: str
@@ -135,20 +94,7 @@ def lamps_folder() -> Path:
 
 
 def list_lamps(folder: Path) -> tuple[tuple[LampEntry, ...], tuple[DamagedLamp, ...]]:
-    """List the lamps of a folder without reading their light.
-
-    Parameters
-    ----------
-    folder : Path
-        Need not exist.
-
-    Returns
-    -------
-    tuple of LampEntry
-        By title.
-    tuple of DamagedLamp
-        What is none; left as it is.
-    """
+    """List the lamps of a folder without reading their light."""
     entries: list[LampEntry] = []
     damaged: list[DamagedLamp] = []
     try:
@@ -165,18 +111,6 @@ def list_lamps(folder: Path) -> tuple[tuple[LampEntry, ...], tuple[DamagedLamp, 
 
 def read_lamp(folder: Path, name: str) -> CapturedLamp:
     """Read a lamp.
-
-    Parameters
-    ----------
-    folder : Path
-        Where lamps are kept.
-    name : str
-        Its name, or its title.
-
-    Returns
-    -------
-    CapturedLamp
-        The very numbers that were kept.
 
     Raises
     ------
@@ -206,20 +140,6 @@ def read_lamp(folder: Path, name: str) -> CapturedLamp:
 def add_lamp(folder: Path, lamp: CapturedLamp, title: str = "") -> CapturedLamp:
     """Keep a lamp under a name and title of its own.
 
-    Parameters
-    ----------
-    folder : Path
-        Where lamps are kept; made when missing.
-    lamp : CapturedLamp
-        Its name is not used.
-    title : str, optional
-        Any text, the lamp's own by default; a number is added when a lamp bears it already.
-
-    Returns
-    -------
-    CapturedLamp
-        As it was kept.
-
     Raises
     ------
     CoreError
@@ -233,13 +153,6 @@ def add_lamp(folder: Path, lamp: CapturedLamp, title: str = "") -> CapturedLamp:
 
 def update_lamp(folder: Path, lamp: CapturedLamp) -> None:
     """Replace a lamp, its mask or brightness corrected; the old one goes to the trash.
-
-    Parameters
-    ----------
-    folder : Path
-        Where lamps are kept.
-    lamp : CapturedLamp
-        With the name of one that is kept.
 
     Raises
     ------
@@ -279,19 +192,8 @@ def restate_lamp(
 
     Parameters
     ----------
-    folder : Path
-        Where lamps are kept.
-    name : str
-        Its name, or its title.
     distance_m : float, optional
         At which it was captured, metres; what is left out stays.
-    lux : float, optional
-        What a light meter reads there, facing the lamp.
-
-    Returns
-    -------
-    CapturedLamp
-        As it is kept now.
 
     Raises
     ------
@@ -326,17 +228,6 @@ def check_distance(distance_m: float) -> float:
 
 def delete_lamp(folder: Path, name: str) -> TrashedLamp:
     """Put a lamp away, so that `restore_lamp` can bring it back.
-
-    Parameters
-    ----------
-    folder : Path
-        Where lamps are kept.
-    name : str
-        Its name, or its title.
-
-    Returns
-    -------
-    TrashedLamp
 
     Raises
     ------

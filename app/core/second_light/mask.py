@@ -28,8 +28,6 @@ from app.core.sphere import remap_frame, rotation
 if TYPE_CHECKING:
     from app.core.colour import FloatImage
 
-__all__ = ["LampMask", "edit_mask", "find_mask"]
-
 Bool: TypeAlias = NDArray[np.bool_]
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
@@ -53,10 +51,6 @@ class LampMask:
     ----------
     alpha : NDArray[np.float32], (H, 2 H)
         Share of each texel that the lamp covers, 0 to 1.
-    contrast : float
-        Luminance of the lamp over the median of everything else.
-    rejected : int
-        How many other bright spots were left out.
     clipped : float
         Share of the lamp that is clipped in every frame, 0 to 1.
     """
@@ -130,20 +124,6 @@ def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:
 
 def edit_mask(lamp: CapturedLamp, spec: MaskSpec, *, lit: bool) -> CapturedLamp:
     """Set or clear a region of a lamp's mask by hand.
-
-    Parameters
-    ----------
-    lamp : CapturedLamp
-        The lamp.
-    spec : MaskSpec
-        A box, polygon, cap or picture, in the frame of the capture.
-    lit : bool
-        Whether the region is lamp from now on, or is not.
-
-    Returns
-    -------
-    CapturedLamp
-        The same lamp with another mask.
 
     Raises
     ------

@@ -9,8 +9,6 @@ from typing import Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["dab", "stroke"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Point: TypeAlias = tuple[float, float]
 """Azimuth and elevation in the capture, deg."""
@@ -29,8 +27,6 @@ def dab(alpha: Float32, at: Point, radius_deg: float, lit: bool) -> Float32:
         Middle of the region: azimuth and elevation, deg, panorama frame.
     radius_deg : float
         Of the region, deg; at least one texel is taken.
-    lit : bool
-        Whether it is lamp from now on, or is not.
 
     Returns
     -------
@@ -47,12 +43,8 @@ def stroke(alpha: Float32, points: tuple[Point, ...], radius_deg: float, lit: bo
     ----------
     alpha : NDArray[np.float32], (H, 2 H)
         Not changed.
-    points : tuple of Point
-        At least one.
     radius_deg : float
         Of the brush, deg.
-    lit : bool
-        Whether it is lamp from now on, or is not.
     """
     rows, columns = alpha.shape
     step = 180.0 / rows

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from app.core.second_light.numbers import NumbersLamp
     from app.core.transport import Transport
 
-__all__ = ["NearField", "coverage", "near_luminances", "near_picture", "prepare_near"]
-
 Float16: TypeAlias = NDArray[np.float16]
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
@@ -54,8 +52,6 @@ class NearField:
 
     Attributes
     ----------
-    transport : Transport
-        Of the head.
     positions : (P, 3) float32
         Where each pixel's skin is, metres from the middle of the head.
     columns : (P * H * W, 4) float16
@@ -69,20 +65,7 @@ class NearField:
 
 
 def prepare_near(transport: Transport, shape: HeadShape) -> NearField:
-    """Get a head ready; takes half a second and some 80 MB.
-
-    Parameters
-    ----------
-    transport : Transport
-        Of the head.
-    shape : HeadShape
-        Of the same head.
-
-    Returns
-    -------
-    NearField
-        Its arrays must not be written to.
-    """
+    """Get a head ready; takes half a second and some 80 MB."""
     height, width = transport.environment_shape
     count = len(transport.pixels)
     per_steradian = np.repeat(1.0 / solid_angles((height, width)), width).astype(np.float32)
@@ -105,10 +88,6 @@ def near_picture(
 
     Parameters
     ----------
-    near : NearField
-        Of the head.
-    lamp : NumbersLamp
-        It faces the middle of the head.
     azimuth_deg, altitude_deg : float
         Where it is held, deg, positive toward the sitter's left and upward.
 
@@ -125,15 +104,6 @@ def near_luminances(
     near: NearField, lamp: NumbersLamp, token: Token | None = None, report: Report = silent
 ) -> Float32:
     """Luminance of a head under a near lamp at every placement.
-
-    Parameters
-    ----------
-    near : NearField
-        Of the head.
-    lamp : NumbersLamp
-        It faces the middle of the head.
-    token, report : optional
-        Cancellation and progress.
 
     Returns
     -------
@@ -171,8 +141,6 @@ def coverage(lamp: NumbersLamp, shape: tuple[int, int]) -> Float32:
 
     Parameters
     ----------
-    lamp : NumbersLamp
-        It faces the middle of the head.
     shape : tuple of int
         Rows and columns (H, W) of the environment, W = 64.
 

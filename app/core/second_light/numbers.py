@@ -12,16 +12,6 @@ from typing import Final
 
 from app.core.errors import CoreError
 
-__all__ = [
-    "FARTHEST_M",
-    "KINDS",
-    "NEAREST_M",
-    "Kind",
-    "NumbersLamp",
-    "at_distance",
-    "parse",
-]
-
 NEAREST_M: Final = 0.2
 FARTHEST_M: Final = 5.0
 
@@ -41,20 +31,12 @@ class Kind:
 
     Attributes
     ----------
-    name, title : str
-        For the command line, and to show.
     size_m : tuple of float
         Width and height, metres.
-    round : bool
-        Whether it is an ellipse in that rectangle.
     lux_at_1m : float
         Illuminance on axis at one metre, lux.
-    distance_m : float
-        From the middle of the head, where it is held unless somebody says otherwise.
     colour : tuple of float
         Linear Rec. 709 of luminance 1.
-    words : str
-        Where its numbers come from.
     """
 
     name: str
@@ -101,16 +83,12 @@ class NumbersLamp:
 
     Attributes
     ----------
-    kind, title : str
-        Name and title of its kind.
     distance_m : float
         From the middle of the head to the middle of the lamp, metres.
     lux_at_1m : float
         Illuminance on axis at one metre, lux.
     size_m : tuple of float
         Width and height, metres.
-    round : bool
-        Whether it is an ellipse in that rectangle.
     colour : tuple of float
         Linear Rec. 709 of luminance 1.
 
@@ -169,11 +147,6 @@ def at_distance(kind: Kind, distance_m: float | None = None) -> NumbersLamp:
 
 def parse(text: str) -> NumbersLamp:
     """Read a lamp from a word.
-
-    Parameters
-    ----------
-    text : str
-        ``KIND`` or ``KIND@METRES``, for example ``phone@0.3``.
 
     Raises
     ------

@@ -9,16 +9,6 @@ from numpy.typing import NDArray
 
 from app.core.angles import TURNS
 
-__all__ = [
-    "ALTITUDES_DEG",
-    "AZIMUTHS_DEG",
-    "COUNT",
-    "MIRRORED",
-    "direction",
-    "directions",
-    "placement",
-]
-
 Float64: TypeAlias = NDArray[np.float64]
 
 AZIMUTHS_DEG: Final[Float64] = np.arange(TURNS, dtype=np.float64) * (360.0 / TURNS)
@@ -37,13 +27,7 @@ MIRRORED: Final[NDArray[np.int64]] = (
 
 
 def direction(azimuth_deg: float, altitude_deg: float) -> Float64:
-    """Give the unit vector from the middle of the head, (3,), head frame.
-
-    Parameters
-    ----------
-    azimuth_deg, altitude_deg : float
-        Deg, positive toward the sitter's left and upward.
-    """
+    """Give the unit vector from the middle of the head, (3,), head frame."""
     azimuth, altitude = np.radians([azimuth_deg, altitude_deg])
     level = np.cos(altitude)
     return np.array([np.sin(azimuth) * level, np.sin(altitude), np.cos(azimuth) * level])

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 
 from app.core.second_light.placements import directions
 
-__all__ = ["EAR_HEIGHT_M", "above_floor", "within_arm"]
-
 Mask: TypeAlias = NDArray[np.bool_]
 Float64: TypeAlias = NDArray[np.float64]
 

@@ -20,8 +20,6 @@ from app.core.errors import CoreError
 from app.core.image_input import open_image
 from app.core.search_light import luminance_of
 
-__all__ = ["ASSUMED_LUX", "check_lux", "illuminance", "read_lux", "stated_white"]
-
 Floats: TypeAlias = NDArray[np.floating[Any]]
 
 ASSUMED_LUX: Final = 200.0
@@ -73,16 +71,6 @@ def check_lux(lux: float) -> float:
 def read_lux(text: str) -> float:
     """Read an illuminance as somebody types it.
 
-    Parameters
-    ----------
-    text : str
-        A number, with or without its unit; three digits after a comma are thousands.
-
-    Returns
-    -------
-    float
-        Lux.
-
     Raises
     ------
     CoreError
@@ -105,11 +93,6 @@ def read_lux(text: str) -> float:
 
 def stated_white(path: Path | str) -> float | None:
     """Read the luminance of radiance 1 that an OpenEXR file states.
-
-    Parameters
-    ----------
-    path : Path or str
-        The file.
 
     Returns
     -------

@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from app.core.second_light.added import AddedLight
     from app.core.transport import Transport
 
-__all__ = ["ALL", "Placed", "place_all"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
@@ -58,29 +56,18 @@ class Placed:
 
     Attributes
     ----------
-    name, title, side : str
-        Of the style.
     turn_index, placement : int
         On the grids, 0..63 and 0..575; the turn counted from the panorama's centre column.
     turn_deg, turn_refined_deg : float
         The turn on the grid, and between; deg in (-180, 180], positive clockwise.
     lamp_azimuth_deg, lamp_altitude_deg : float
         Where the lamp is held, on the grid; deg, positive toward the sitter's left and upward.
-    lamp_azimuth_refined_deg, lamp_altitude_refined_deg : float
-        The same between the grid's places.
     quality, match, strength : float
         There, on the grid. Quality (eq. 7) in the unit of the environment, the others of 100.
-    attainable : bool
     reason : str or None
         Why not, even with the lamp; None when attainable.
-    before : StyleResult
-        Without the lamp.
     map : (9, 64) float32
         The objective at the chosen turn: match of 100, or quality; altitude by azimuth.
-    evaluated : int
-        Combinations of a turn and a placement that were evaluated.
-    power : float
-        Of the lamp, as a share of its full power.
     """
 
     name: str
@@ -130,37 +117,16 @@ def place_all(
 
     Parameters
     ----------
-    pack : StylePack
-        Head and styles.
-    transport : Transport
-        The pack was made from.
     radiance : (32, 64, 3) float
         Environment at turn 0, linear Rec. 709, in the unit of the lamp: cd/m2.
-    added : AddedLight
-        The lamp, prepared for the same head.
-    objective : {"picture", "paper"}
-        The best match among combinations of sufficient strength, or C.
-    styles : sequence of str, optional
-        Names of the styles wanted; all by default.
     allowed : (576,) bool, optional
         Placements that can be reached; all by default.
-    greedy : bool, optional
-        First the best turn without the lamp, then the lamp's placement, as the paper tried.
     powers : sequence of float, optional
         What the lamp may be dimmed to, as shares of its full power, see `dimming`; the picture
         objective takes the one that matches best, of equals the first. The paper's always gains
         by more light, so it takes the first.
-    epsilon, min_strength : float, optional
-        As for `app.core.solve.solve_all`.
     front_deg : float, optional
         Azimuth at which the photographer stands, deg; turns are counted from there.
-    tables : LampTables, optional
-        From `lamp_tables` for the same pack and lamp, where they are at hand.
-
-    Returns
-    -------
-    tuple of Placed
-        In the pack's order.
 
     Raises
     ------

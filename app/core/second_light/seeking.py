@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from app.core.second_light.lamp_tables import LampTables, Place
     from app.core.solve import Objective
 
-__all__ = ["Found", "seek"]
-
 Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 
@@ -34,16 +32,10 @@ class Found:
 
     Attributes
     ----------
-    row : int
-        Position of the style in the pack.
-    spot : Spot
-        On the grids.
     moves : tuple of float
         From there to the maximum between the grid's places: turn, azimuth, altitude, in steps.
     values : (576,) float64
         The objective at that turn: match of 100, or quality in the unit of the place's light.
-    power : float
-        Of the lamp, as a share of its full power.
     """
 
     row: int
@@ -68,26 +60,8 @@ def seek(
 
     Parameters
     ----------
-    tables : LampTables
-        Styles and lamp.
-    place : Place
-        From `see_place`.
-    rows : sequence of int
-        Positions of the styles.
-    objective : {"picture", "paper"}
-        What chooses: the best match among combinations of sufficient strength, or C.
-    limits : Limits, optional
-        For the picture objective.
     allowed : (576,) bool, optional
         Placements that can be reached.
-    powers : sequence of float, optional
-        What the lamp may be dimmed to; the paper's objective takes the first.
-    turn : int, optional
-        The only turn to look at, 0..63.
-
-    Returns
-    -------
-    tuple of Found
 
     Raises
     ------
@@ -195,7 +169,6 @@ def _choose(
     tuple of int and float
         How far that got: 2 with all the strength that is asked, 1 with that of the pattern as a
         whole, 0 by quality; and the match.
-    Found
     """
     quality = sight.value(row)
     match = quality * (100.0 / float(sight.parts.tables.pack.weight_norm[row]))

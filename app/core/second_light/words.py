@@ -8,8 +8,6 @@ from typing import Final
 from app.core.angles import wrap
 from app.core.errors import CoreError
 
-__all__ = ["metres", "placement_words", "read_metres"]
-
 _LEVEL_DEG: Final = 3.0
 _DISTANCE: Final = re.compile(r"(\d{1,5}(?:[.,]\d{1,6})?) *(m|cm)?")
 # Up to which angle from the front each stands; "{side}" is the sitter's left or right.
@@ -69,8 +67,6 @@ def metres(distance_m: float, *, rough: bool = False) -> str:
 
     Parameters
     ----------
-    distance_m : float
-        Metres.
     rough : bool, optional
         Whether to the nearest 5 cm from 10 cm on.
 

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from app.core.solve import StyleResult
     from app.core.transport import Transport
 
-__all__ = ["assemble", "lamps_of"]
-
 _WIDEST: Final = 4096
 _SUN_DEG: Final = 4.0
 
@@ -42,11 +40,6 @@ def lamps_of(radiance: FloatImage, sun: tuple[float, float] | None = None) -> tu
         Linear Rec. 709 radiance, panorama frame, any exposure.
     sun : tuple of float, optional
         Azimuth and elevation of the sun where it is known, deg; the lamp there is the sun.
-
-    Returns
-    -------
-    tuple of SheetLamp
-        The largest share first; see `app.core.probe.lights.find_lights`.
 
     Raises
     ------
@@ -97,14 +90,8 @@ def assemble(
 
     Parameters
     ----------
-    result : StyleResult
-        Seen from `front_deg`.
-    transport : Transport
-        Of the head.
     radiance : NDArray[np.float32], (H, 2 H, 3)
         Linear Rec. 709 environment as measured.
-    place, light, made, age, head, notes : str
-        As in `SetSheet`.
     target : NDArray[np.float32], (N, N, 3), optional
         Linear target picture.
     front_deg : float, optional
@@ -114,16 +101,8 @@ def assemble(
         of the grid, and the arc is that of the peak it lies on.
     panorama : NDArray[np.uint8], (h, 2 h, 3), optional
         SRGB picture of the environment where there is one; made of it by default.
-    lamps : sequence of SheetLamp, optional
-        Found in the environment by default.
     sun : tuple of float, optional
         Panorama azimuth and elevation of the sun where it is known, deg.
-    limit : float, optional
-        Least match in reach.
-
-    Returns
-    -------
-    SetSheet
 
     Raises
     ------

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from app.core.portrait.glare import Glare
     from app.core.portrait.ratio import LightingRatio
 
-__all__ = ["SetSheet", "SheetLamp"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 _LEAST_SHARE: Final = 0.03
@@ -28,14 +26,10 @@ class SheetLamp:
 
     Attributes
     ----------
-    name : str
-        A letter, as in the list of lamps.
     azimuth_deg, elevation_deg : float
         In the panorama's frame, deg.
     share : float
         Of all the light of the place, 0 to 1.
-    sun : bool
-        Whether it is the sun; it is drawn and named as such.
     """
 
     name: str
@@ -51,48 +45,26 @@ class SetSheet:
 
     Attributes
     ----------
-    title : str
-        Name of the style, without its side.
-    side : str
-        The sitter's own side of the key lamp: left, right or none.
     turn_deg : float
         From where the photographer stands at the start, deg, positive clockwise seen from above.
     arc_deg : tuple of float
         Tolerance arc (from, to), clockwise, deg.
-    match, strength : float
-        Of 100.
     picture : NDArray[np.float32], (N, N, 3)
         Linear Rec. 709 picture of the head here, on black.
     coverage : NDArray[np.float32], (N, N)
         Share of each pixel that the head covers.
     panorama : NDArray[np.uint8], (H, 2 H, 3)
         SRGB panorama as measured; 2,048 columns or more look sharp.
-    place : str
-        Name of the place.
     target : NDArray[np.float32], (N, N, 3), or None
         Linear picture under the style's own lamps; None for a painted style.
     painted : NDArray[np.uint8], (h, h, 3), or None
         SRGB picture of what was painted, shown instead of a target.
-    light : str
-        Where the light comes from, for a style without a side: "in front, from above".
     front_deg : float
         Panorama azimuth at which the photographer stands at the start, deg.
-    lamps : tuple of SheetLamp
-        The largest share first; see `SetSheet.shown`.
     reason : str or None
         Why the style is out of reach here; None where it is in reach.
-    limit : float
-        Least match that is in reach.
     ratio, glare, flow : optional
         Of the picture and the light at this turn; None leaves the line out.
-    made : str
-        Date and time of the measurement, in words.
-    age : str
-        How old it was when the sheet was made, in words; may be empty.
-    head : str
-        Who is lit: "Generic head, medium skin".
-    notes : str
-        The user's; lines to write on where it is empty.
     """
 
     title: str

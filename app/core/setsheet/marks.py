@@ -23,17 +23,6 @@ if TYPE_CHECKING:
     from app.core.sheet.lettering import Lettering
     from app.core.sheet.theme import Colour
 
-__all__ = [
-    "at",
-    "badge",
-    "camera",
-    "curved_arrow",
-    "draw_lamp",
-    "head",
-    "tag",
-    "warning",
-]
-
 
 def at(centre: Point, radius: float, turn_deg: float) -> Point:
     """Return a place on a plan: turn 0 is up, clockwise to the right."""
@@ -46,16 +35,8 @@ def head(canvas: Canvas, centre: Point, size: float, turn_deg: float, *, ghost: 
 
     Parameters
     ----------
-    canvas : Canvas
-        Where it is drawn.
-    centre : Point
-        Of the head.
-    size : float
-        Half its length.
     turn_deg : float
         Where it faces: 0 up, clockwise to the right.
-    ghost : bool
-        Dashed and empty: where it was.
     """
 
     def turned(points: Sequence[tuple[float, float]]) -> list[Point]:
@@ -90,14 +71,8 @@ def camera(canvas: Canvas, centre: Point, turn_deg: float, *, ghost: bool) -> No
 
     Parameters
     ----------
-    canvas : Canvas
-        Where it is drawn.
-    centre : Point
-        Of the camera.
     turn_deg : float
         Where it stands: 0 above the middle, clockwise to the right.
-    ghost : bool
-        Outlined in grey: where it was.
     """
     angle = math.radians(turn_deg)
     cosine, sine = math.cos(angle), math.sin(angle)
@@ -124,16 +99,8 @@ def curved_arrow(
 
     Parameters
     ----------
-    canvas : Canvas
-        Where it is drawn.
-    centre : Point
-        Of the circle.
-    radius : float
-        Of the circle.
     arc : tuple of float
         Turns (from, to), 0 up, clockwise to the right; the second is less for the other way.
-    colour : Colour
-        Of the arrow.
     """
     start, stop = arc
     way = 1.0 if stop >= start else -1.0

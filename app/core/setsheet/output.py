@@ -22,20 +22,11 @@ if TYPE_CHECKING:
     from app.core.setsheet.data import SetSheet
     from app.core.sheet.canvas import Canvas
 
-__all__ = ["pdf_bytes", "write_pdf", "write_png"]
-
 _QUALITY: Final = 93
 
 
 def write_png(path: Path, sheet: SetSheet) -> None:
     """Write a set sheet as a picture of 192 pixels per inch, atomically.
-
-    Parameters
-    ----------
-    path : Path
-        File to write; ends in ``.png``.
-    sheet : SetSheet
-        What it shows.
 
     Raises
     ------
@@ -48,13 +39,6 @@ def write_png(path: Path, sheet: SetSheet) -> None:
 def write_pdf(path: Path, sheet: SetSheet) -> None:
     """Write a set sheet as a PDF of one A4 page whose words can be searched, atomically.
 
-    Parameters
-    ----------
-    path : Path
-        File to write.
-    sheet : SetSheet
-        What it shows.
-
     Raises
     ------
     CoreError
@@ -65,16 +49,6 @@ def write_pdf(path: Path, sheet: SetSheet) -> None:
 
 def pdf_bytes(sheet: SetSheet) -> bytes:
     """Make the PDF of a set sheet in memory.
-
-    Parameters
-    ----------
-    sheet : SetSheet
-        What it shows.
-
-    Returns
-    -------
-    bytes
-        The whole file.
 
     Raises
     ------

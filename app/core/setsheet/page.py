@@ -47,8 +47,6 @@ if TYPE_CHECKING:
     from app.core.setsheet.data import SetSheet
     from app.core.sheet.canvas import Box, Point
 
-__all__ = ["PLAN_AT", "STRIP_AT", "draw"]
-
 _INNER: Final = WIDTH - 2 * MARGIN
 _RIGHT: Final = WIDTH - MARGIN
 _GAP: Final = 17.0
@@ -68,13 +66,6 @@ _LEADING: Final = 18.0
 
 def draw(sheet: SetSheet, lettering: Lettering | None = None) -> NDArray[np.uint8]:
     """Draw a set sheet.
-
-    Parameters
-    ----------
-    sheet : SetSheet
-        What it shows.
-    lettering : Lettering, optional
-        Draws the words; one that remembers them makes a PDF searchable.
 
     Returns
     -------

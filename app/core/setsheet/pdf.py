@@ -14,8 +14,6 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Word", "page_of"]
-
 _POINTS: Final = 0.75  # per logical pixel: 72 over 96
 _FIRST: Final = 33
 _LAST: Final = 254
@@ -30,7 +28,6 @@ class Word:
     ----------
     x, y : float
         Start of its baseline from the page's upper left corner, logical pixels.
-    text : str
     size : float
         Logical pixels.
     width : float
@@ -55,21 +52,8 @@ def page_of(
 
     Parameters
     ----------
-    jpeg : bytes
-        The page's picture, a baseline RGB JPEG.
-    pixels : tuple of int
-        Its width and height.
     page : tuple of float
         Width and height of the page, logical pixels (96 per inch).
-    words : sequence of Word
-        What is written on it.
-    title : str
-        Of the document.
-
-    Returns
-    -------
-    bytes
-        The whole file.
     """
     width, height = page[0] * _POINTS, page[1] * _POINTS
     codes = _codes(words)

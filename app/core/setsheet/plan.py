@@ -20,17 +20,6 @@ if TYPE_CHECKING:
     from app.core.sheet.canvas import Box, Canvas, Point
     from app.core.sheet.lettering import Lettering
 
-__all__ = [
-    "BACKGROUND_WIDE_DEG",
-    "HEIGHT",
-    "RADIUS",
-    "RING",
-    "WIDTH",
-    "centre_of",
-    "draw_plan",
-    "overlap",
-]
-
 WIDTH: Final = 340.0
 HEIGHT: Final = 348.0
 RADIUS: Final = 96.0
@@ -54,19 +43,7 @@ def centre_of(place: Point) -> Point:
 
 
 def draw_plan(canvas: Canvas, place: Point, sheet: SetSheet, lettering: Lettering) -> None:
-    """Draw the plan.
-
-    Parameters
-    ----------
-    canvas : Canvas
-        Where it is drawn.
-    place : Point
-        Its upper left corner.
-    sheet : SetSheet
-        What is on it.
-    lettering : Lettering
-        Draws the words.
-    """
+    """Draw the plan."""
     canvas.panel((*place, WIDTH, HEIGHT), TINT, 8.0)
     centre = centre_of(place)
     turn = float(whole(sheet.turn_deg))

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from app.core.sheet.lettering import Anchor, Lettering
     from app.core.sheet.theme import Colour
 
-__all__ = ["HEIGHT", "WIDTH", "background", "draw_strip", "x_of"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 WIDTH: Final = 706.0
@@ -47,8 +45,6 @@ def background(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
 
     Parameters
     ----------
-    sheet : SetSheet
-        With the panorama.
     size : tuple of int
         Rows and columns, alike.
 
@@ -63,19 +59,7 @@ def background(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
 
 
 def draw_strip(canvas: Canvas, place: Point, sheet: SetSheet, lettering: Lettering) -> None:
-    """Draw the panorama and its scale of turns.
-
-    Parameters
-    ----------
-    canvas : Canvas
-        Where it is drawn.
-    place : Point
-        Upper left corner.
-    sheet : SetSheet
-        What is on it.
-    lettering : Lettering
-        Draws the words.
-    """
+    """Draw the panorama and its scale of turns."""
     x, y = place
     box = (x, y, WIDTH, HEIGHT)
     canvas.picture(box, _picture(sheet, canvas.size_of(box)), 8.0)

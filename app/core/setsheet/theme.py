@@ -7,23 +7,6 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from app.core.sheet.theme import Colour
 
-__all__ = [
-    "AMBER",
-    "AMBER_FILL",
-    "DIM",
-    "HEIGHT",
-    "INK",
-    "LINE",
-    "MARGIN",
-    "MIDDLE",
-    "ON_TAG",
-    "PAPER",
-    "TAG",
-    "TINT",
-    "TRACK",
-    "WIDTH",
-]
-
 # A4 at 96 logical pixels per inch: 210 x 297 mm.
 WIDTH: Final = 794.0
 HEIGHT: Final = 1123.0

@@ -24,23 +24,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-__all__ = [
-    "Facts",
-    "JsonFile",
-    "Unfit",
-    "carry_unknown",
-    "clean",
-    "dump",
-    "keep_bad",
-    "number",
-    "optional",
-    "read_json",
-    "take",
-    "text",
-    "truth",
-    "write_json",
-]
-
 Facts: TypeAlias = dict[str, Any]
 """An object as JSON knows it."""
 
@@ -66,12 +49,6 @@ class JsonFile:
     state : str
         "whole"; "damaged": `facts` are the entries that could be saved; "missing";
         "unreadable": the system does not give it out.
-    facts : dict
-        Entries by name, no deeper than 24 levels. Numbers may be infinite or not a number.
-    why : str
-        What is wrong, to go on a sentence with; "" when nothing is.
-    lost : tuple[str, ...]
-        Names of entries that could not be saved.
     """
 
     state: State
@@ -85,8 +62,6 @@ def read_json(path: Path, most: int) -> JsonFile:
 
     Parameters
     ----------
-    path : Path
-        The file.
     most : int
         Largest size that is read, bytes.
 
@@ -178,10 +153,6 @@ def write_json(path: Path, facts: Facts, most: int) -> None:
 
     Parameters
     ----------
-    path : Path
-        The file; an existing one is replaced.
-    facts : dict
-        What goes into it.
     most : int
         Largest size that will be read again, bytes.
 
@@ -242,8 +213,6 @@ def keep_bad(path: Path, most: int) -> Path | None:
 
     Parameters
     ----------
-    path : Path
-        The damaged file.
     most : int
         Largest size that is copied, bytes.
 
@@ -281,15 +250,6 @@ def _holds(path: Path, data: bytes) -> bool:
 def carry_unknown(new: Any, known: Any, found: Any) -> Any:
     """Put back what a newer version has written and this one does not know.
 
-    Parameters
-    ----------
-    new : Any
-        What this version wants to write.
-    known : Any
-        What this version would write of the file as it was read.
-    found : Any
-        What the file held.
-
     Returns
     -------
     Any
@@ -315,28 +275,7 @@ def carry_unknown(new: Any, known: Any, found: Any) -> Any:
 def take(
     facts: Facts, name: str, check: Callable[[Any], Any], default: Any, lost: list[str], noun: str
 ) -> Any:
-    """Take one entry, or its default where it is missing or unfit.
-
-    Parameters
-    ----------
-    facts : dict
-        Entries; an unfit one is removed.
-    name : str
-        Of the entry.
-    check : callable
-        Returns the value as it is used, or raises `Unfit`.
-    default : Any
-        What counts otherwise.
-    lost : list of str
-        Receives `noun` when the entry is unfit.
-    noun : str
-        The entry in the user's words.
-
-    Returns
-    -------
-    Any
-        Result of `check`, or `default`.
-    """
+    """Take one entry, or its default where it is missing or unfit."""
     if name not in facts:
         return default
     try:

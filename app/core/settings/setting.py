@@ -9,8 +9,6 @@ from typing import Final, Literal, TypeAlias
 from app.core.errors import CoreError
 from app.core.settings.json_file import clean
 
-__all__ = ["Kind", "Setting", "SettingsError", "Value"]
-
 Kind: TypeAlias = Literal["choice", "number", "toggle", "text", "folder"]
 Value: TypeAlias = str | float | bool
 
@@ -27,34 +25,12 @@ class Setting:
 
     Attributes
     ----------
-    key : str
-        Name in the file and of the attribute of `Settings`.
-    title : str
-        What the dialog calls it.
-    section : str
-        Heading that it stands under.
-    kind : {"choice", "number", "toggle", "text", "folder"}
-        Which control it gets and which values it takes.
-    default : str, float or bool
-        What counts until the user says otherwise.
-    help : str
-        One sentence or two that say what it does.
     choices : tuple of (str, str)
         Values of a choice and the words for them; empty where `offers` says who knows them.
     offers : str
         Whose values the dialog is to offer: "heads" for the heads that are there; "" for none.
-    minimum, maximum, step : float
-        Of a number.
-    whole : bool
-        Only whole numbers.
     unit : str
         Of a number, as written after it; a space goes in between unless it is "°" or "×".
-    longest : int
-        Letters of a text.
-    empty_means : str
-        Words to show for an empty text or folder.
-    shown : bool
-        Whether the dialog shows it; the others are what the app remembers by itself.
     """
 
     key: str
@@ -76,16 +52,6 @@ class Setting:
 
     def checked(self, value: object) -> Value:
         """Return a value as the program uses it.
-
-        Parameters
-        ----------
-        value : object
-            From the dialog or from a file.
-
-        Returns
-        -------
-        str, float, int or bool
-            An int where only whole numbers are taken.
 
         Raises
         ------

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from app.core.settings.json_file import JsonFile
 
-__all__ = ["FILE", "VERSION", "document", "read_settings", "write_settings"]
-
 FILE: Final = "settings.json"
 """Name of the file in the user's folder."""
 
@@ -30,15 +28,8 @@ _MOST_BYTES: Final = 1 << 20
 def read_settings(path: Path) -> tuple[Settings, tuple[str, ...]]:
     """Read the settings; whatever is wrong with the file, there are settings afterwards.
 
-    Parameters
-    ----------
-    path : Path
-        The file. A missing one means that everything is as it came.
-
     Returns
     -------
-    settings : Settings
-        Fields that cannot be used have their defaults.
     notes : tuple[str, ...]
         One sentence for each thing that was lost; then the bad file is kept as ``NAME.bak``.
     """
@@ -81,13 +72,6 @@ def _about_file(found: JsonFile) -> list[str]:
 def write_settings(path: Path, settings: Settings) -> None:
     """Write the settings whole or not at all; only what differs from its default is in the file.
 
-    Parameters
-    ----------
-    path : Path
-        The file; its folder is made.
-    settings : Settings
-        What to keep.
-
     Raises
     ------
     SettingsError
@@ -114,13 +98,7 @@ def write_settings(path: Path, settings: Settings) -> None:
 
 
 def document() -> str:
-    """Write docs/settings.md.
-
-    Returns
-    -------
-    str
-        Markdown with a table for each section.
-    """
+    """Write docs/settings.md."""
     lines = [
         "# Settings",
         "",

@@ -7,8 +7,6 @@ from typing import Final
 from app.core.reasons import EPSILON, MIN_STRENGTH
 from app.core.settings.setting import Setting, SettingsError
 
-__all__ = ["SECTIONS", "TABLE", "setting"]
-
 _LOOKS: Final = "Looks"
 _SITTER: Final = "Sitter"
 _ANSWERS: Final = "Answers"

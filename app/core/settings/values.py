@@ -12,8 +12,6 @@ if TYPE_CHECKING:
 
     from app.core.settings.setting import Value
 
-__all__ = ["DEFAULTS", "Settings"]
-
 
 def _default(key: str) -> Any:
     return setting(key).default
@@ -29,40 +27,14 @@ class Settings:
     ----------
     theme : str
         "system", "dark", "light" or "contrast".
-    text_scale : float
-        1 to 2.
-    reduce_motion : bool
-    head : str
-        Name of a style pack; it need not be there any more.
-    sitter_name : str
     objective : str
         "picture" or "paper".
-    match_limit, strength_limit : float
-        Of 100.
     plan : str
         "paper" or "full".
-    self_timer_s : int
-    watch_folder : str
-        "" for none.
     mode : str
         "walk" or "selfie".
     camera_looks : str
         "ask" until the user has said it once, then "sitter" or "me".
-    webcam : int
-        From 0.
-    camera_distance_m : float
-        From the sitter, m.
-    sounds : bool
-    volume : float
-        Per cent.
-    places_folder : str
-        "" for ``places`` in the user's data.
-    live_source, live_views : str
-        As `app.devices.webcam.sources` writes and reads them.
-    last_place : str
-    tour_seen : bool
-    unknown : Mapping[str, Any]
-        What a newer version wrote into the file; it is written back.
 
     Raises
     ------
@@ -116,18 +88,6 @@ class Settings:
 
     def with_(self, key: str, value: object) -> Settings:
         """Change one setting.
-
-        Parameters
-        ----------
-        key : str
-            Of the setting.
-        value : object
-            Its new value.
-
-        Returns
-        -------
-        Settings
-            All others are the same.
 
         Raises
         ------

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from app.core.sheet.card import CardData
     from app.core.sheet.lettering import Lettering
 
-__all__ = ["KEY_HEIGHT", "WIDTH", "draw_aside", "draw_key"]
-
 WIDTH: Final = 452.0
 KEY_HEIGHT: Final = 112.0
 _PICTURE: Final = 220.0
@@ -24,19 +22,7 @@ _KEY_COLUMNS: Final = 3
 
 
 def draw_aside(canvas: Canvas, at: Point, cards: Sequence[CardData], lettering: Lettering) -> None:
-    """Draw the count and the best style.
-
-    Parameters
-    ----------
-    canvas : Canvas
-        Where it is drawn.
-    at : Point
-        Its upper left corner.
-    cards : Sequence[CardData]
-        All styles, the best in reach first.
-    lettering : Lettering
-        Draws the words.
-    """
+    """Draw the count and the best style."""
     x, y = at
     reach = sum(data.style.attainable for data in cards)
     end = lettering.draw(canvas, (x, y + 44), str(reach), 48, 700, TEXT)
@@ -97,21 +83,7 @@ def _draw_turn(canvas: Canvas, at: Point, data: CardData, lettering: Lettering) 
 
 
 def draw_key(canvas: Canvas, at: Point, width: float, limit: float, lettering: Lettering) -> None:
-    """Draw what the parts of a card mean.
-
-    Parameters
-    ----------
-    canvas : Canvas
-        Where it is drawn.
-    at : Point
-        Its upper left corner.
-    width : float
-        Of the key.
-    limit : float
-        Least match that is in reach.
-    lettering : Lettering
-        Draws the words.
-    """
+    """Draw what the parts of a card mean."""
     x, y = at
     rows = (
         ("Pictures", "left the style under its studio lamps, right this place at the best turn"),

@@ -19,8 +19,6 @@ from app.core.sheet.theme import SCALE, Colour
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-__all__ = ["FINE", "Box", "Canvas", "Mask", "Point", "circle_points"]
-
 Point: TypeAlias = tuple[float, float]
 """x to the right, y down, logical pixels."""
 
@@ -45,8 +43,6 @@ class Canvas:
     ----------
     width, height : float
         Size in logical pixels.
-    colour : Colour
-        What it is filled with.
 
     Attributes
     ----------
@@ -62,19 +58,7 @@ class Canvas:
     def panel(
         self, box: Box, colour: Colour, radius: float = 0.0, edge: Colour | None = None
     ) -> None:
-        """Draw a filled rectangle with rounded corners, and a 1 px edge inside it if wanted.
-
-        Parameters
-        ----------
-        box : Box
-            Where.
-        colour : Colour
-            Fill.
-        radius : float, optional
-            Of the corners.
-        edge : Colour, optional
-            Of the edge.
-        """
+        """Draw a filled rectangle with rounded corners, and a 1 px edge inside it if wanted."""
         if edge is not None:
             self.fill(box, edge, lambda mask, at: _round(mask, at, box, radius))
             x, y, width, height = box
@@ -94,14 +78,6 @@ class Canvas:
 
         Parameters
         ----------
-        points : Sequence[Point]
-            At least two.
-        colour : Colour
-            Of the line.
-        width : float, optional
-            Of the line.
-        closed : bool, optional
-            Whether the last point is joined to the first.
         opacity : float, optional
             0 to 1.
         """
@@ -118,10 +94,6 @@ class Canvas:
 
         Parameters
         ----------
-        points : Sequence[Point]
-            At least three.
-        colour : Colour
-            Fill.
         opacity : float, optional
             0 to 1.
         """
@@ -132,35 +104,13 @@ class Canvas:
         self.fill(_around(points, 0.0), colour, draw, opacity)
 
     def dot(self, centre: Point, radius: float, colour: Colour) -> None:
-        """Draw a filled circle.
-
-        Parameters
-        ----------
-        centre : Point
-            Where.
-        radius : float
-            How large.
-        colour : Colour
-            Fill.
-        """
+        """Draw a filled circle."""
         self.shape(circle_points(centre, radius), colour)
 
     def dashes(
         self, points: Sequence[Point], colour: Colour, width: float, on: float, off: float
     ) -> None:
-        """Draw a dashed line.
-
-        Parameters
-        ----------
-        points : Sequence[Point]
-            Close together compared with the dashes, such as `circle_points`.
-        colour : Colour
-            Of the line.
-        width : float
-            Of the line.
-        on, off : float
-            Lengths of a dash and of a gap.
-        """
+        """Draw a dashed line."""
         length, run = 0.0, [points[0]]
         for before, here in pairwise(points):
             length += math.dist(before, here)
@@ -182,8 +132,6 @@ class Canvas:
             Where, on whole pixels of the surface.
         display : NDArray[np.float32], (h, w, 3)
             sRGB in 0..1, in the surface's resolution (see `Canvas.size_of`).
-        radius : float, optional
-            Of the corners.
         """
         rows, columns, cover = self._cover(box, lambda mask, at: _round(mask, at, box, radius))
         region = self.pixels[rows, columns].astype(np.float32)
@@ -210,10 +158,6 @@ class Canvas:
 
         Parameters
         ----------
-        box : Box
-            Holds the shape.
-        colour : Colour
-            Fill.
         draw : Callable[[Mask, Point], None]
             Draws the shape with 255 into a mask of `FINE` pixels per logical pixel, whose upper
             left corner is at the point given.
@@ -249,15 +193,6 @@ class Canvas:
 
 def circle_points(centre: Point, radius: float, count: int = 96) -> list[Point]:
     """Points on a circle, closed, clockwise from the top.
-
-    Parameters
-    ----------
-    centre : Point
-        Where.
-    radius : float
-        How large.
-    count : int, optional
-        Number of steps.
 
     Returns
     -------

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from app.core.sheet.canvas import Canvas, Point
     from app.core.sheet.lettering import Lettering
 
-__all__ = ["WIDTH", "CardData", "draw_card", "height_of"]
-
 WIDTH: Final = 256.0
 _PAD: Final = 12.0
 _PICTURE: Final = 112.0
@@ -37,16 +35,10 @@ class CardData:
 
     Attributes
     ----------
-    style : SheetStyle
-        The result.
     target, picture : NDArray[np.float32], (N, N, 3)
         Linear pictures: under the studio lamps, and here at the best turn.
     coverage : NDArray[np.float32], (N, N)
         Share of each pixel covered by the head.
-    places : Mapping[str, str]
-        Where the light comes from, by name, for styles without a side.
-    limit : float
-        Least match that is in reach.
     """
 
     style: SheetStyle
@@ -60,13 +52,6 @@ class CardData:
 def height_of(data: CardData, lettering: Lettering) -> float:
     """Height that a card needs for all its words.
 
-    Parameters
-    ----------
-    data : CardData
-        What it shows.
-    lettering : Lettering
-        Measures the words.
-
     Returns
     -------
     float
@@ -79,21 +64,7 @@ def height_of(data: CardData, lettering: Lettering) -> float:
 def draw_card(
     canvas: Canvas, at: Point, height: float, data: CardData, lettering: Lettering
 ) -> None:
-    """Draw a card.
-
-    Parameters
-    ----------
-    canvas : Canvas
-        Where it is drawn.
-    at : Point
-        Its upper left corner.
-    height : float
-        At least `height_of` the card.
-    data : CardData
-        What it shows.
-    lettering : Lettering
-        Draws the words.
-    """
+    """Draw a card."""
     x, y = at
     style = data.style
     canvas.panel((x, y, WIDTH, height), PANEL, 8.0, LINE)

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-__all__ = ["Anchor", "Lettering", "Weight"]
-
 Weight: TypeAlias = Literal[400, 500, 600, 700]
 Anchor: TypeAlias = Literal["left", "middle", "right"]
 
@@ -30,13 +28,7 @@ _FILES: Final[dict[Weight, str]] = {
 
 
 class Lettering:
-    """The faces of one font, loaded when first needed.
-
-    Parameters
-    ----------
-    folder : Path, optional
-        Where the font files are; the program's own by default.
-    """
+    """The faces of one font, loaded when first needed."""
 
     def __init__(self, folder: Path | None = None) -> None:
         self._folder = folder or resources() / "fonts"
@@ -47,12 +39,8 @@ class Lettering:
 
         Parameters
         ----------
-        text : str
-            One line.
         size : float
             Font size in logical pixels.
-        weight : Weight, optional
-            400 to 700.
 
         Returns
         -------
@@ -75,20 +63,10 @@ class Lettering:
 
         Parameters
         ----------
-        canvas : Canvas
-            Where it is drawn.
         at : tuple[float, float]
             Where the line starts (or its middle, or its end), on the baseline.
-        text : str
-            One line.
         size : float
             Font size in logical pixels.
-        weight : Weight, optional
-            400 to 700.
-        colour : Colour, optional
-            Of the letters.
-        anchor : Anchor, optional
-            Which part of the line is at `at`.
 
         Returns
         -------
@@ -119,19 +97,8 @@ class Lettering:
 
         Parameters
         ----------
-        text : str
-            Words.
         size : float
             Font size in logical pixels.
-        limit : float
-            Width that no line exceeds, unless one word alone does.
-        weight : Weight, optional
-            400 to 700.
-
-        Returns
-        -------
-        list[str]
-            Lines with every word of the text.
         """
         lines: list[str] = []
         for word in text.split():
@@ -147,14 +114,8 @@ class Lettering:
 
         Parameters
         ----------
-        text : str
-            One line.
         size : float
             Font size in logical pixels.
-        limit : float
-            Greatest width.
-        weight : Weight, optional
-            400 to 700.
 
         Returns
         -------

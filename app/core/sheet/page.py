@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from app.core.colour import FloatImage
     from app.core.environment import Environment
 
-__all__ = ["draw_sheet"]
-
 _COLUMNS: Final = 6
 _GAP: Final = 12.0
 _MARGIN: Final = 42.0
@@ -55,27 +53,15 @@ def draw_sheet(
 
     Parameters
     ----------
-    results : Sequence[SheetStyle]
-        What the place can do for each style, for example `app.core.solve.StyleResult`.
     targets, pictures : Mapping[str, NDArray[np.float32]], (N, N, 3)
         By style name: linear pictures under the studio lamps, and here at the best turn.
     coverage : NDArray[np.float32], (N, N)
         Share of each pixel covered by the head.
-    environment : Environment
-        The place.
-    title : str
-        Name of the place.
-    head : str
-        Name of the head.
-    objective : str, optional
-        What chose the turns: picture or paper.
     front_deg : float, optional
         Panorama azimuth from which the turns are counted, degrees.
     places : Mapping[str, str], optional
         Where the light comes from, in words, by name, for styles without a side; by default
         what the built-in styles say.
-    limit : float, optional
-        Least match that is in reach.
 
     Returns
     -------

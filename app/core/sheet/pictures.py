@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from app.core.colour import FloatImage
     from app.core.environment import Environment
 
-__all__ = ["greyed", "panorama", "portrait"]
-
 _FACE_COVERAGE: Final = 0.5
 _GREY_LEVEL: Final = 0.52
 _WIDEST: Final = 4096

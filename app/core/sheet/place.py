@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from app.core.sheet.canvas import Canvas, Point
     from app.core.sheet.lettering import Anchor, Lettering, Weight
 
-__all__ = ["HEIGHT", "WIDTH", "Flag", "draw_flags", "draw_panorama", "lanes_height", "make_flags"]
-
 WIDTH: Final = 1104.0
 HEIGHT: Final = WIDTH / 2.0
 _SCALE_ROOM: Final = 26.0
@@ -32,10 +30,6 @@ class Flag:
 
     Attributes
     ----------
-    x : float
-        Of the pole, from the panorama's left edge.
-    lane : int
-        How far down the words are, from 0.
     turn, title, side : str
         The words: degrees, the style, and its side (may be empty).
     """
@@ -54,20 +48,6 @@ def make_flags(
 
     Words run to the right of their pole. Going from right to left, each takes the first lane
     below all the poles it would run across, whose own flags end above it.
-
-    Parameters
-    ----------
-    styles : Sequence[SheetStyle]
-        The results.
-    places : Mapping[str, str]
-        Where the light comes from, by name.
-    lettering : Lettering
-        Measures the words.
-
-    Returns
-    -------
-    tuple[Flag, ...]
-        From right to left.
     """
     reach = [style for style in styles if style.attainable]
     flags: list[Flag] = []
@@ -101,21 +81,8 @@ def draw_panorama(
 
     Parameters
     ----------
-    canvas : Canvas
-        Where it is drawn.
-    at : Point
-        Upper left corner of the scale.
-    environment : Environment
-        The place.
     front_deg : float
         Panorama azimuth at which the photographer stands: it comes to the centre.
-    lettering : Lettering
-        Draws the words.
-
-    Returns
-    -------
-    float
-        y of the panorama's lower edge.
     """
     x, top = at[0], at[1] + _SCALE_ROOM
     box = (x, top, WIDTH, HEIGHT)
@@ -134,19 +101,7 @@ def draw_panorama(
 
 
 def draw_flags(canvas: Canvas, at: Point, flags: Sequence[Flag], lettering: Lettering) -> None:
-    """Draw the turns of the styles under the panorama.
-
-    Parameters
-    ----------
-    canvas : Canvas
-        Where they are drawn.
-    at : Point
-        Lower left corner of the panorama.
-    flags : Sequence[Flag]
-        From `make_flags`.
-    lettering : Lettering
-        Draws the words.
-    """
+    """Draw the turns of the styles under the panorama."""
     x, y = at
     for flag in flags:
         foot = y + _FLAG_TOP + _LANE * (flag.lane + 1) - 4.0

@@ -11,8 +11,6 @@ from app.core.sheet.theme import AMBER, CTL, DIM, LINE, PANEL, TEXT, TRACK, Colo
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["meter", "not_possible_icon", "polar", "turn_icon"]
-
 _ICON_RADIUS: Final = 6.25
 
 
@@ -29,20 +27,10 @@ def polar(
 
     Parameters
     ----------
-    canvas : Canvas
-        Where it is drawn.
-    centre : Point
-        Of the plot.
-    radius : float
-        Of its rim.
     curve : Sequence[float]
         Match at evenly spaced turns from 0 on, clockwise; below 0 counts as 0.
-    turn_deg : float
-        The best turn.
     arc_deg : tuple[float, float] or None
         Tolerance arc, clockwise from first to second; None draws the style as out of reach.
-    limit : float
-        Least match that is in reach, a dashed circle.
     """
     reach = arc_deg is not None
     canvas.stroke(circle_points(centre, radius), CTL if reach else LINE, 1.0)
@@ -74,16 +62,10 @@ def meter(canvas: Canvas, box: Box, match: float, limit: float, colour: Colour) 
 
     Parameters
     ----------
-    canvas : Canvas
-        Where it is drawn.
     box : Box
         Of the bar; the tick stands out 3 px above and below.
     match : float
         0 to 100; outside it is clipped.
-    limit : float
-        Where the tick is.
-    colour : Colour
-        Of the filled part.
     """
     x, y, width, height = box
     canvas.panel(box, TRACK, height / 2.0)
@@ -96,19 +78,7 @@ def meter(canvas: Canvas, box: Box, match: float, limit: float, colour: Colour) 
 
 
 def turn_icon(canvas: Canvas, centre: Point, colour: Colour, *, clockwise: bool) -> None:
-    """Draw a curved arrow of 16 px.
-
-    Parameters
-    ----------
-    canvas : Canvas
-        Where it is drawn.
-    centre : Point
-        Of the icon.
-    colour : Colour
-        Of the lines.
-    clockwise : bool
-        Which way the arrow goes.
-    """
+    """Draw a curved arrow of 16 px."""
     sign = 1.0 if clockwise else -1.0
     arc = [_at(centre, _ICON_RADIUS, sign * angle) for angle in range(105, 415, 5)]
     canvas.stroke(arc, colour, 1.75)
@@ -119,17 +89,7 @@ def turn_icon(canvas: Canvas, centre: Point, colour: Colour, *, clockwise: bool)
 
 
 def not_possible_icon(canvas: Canvas, centre: Point, colour: Colour) -> None:
-    """Draw a circle with a bar across, 16 px.
-
-    Parameters
-    ----------
-    canvas : Canvas
-        Where it is drawn.
-    centre : Point
-        Of the icon.
-    colour : Colour
-        Of the lines.
-    """
+    """Draw a circle with a bar across, 16 px."""
     canvas.stroke(circle_points(centre, _ICON_RADIUS), colour, 1.5)
     bar = [_at(centre, _ICON_RADIUS, angle) for angle in (-45.0, 135.0)]
     canvas.stroke(bar, colour, 1.5)

@@ -8,23 +8,6 @@ from __future__ import annotations
 
 from typing import Final, TypeAlias
 
-__all__ = [
-    "AMBER",
-    "BG",
-    "CTL",
-    "DIM",
-    "LINE",
-    "ON_TAG",
-    "PANEL",
-    "PIXELS_PER_INCH",
-    "SCALE",
-    "TAG",
-    "TEXT",
-    "TRACK",
-    "WELL",
-    "Colour",
-]
-
 Colour: TypeAlias = tuple[int, int, int]
 """sRGB bytes."""
 

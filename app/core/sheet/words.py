@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["SheetStyle", "arc_words", "head_words", "side_words", "signed", "turn_words"]
-
 
 class SheetStyle(Protocol):
     """What the sheet shows of a style's result; `app.core.solve.StyleResult` has all of it."""
@@ -117,19 +115,6 @@ def head_words(head: str) -> str:
 
 
 def side_words(style: SheetStyle, places: Mapping[str, str]) -> str:
-    """Name the side twice, or say where the light comes from.
-
-    Parameters
-    ----------
-    style : SheetStyle
-        The style.
-    places : Mapping[str, str]
-        Words by style name, for styles without a side.
-
-    Returns
-    -------
-    str
-        Empty where there is nothing to say.
-    """
+    """Name the side twice, or say where the light comes from."""
     sides = {"left": "sitter’s left (camera right)", "right": "sitter’s right (camera left)"}
     return sides.get(style.side) or places.get(style.name, "")

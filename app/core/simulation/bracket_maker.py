@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from app.core.simulation.cameras import CameraModel
     from app.core.simulation.exposure_maker import TagEdit
 
-__all__ = ["make_bracket", "meter", "write_bracket"]
-
 _STAMP: Final = "%Y:%m:%d %H:%M:%S"
 _MIDDLE: Final = 0.46
 _SECONDS_APART: Final = 3
@@ -48,8 +46,6 @@ def meter(
     ----------
     environment : NDArray[np.float32], (H, 2 H, 3)
         Linear Rec. 709 light, not all black.
-    camera : CameraModel
-        Gives ISO and aperture.
     scale : float, optional
         Luminance in cd/m2 of one unit.
     target : float, optional
@@ -90,24 +86,11 @@ def make_bracket(
     ----------
     environment : (H, 2 H, 3) float32, or one of them for each frame
         The light; several where something moves between the frames (`people.with_person`).
-    camera : CameraModel
-        The camera.
-    exposures : sequence of Exposure
-        In shooting order.
-    seed : int, optional
-        Of the noise, which differs from frame to frame.
     shifts : sequence of (3, 3) float64 or None, optional
         `Shot.shift` of each frame.
-    edits : sequence of callables or None, optional
-        `Shot.edit_tags` of each frame.
     **options
         The attributes of `exposure_maker.Shot`, the same for all frames. The time stamps count
         on from `taken`, 3 seconds apart and the exposures' length besides.
-
-    Returns
-    -------
-    list[bytes]
-        JPEG files in the same order.
 
     Raises
     ------
@@ -148,20 +131,6 @@ def write_bracket(
     **options: Unpack[Options],
 ) -> list[Path]:
     """Take a bracket and write it as a camera names its files: R0010001.JPG and so on.
-
-    Parameters
-    ----------
-    folder : Path or str
-        Where to; made when missing.
-    first : int, optional
-        Number of the first file.
-    environment, camera, exposures, seed, shifts, edits, **options
-        As in `make_bracket`.
-
-    Returns
-    -------
-    list[Path]
-        The files in shooting order.
 
     Raises
     ------

@@ -11,9 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-__all__ = ["CAMERAS", "GENERIC", "THETA_S", "THETA_SC2", "THETA_V", "THETA_X", "THETA_Z1"]
-__all__ += ["CameraModel", "camera_named"]
-
 
 @dataclass(frozen=True, slots=True)
 class CameraModel:
@@ -21,27 +18,15 @@ class CameraModel:
 
     Attributes
     ----------
-    name : str
-        Short name, as `camera_named` takes it.
-    make, model, software : str
-        EXIF texts, with the blanks that the model pads them with.
     shape : tuple[int, int]
         Rows and columns of its full-sized panorama.
-    apertures : tuple[float, ...]
-        F-numbers it has.
     base_iso : float
         Lowest sensitivity, at which `full_well` electrons saturate a pixel.
     full_well : float
         Electrons of one panorama pixel at saturation and base ISO. Twice the ISO: half of them.
-    read_noise : float
-        Standard deviation of the signal in the dark, in electrons.
     channel_gains : tuple[float, float, float]
         By how much red, green and blue are amplified more than green for a neutral picture;
         they make red and blue noisier.
-    levels_itself : bool
-        Whether the camera corrects the zenith before it stores the file.
-    maker_note : bool
-        Whether it writes Ricoh's maker note.
     lens_words : int
         16-bit words per lens in maker note tag 0x0101: 2 up to the V, 1 in the X.
     """
@@ -143,11 +128,6 @@ def camera_named(name: str) -> CameraModel:
     ----------
     name : str
         "S", "SC2", "V", "Z1", "X" or "generic", in any case.
-
-    Returns
-    -------
-    CameraModel
-        The camera.
 
     Raises
     ------

@@ -17,9 +17,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["CURVES", "FILMIC", "GAMMA_18", "GAMMA_22", "GAMMA_26", "LOG", "REC_709", "SHOULDER"]
-__all__ += ["SRGB", "Curve", "curve_named"]
-
 _STEPS: Final = 65536
 
 
@@ -29,8 +26,6 @@ class Curve:
 
     Attributes
     ----------
-    name : str
-        As `curve_named` takes it.
     forward : Callable
         From linear light in 0..1 (float64 array) to coded values in 0..1.
     """
@@ -153,11 +148,6 @@ def curve_named(name: str) -> Curve:
     ----------
     name : str
         For example "srgb" or "gamma-2.6".
-
-    Returns
-    -------
-    Curve
-        The curve.
 
     Raises
     ------

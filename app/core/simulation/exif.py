@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from app.core.probe.frame import LensExposure, Pose
 
-__all__ = ["Tags", "exif_segment", "pose_segment", "with_segments"]
-
 _ASCII, _SHORT, _LONG, _RATIONAL, _BLOB, _SRATIONAL = 2, 3, 4, 5, 7, 10
 _IFD_HEAD: Final = 8
 _EXIF_IFD: Final = 0x8769
@@ -36,10 +34,6 @@ class Tags:
 
     Attributes
     ----------
-    make, model, software : str
-        As they are written, padding included.
-    taken : str
-        Local time as EXIF writes it, ``2026:06:21 12:00:00``.
     shutter_s, aperture, iso : float or None
         The exposure stated.
     program : int
@@ -48,16 +42,6 @@ class Tags:
         Rows and columns stated.
     pose : Pose or None
         GPano pose; None writes GPano without one.
-    panorama : bool
-        Whether GPano is written at all.
-    maker_note : bool
-        Whether Ricoh's maker note is written.
-    zenith_corrected : bool or None
-        Maker note 0x0007.
-    hdr_rendering : bool
-        Maker note 0x0002.
-    lenses : tuple[LensExposure, ...]
-        Maker note 0x0101 and 0x0103, front lens first.
     lens_words : int
         16-bit words per lens in 0x0101: 2 up to the V, 1 in the X, which also signs its times.
     """
@@ -82,16 +66,6 @@ class Tags:
 
 def exif_segment(tags: Tags) -> bytes:
     """Build the APP1 segment with EXIF and, where asked for, the maker note.
-
-    Parameters
-    ----------
-    tags : Tags
-        What to state.
-
-    Returns
-    -------
-    bytes
-        A whole segment, marker and length included.
 
     Raises
     ------
@@ -119,18 +93,7 @@ def exif_segment(tags: Tags) -> bytes:
 
 
 def pose_segment(tags: Tags) -> bytes:
-    """Build the APP1 segment with XMP: the GPano projection, sizes and pose.
-
-    Parameters
-    ----------
-    tags : Tags
-        `Tags.shape`, `Tags.pose` and `Tags.software` are used.
-
-    Returns
-    -------
-    bytes
-        A whole segment, marker and length included.
-    """
+    """Build the APP1 segment with XMP: the GPano projection, sizes and pose."""
     height, width = tags.shape
     values: dict[str, object] = {
         "ProjectionType": "equirectangular",
@@ -161,20 +124,7 @@ def pose_segment(tags: Tags) -> bytes:
 
 
 def with_segments(jpeg: bytes, segments: Sequence[bytes]) -> bytes:
-    """Put segments at the head of a JPEG file, in place of its JFIF segment.
-
-    Parameters
-    ----------
-    jpeg : bytes
-        A JPEG file.
-    segments : sequence of bytes
-        Whole segments, in the order they shall have; empty leaves the file as it is.
-
-    Returns
-    -------
-    bytes
-        The file with them.
-    """
+    """Put segments at the head of a JPEG file, in place of its JFIF segment."""
     if not segments:
         return jpeg
     start = 2

@@ -39,9 +39,6 @@ if TYPE_CHECKING:
     from app.core.probe.frame import Exposure
     from app.core.simulation.cameras import CameraModel
 
-__all__ = ["SUBSAMPLINGS", "Options", "Shot", "TagEdit", "develop", "jpeg", "segments_of"]
-__all__ += ["shoot", "tags_of"]
-
 TagEdit: TypeAlias = "Callable[[Tags], Tags | None]"
 """Changes what a file says of itself; None makes it say nothing."""
 
@@ -63,17 +60,8 @@ class Shot:
     ----------
     shape : tuple[int, int] or None
         Rows and columns; None for the environment's own. `CameraModel.shape` for a full frame.
-    smooth : bool
-        How an environment is enlarged: see `view.enlarged`, which is also the truth to compare
-        a frame with.
     scale : float
         Luminance in cd/m2 of one unit of the environment.
-    curve : Curve or tuple of three
-        Camera curve, for all channels or for red, green and blue.
-    noise : bool
-        Whether shot and read noise are added.
-    tilt : Pose or None
-        How the camera is held. A camera that corrects the zenith shows no tilt.
     levels : bool or None
         Whether it corrects the zenith; None for what the model does.
     shift : (3, 3) float64 or None
@@ -82,20 +70,10 @@ class Shot:
     lens_gain : tuple[float, float]
         Sensitivity of the front lens (centre half of the columns) and the back lens; also stated
         per lens in the maker note. They blend over 10 degrees at the seam.
-    white_balance : tuple[float, float, float]
-        Factors on red, green and blue; 1 is the right balance.
     bloom : float
         Share of the light that the lens spreads, 0 to 1.
     bloom_deg : float
         Standard deviation of that spread in degrees.
-    quality : int
-        JPEG quality, 1 to 100.
-    subsampling : str
-        A key of `SUBSAMPLINGS`.
-    taken : str
-        Time stamp as EXIF writes it.
-    edit_tags : callable or None
-        Changes the true tags, for files that lie or are silent.
     """
 
     shape: tuple[int, int] | None = None
@@ -151,19 +129,6 @@ def shoot(
     ----------
     environment : NDArray[np.float32], (H, 2 H, 3)
         Linear Rec. 709 light, `Shot.scale` cd/m2 per unit, finite and not negative.
-    camera : CameraModel
-        The camera.
-    exposure : Exposure
-        Shutter, ISO and aperture.
-    seed : int, optional
-        Of the noise; the same seed gives the same file.
-    **options
-        The attributes of `Shot`.
-
-    Returns
-    -------
-    bytes
-        A JPEG file with EXIF and XMP.
 
     Raises
     ------
@@ -189,11 +154,6 @@ def develop(
     **options: Unpack[Options],
 ) -> NDArray[np.uint8]:
     """Take a frame without storing it: the picture before JPEG.
-
-    Parameters
-    ----------
-    environment, camera, exposure, seed, **options
-        As in `shoot`.
 
     Returns
     -------
@@ -239,15 +199,6 @@ def jpeg(picture: NDArray[np.uint8], quality: int = 95, subsampling: str = "4:2:
     ----------
     picture : NDArray[np.uint8], (H, W, 3)
         Red, green and blue.
-    quality : int, optional
-        1 to 100.
-    subsampling : str, optional
-        A key of `SUBSAMPLINGS`.
-
-    Returns
-    -------
-    bytes
-        The file.
 
     Raises
     ------
@@ -269,19 +220,10 @@ def tags_of(camera: CameraModel, exposure: Exposure, shot: Shot, shape: tuple[in
 
     Parameters
     ----------
-    camera : CameraModel
-        The camera.
     exposure : Exposure
         Its exposure; ISO and aperture are left out where they are not known.
-    shot : Shot
-        The rest.
     shape : tuple[int, int]
         Rows and columns of the frame.
-
-    Returns
-    -------
-    Tags
-        For `exif.exif_segment` and `exif.pose_segment`.
     """
     levels = _levels(camera, shot)
     pose = shot.tilt
@@ -307,18 +249,7 @@ def tags_of(camera: CameraModel, exposure: Exposure, shot: Shot, shape: tuple[in
 
 
 def segments_of(tags: Tags) -> list[bytes]:
-    """Build the segments of a file: EXIF, and XMP for panoramas.
-
-    Parameters
-    ----------
-    tags : Tags
-        What to state.
-
-    Returns
-    -------
-    list[bytes]
-        For `exif.with_segments`.
-    """
+    """Build the segments of a file: EXIF, and XMP for panoramas."""
     segments = [exif_segment(tags)]
     return [*segments, pose_segment(tags)] if tags.panorama else segments
 

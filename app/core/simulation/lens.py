@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from app.core.colour import FloatImage
 
-__all__ = ["bloomed", "column_gains"]
-
 _SEAM_DEG: Final = 5.0
 
 
@@ -62,13 +60,6 @@ def bloomed(environment: FloatImage, part: float, sigma_deg: float) -> FloatImag
 
 def column_gains(width: int, lens_gain: tuple[float, float]) -> NDArray[np.float64]:
     """Gain of each column of a panorama: the front lens sees the centre half of them.
-
-    Parameters
-    ----------
-    width : int
-        Columns.
-    lens_gain : tuple[float, float]
-        Gain of the front and the back lens.
 
     Returns
     -------

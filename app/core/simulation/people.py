@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from app.core.colour import FloatImage
 
-__all__ = ["with_person"]
-
 _DARK_RED: Final = (0.25, 0.06, 0.05)
 _HEAD_M: Final = 0.12
 _BODY_M: Final = 0.23
@@ -39,12 +37,6 @@ def with_person(
         Linear radiance, any scale.
     azimuth_deg : float
         Where the person stands, degrees to the right of the centre column.
-    distance_m : float, optional
-        From the camera, at least 0.5 m.
-    height_m : float, optional
-        Of the person.
-    camera_m : float, optional
-        Height of the camera above the ground.
     reflectance : tuple[float, float, float], optional
         Of red, green and blue; the person is as bright as this share of the environment's mean
         luminance, all over.

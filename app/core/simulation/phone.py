@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 
 from app.core.colour import srgb_decode, srgb_encode
 
-__all__ = ["CLEAN", "Disturbance", "disturbed", "random_disturbance", "swept", "tone_mapped"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 
@@ -49,12 +47,6 @@ class Disturbance:
         Gains of red and of blue, in linear light; green is 1.
     blur_px : float
         Standard deviation of the lens's and the focus's blur, pixels.
-    noise : float
-        Standard deviation of the noise, as a share of white in display values.
-    jpeg : int
-        Quality, 1 to 100; 0 leaves the picture uncompressed.
-    vignette : float
-        Share of the light that is lost in the corners.
     """
 
     ev: float = 0.0
@@ -71,11 +63,6 @@ CLEAN: Final = Disturbance()
 
 def random_disturbance(chance: np.random.Generator) -> Disturbance:
     """Draw what a phone might do, each part evenly over its range.
-
-    Parameters
-    ----------
-    chance : np.random.Generator
-        The dice.
 
     Returns
     -------
@@ -101,10 +88,6 @@ def disturbed(picture: Bytes, disturbance: Disturbance, chance: np.random.Genera
     ----------
     picture : (H, W, 3) uint8
         What there is to be seen, sRGB.
-    disturbance : Disturbance
-        What the phone does.
-    chance : np.random.Generator
-        For the noise.
 
     Returns
     -------
@@ -168,8 +151,6 @@ def swept(picture: Bytes, pixels: float) -> Bytes:
     ----------
     picture : (H, W, 3) uint8
         sRGB.
-    pixels : float
-        How far things move across it meanwhile; either sign.
 
     Returns
     -------
@@ -195,8 +176,6 @@ def tone_mapped(picture: Bytes, strength: float) -> Bytes:
     ----------
     picture : (H, W, 3) uint8
         sRGB.
-    strength : float
-        0 leaves the picture; 1 leaves a quarter of the base's contrast and doubles the detail.
 
     Returns
     -------

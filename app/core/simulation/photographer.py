@@ -20,8 +20,6 @@ from app.core.turning.guidance import Guide, Phase
 if TYPE_CHECKING:
     import numpy as np
 
-__all__ = ["SETTLE_S", "Habits", "Photographer", "random_habits"]
-
 SETTLE_S: Final = 0.3
 """A number is read when he has stood for so long."""
 
@@ -43,12 +41,6 @@ class Habits:
 
     Attributes
     ----------
-    delay_s : float
-        From what the screen shows to what he does.
-    speed_deg_s : float
-        How fast he walks around the sitter.
-    distance_m : float
-        From the sitter's head to the camera.
     aim_deg : float
         How far he points to the right of the sitter, deg.
     shake_deg : float
@@ -67,11 +59,6 @@ class Habits:
 
 def random_habits(chance: np.random.Generator) -> Habits:
     """Draw a photographer.
-
-    Parameters
-    ----------
-    chance : np.random.Generator
-        The dice.
 
     Returns
     -------
@@ -119,10 +106,6 @@ class Photographer:
 
     Parameters
     ----------
-    habits : Habits
-        How.
-    turn_deg : float
-        Where he begins.
     chance : np.random.Generator
         For where he stops, and how he trembles.
 
@@ -130,10 +113,6 @@ class Photographer:
     ----------
     turn_deg : float
         Where he is, unwrapped deg.
-    done : bool
-        He stands, and has read "Hold it".
-    walks : int
-        How often he set off.
     """
 
     def __init__(self, habits: Habits, turn_deg: float, chance: np.random.Generator) -> None:
@@ -160,15 +139,7 @@ class Photographer:
         return self._stood_s
 
     def look(self, shown: Guide, now_s: float) -> None:
-        """See the screen; it is acted on later.
-
-        Parameters
-        ----------
-        shown : Guide
-            What it shows.
-        now_s : float
-            Seconds.
-        """
+        """See the screen; it is acted on later."""
         self._shown.append(_Shown(now_s, self.turn_deg, shown))
 
     def move(self, now_s: float, step_s: float) -> None:
@@ -188,13 +159,7 @@ class Photographer:
             self._decide(seen, now_s)
 
     def stand(self, now_s: float) -> Stand:
-        """Where the camera is at a moment, trembling included.
-
-        Parameters
-        ----------
-        now_s : float
-            Seconds.
-        """
+        """Where the camera is at a moment, trembling included."""
         wave = [math.sin(now_s * (1.3 + 0.9 * n) + p) for n, p in enumerate(self._phases)]
         habits, shake = self.habits, self.habits.shake_deg
         aim = habits.aim_deg + self._pan_deg + _WANDERS_DEG * wave[0]

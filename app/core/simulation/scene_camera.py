@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from app.core.simulation.scene_files import SKY_M
 
-__all__ = ["PinholeCamera"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 

@@ -26,17 +26,6 @@ if TYPE_CHECKING:
 
     from app.core.environment import Environment
 
-__all__ = [
-    "EYE_M",
-    "SKY_M",
-    "SceneFiles",
-    "Shot",
-    "damaged",
-    "level_pose",
-    "probe_environment",
-    "shown",
-]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
@@ -94,15 +83,8 @@ class Shot:
 class SceneFiles:
     """Reads the views when they are asked for, and keeps the last ones; for one thread.
 
-    Parameters
-    ----------
-    folder : Path
-        Where ``views.json`` and the pictures are.
-
     Attributes
     ----------
-    focal_px : float
-        Of the pictures.
     fov_deg : float
         Horizontal, deg.
     turns, distances : (N,) float64
@@ -141,11 +123,6 @@ class SceneFiles:
 
     def shot(self, turn_deg: float, distance_m: float) -> Shot:
         """Return a view.
-
-        Parameters
-        ----------
-        turn_deg, distance_m : float
-            Of those that there are.
 
         Raises
         ------
@@ -203,11 +180,6 @@ class SceneFiles:
 
 def probe_environment(location: Path) -> Environment:
     """Read what the probe saw where the sitter of the views is.
-
-    Parameters
-    ----------
-    location : Path
-        Folder with ``location.json`` and the panoramas that it names.
 
     Returns
     -------

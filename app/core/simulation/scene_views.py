@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 
     from app.core.turning.views import Lens
 
-__all__ = ["SceneView", "SceneViews", "Stand"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
@@ -109,12 +107,8 @@ class SceneViews:
 
     Parameters
     ----------
-    folder : Path
-        Of the location's views.
     panorama : (H, 2 H, 3) float32
         What the probe saw at the sitter's head: linear Rec. 709 radiance, cd/m2.
-    sitter : bool, optional
-        Whether the sitter is there.
 
     Raises
     ------
@@ -141,10 +135,6 @@ class SceneViews:
 
         Parameters
         ----------
-        stand : Stand
-            Where it stands and points.
-        lens : Lens
-            Its field of view, and the size wanted, even.
         without : tuple of float, optional
             Turn (deg) and distance (metres) of a view that may not be used, to be compared with.
 

@@ -14,19 +14,12 @@ if TYPE_CHECKING:
     from app.core.probe.frame import Exposure
     from app.core.simulation.cameras import CameraModel
 
-__all__ = ["add_sensor_noise", "saturation_cd_m2"]
-
 _BRIGHTEST: Final = 8.0
 """Light above this share of saturation clips whatever the noise is."""
 
 
 def saturation_cd_m2(exposure: Exposure) -> float:
     """Luminance of white that saturates an exposure.
-
-    Parameters
-    ----------
-    exposure : Exposure
-        Shutter, ISO and aperture, taken at their word even where they are guesses.
 
     Returns
     -------
@@ -51,12 +44,6 @@ def add_sensor_noise(
     ----------
     share : NDArray[np.float32], (..., W, 3)
         Light as a share of saturation; overwritten by the counted share, 0 to 1. Contiguous.
-    camera : CameraModel
-        Gives W = full_well * base_iso / iso / channel gain, and r.
-    iso : float
-        Sensitivity.
-    generator : numpy.random.Generator
-        Source of the noise.
 
     Raises
     ------

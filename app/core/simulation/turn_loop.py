@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from app.core.simulation.photographer import Photographer
     from app.core.simulation.scene_views import Stand
 
-__all__ = ["Answer", "Camera", "Moment", "Outcome", "Tracker", "follow"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 
@@ -36,10 +34,6 @@ class Answer:
     ----------
     turn_deg : float or None
         How far the sitter has turned, deg; None where nothing was found.
-    takes_s : float
-        How long it takes to find that out.
-    left_behind : bool
-        The camera is said not to have moved.
     """
 
     turn_deg: float | None
@@ -69,12 +63,8 @@ class Moment:
 
     Attributes
     ----------
-    time_s : float
-        Seconds.
     turn_deg, told_deg : float, float or None
         Where he is, and what the tracker said last; deg.
-    number, phase : str
-        What the screen showed.
     """
 
     time_s: float
@@ -90,30 +80,14 @@ class Outcome:
 
     Attributes
     ----------
-    done : bool
-        "Hold it" was shown to him while he stood; otherwise the time was over.
     turn_deg : float
         Where the sitter faces at the end, in (-180, 180], deg.
     error_deg : float
         How far that is clockwise of the goal, deg.
-    inside : bool
-        Whether that is on the tolerance arc.
     first_deg : float or None
         Where he first stood and was told "You are in the light", deg.
-    first_inside : bool or None
-        Whether he was.
-    seconds : float
-        How long it took.
-    walks : int
-        How often he set off.
-    looked : int
-        Pictures that the tracker looked at.
     told_errors_deg : tuple of float
         What it said less the truth when the picture was taken, deg.
-    unsure : int
-        Pictures it said nothing of.
-    trace : tuple of Moment
-        All of it.
     """
 
     done: bool
@@ -178,24 +152,8 @@ def follow(
 
     Parameters
     ----------
-    goal : Goal
-        Where to.
-    camera : Camera
-        His.
-    tracker : Tracker
-        What looks at its pictures.
-    person : Photographer
-        He; used up.
-    limit_s : float, optional
-        Seconds that he has.
     pause_s : float, optional
         From one picture that the tracker takes to the next at least, seconds.
-    watch : callable, optional
-        Told every moment.
-
-    Returns
-    -------
-    Outcome
     """
     screen = _Screen(goal, camera, tracker, pause_s)
     step, now, before = 1.0 / person.habits.fps, 0.0, person.turn_deg

@@ -33,8 +33,6 @@ from app.core.turning.views import Lens
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Follower", "Phone", "Run", "World", "demo_world", "draw", "run_turn"]
-
 TRACKING_S: Final = 0.060
 """How long an answer takes that is found near the last heading."""
 
@@ -55,10 +53,6 @@ class World:
 
     Attributes
     ----------
-    views : SceneViews
-        What cameras see of it.
-    index : HeadingIndex
-        Its panorama's points.
     goals : tuple of (str, Goal)
         Styles that it can give, and where.
     """
@@ -74,20 +68,10 @@ class Run:
 
     Attributes
     ----------
-    number : int
-        All the rest follows from it.
-    style, goal
-        What he is after.
     start_deg : float
         The turn at which he begins, deg.
-    habits : Habits
-        How he moves.
-    phone : Disturbance
-        What his phone does to pictures.
     fov_deg, fov_known : float, bool
         The phone's horizontal field of view, deg, and whether the tracker is told.
-    shutter_s : float
-        How long it exposes.
     """
 
     number: int
@@ -103,15 +87,6 @@ class Run:
 
 def demo_world(head: str = "generic") -> World:
     """Read the demo location and solve its first spot.
-
-    Parameters
-    ----------
-    head : str, optional
-        Whose style pack is solved with.
-
-    Returns
-    -------
-    World
 
     Raises
     ------
@@ -129,21 +104,7 @@ def demo_world(head: str = "generic") -> World:
 
 
 def draw(number: int, place: World, known: float) -> Run:
-    """Draw a run; the same number always gives the same.
-
-    Parameters
-    ----------
-    number : int
-        Of the run; goals are taken in turn.
-    place : World
-        Where it is.
-    known : float
-        Share of the runs whose tracker is told the field of view.
-
-    Returns
-    -------
-    Run
-    """
+    """Draw a run; the same number always gives the same."""
     chance = np.random.default_rng([_SEED, number])
     style, goal = place.goals[number % len(place.goals)]
     return Run(
@@ -161,13 +122,6 @@ def draw(number: int, place: World, known: float) -> Run:
 
 class Phone:
     """Renders what the camera sees, and spoils it.
-
-    Parameters
-    ----------
-    views : SceneViews
-        Of the place.
-    run : Run
-        Its phone.
 
     Attributes
     ----------
@@ -194,12 +148,8 @@ class Follower:
 
     Parameters
     ----------
-    index : HeadingIndex
-        Of the panorama.
     fov_deg : float or None
         Of the camera, deg; None when the tracker has to find out.
-    seeing : Seeing, optional
-        What looks at the pictures.
     """
 
     def __init__(self, index: HeadingIndex, fov_deg: float | None, seeing: Seeing = SEEING) -> None:
@@ -235,19 +185,9 @@ def run_turn(run: Run, place: World, limit_s: float, told: bool = False) -> Outc
 
     Parameters
     ----------
-    run : Run
-        What was drawn.
-    place : World
-        Where.
-    limit_s : float
-        Seconds that he has.
     told : bool, optional
         Whether the tracker is told where the sitter is, give or take 0.7 deg, instead of looking:
         to test the rest by itself.
-
-    Returns
-    -------
-    Outcome
     """
     person = Photographer(run.habits, run.start_deg, np.random.default_rng([_SEED, run.number, 2]))
     phone = Phone(place.views, run)

@@ -19,8 +19,6 @@ from app.core.environment import reduce_radiance
 if TYPE_CHECKING:
     from app.core.colour import FloatImage
 
-__all__ = ["View", "enlarged", "view_of"]
-
 Float64: TypeAlias = NDArray[np.float64]
 _Taps: TypeAlias = tuple[NDArray[np.intp], NDArray[np.float32]]
 """First of two neighbouring texels, and the share of the second; one of each per pixel."""
@@ -66,8 +64,6 @@ class View:
         Which two of these rows each row of the frame mixes, and in what shares.
     rotation : (3, 3) float64 or None
         From directions in the frame to directions in the environment.
-    smooth : bool
-        Whether rotated frames are sampled bilinearly.
     """
 
     shape: tuple[int, int]
@@ -131,16 +127,8 @@ def view_of(
         Linear radiance, any scale.
     shape : tuple[int, int]
         Rows and columns of the frame.
-    smooth : bool, optional
-        See `enlarged`. Rotated frames that are not larger than the environment are always
-        sampled bilinearly.
     rotation : (3, 3) float64, optional
         From directions in the frame to directions in the environment; None for no rotation.
-
-    Returns
-    -------
-    View
-        To be sampled with `View.band`.
 
     Raises
     ------

@@ -22,18 +22,6 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-__all__ = [
-    "CLOSE_DEG",
-    "LEAST_CONFIDENCE",
-    "LINE_SIGNS",
-    "PLACE_SIGNS",
-    "Evidence",
-    "deviation_deg",
-    "line_signs",
-    "place_signs",
-    "trust",
-]
-
 CLOSE_DEG: Final = 3.0
 """A heading counts as right up to this error."""
 
@@ -72,28 +60,18 @@ class Evidence:
 
     Attributes
     ----------
-    points : int
-        Things in the panorama that points of the picture agree with.
     share : float
         Of the points that look like one thing in the panorama only, those that agree, 0 to 1.
     spread : float
         Standard deviation of the points that agree, in half widths of the picture, in the
         direction in which it is least: 0 on a line.
-    support : float
-        By `app.core.turning.support.support`.
     error_deg : float
         Standard error of the heading, deg.
-    tilt : float
-        How much the enlargement changes over the picture, per unit of its plane.
-    zoom : float
-        The enlargement in its middle; its inverse for a camera that looks away from the sitter.
     wide : float or None
         Tangent of half the field of view along the longer side, where it is estimated; None where
         it is known.
     strays : float
         Of the certain matches about where the pose says, those that do not agree, 0 to 1.
-    freed, aside, flat, agree : float
-        As in `app.core.turning.parallax.Line`; 0 where that was not asked.
     loose_deg : float
         Likewise, deg.
     guided : bool
@@ -118,13 +96,7 @@ class Evidence:
 
 
 def place_signs(evidence: Evidence) -> tuple[float, ...]:
-    """Return what says that a picture shows this place, in the order of `PLACE_SIGNS`.
-
-    Parameters
-    ----------
-    evidence : Evidence
-        With at least one point.
-    """
+    """Return what says that a picture shows this place, in the order of `PLACE_SIGNS`."""
     share = _within(evidence.share, _SHARE)
     return (
         1.0,
@@ -137,13 +109,7 @@ def place_signs(evidence: Evidence) -> tuple[float, ...]:
 
 
 def line_signs(evidence: Evidence) -> tuple[float, ...]:
-    """Return what says that a camera is on the sitter's line, in the order of `LINE_SIGNS`.
-
-    Parameters
-    ----------
-    evidence : Evidence
-        With at least one point.
-    """
+    """Return what says that a camera is on the sitter's line, in the order of `LINE_SIGNS`."""
     steep = evidence.tilt / (max(evidence.zoom - 1.0, 0.0) + 0.2)
     free = evidence.wide is not None
     wide = max(evidence.wide or 0.0, 0.01)
@@ -162,23 +128,12 @@ def line_signs(evidence: Evidence) -> tuple[float, ...]:
 
 
 def deviation_deg(evidence: Evidence) -> float:
-    """Return the standard error of the heading before it is scaled, deg.
-
-    Parameters
-    ----------
-    evidence : Evidence
-        Of the pose.
-    """
+    """Return the standard error of the heading before it is scaled, deg."""
     return max(evidence.error_deg, _LEAST_ERROR_DEG)
 
 
 def trust(evidence: Evidence) -> float:
     """Return the probability that a heading is right.
-
-    Parameters
-    ----------
-    evidence : Evidence
-        For it.
 
     Returns
     -------

@@ -14,8 +14,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Features", "Pairs", "describe", "equalised", "pair", "pair_near", "thinned"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 
@@ -87,15 +85,8 @@ def describe(picture: Bytes, most: int, mask: NDArray[np.bool_] | None = None) -
     ----------
     picture : (H, W, 3) or (H, W) uint8
         sRGB.
-    most : int
-        At most so many, the strongest.
     mask : (H, W) bool, optional
         Where points may lie.
-
-    Returns
-    -------
-    Features
-        Possibly none, in an even picture.
     """
     finder = cv2.SIFT.create(nfeatures=most, contrastThreshold=_CONTRAST)
     where = None if mask is None else mask.astype(np.uint8)
@@ -122,14 +113,6 @@ def pair(
         Of unit length.
     spots : (M, K) float32
         Where the second set's points are, in any coordinates.
-    apart : float
-        A rival at less than this distance is the same thing described again.
-    limit : float, optional
-        Largest ratio of distances.
-
-    Returns
-    -------
-    Pairs
     """
     if len(first) == 0 or len(second) < 2:
         nothing = np.zeros(0, np.int64)
@@ -153,16 +136,10 @@ def pair_near(
 
     Parameters
     ----------
-    first, second, spots, apart, limit :
-        As in `pair`; the coordinates are unit vectors.
     expected : (N, 3) float32
         Where the first set's points should be, unit vectors.
     reach : float
         How far from there they may be, radians.
-
-    Returns
-    -------
-    Pairs
     """
     around = np.flatnonzero(spots @ expected.mean(axis=0) > _AROUND)
     if len(first) == 0 or len(around) < 2:
@@ -181,14 +158,8 @@ def thinned(pairs: Pairs, places: Float32, cell: float, most: int) -> Pairs:
 
     Parameters
     ----------
-    pairs : Pairs
-        By `pair` or `pair_near`.
     places : (N, 2) float32
         Where the first set's points are.
-    cell : float
-        Side of a part, in the same unit.
-    most : int
-        From each part.
     """
     order = np.argsort(pairs.ratio, kind="stable")
     _, once = np.unique(pairs.second[order], return_index=True)

@@ -16,8 +16,6 @@ from typing import Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ASSUMED_DEG", "assumed_fov", "lens_factor"]
-
 Float64: TypeAlias = NDArray[np.float64]
 
 ASSUMED_DEG: Final = 60.0
@@ -57,16 +55,9 @@ def lens_factor(zooms: Float64, shape: float = 4.0 / 3.0, *, away: bool = False)
     ----------
     zooms : (N,) float64
         By how much each point is enlarged; nan where that cannot be said.
-    shape : float, optional
-        The longer side of the picture over the shorter.
     away : bool, optional
         Whether the camera looks away from the sitter: it is then nearer to things than the probe
         was, which makes near things smaller in the panorama and none any larger.
-
-    Returns
-    -------
-    float
-        1 where there is too little to tell.
     """
     said = zooms[(zooms > _WITHIN[0]) & (zooms < _WITHIN[1])]
     if len(said) < _FEWEST:

@@ -20,21 +20,6 @@ from app.core.angles import wrap
 from app.core.turning import words
 from app.core.turning.words import Direction, Mode
 
-__all__ = [
-    "FRESH",
-    "HOLD_DEG",
-    "KEEP_DEG",
-    "LOCK_DEG",
-    "LOST_AFTER_S",
-    "Goal",
-    "Guide",
-    "Memory",
-    "Phase",
-    "Reading",
-    "Source",
-    "guide",
-]
-
 HOLD_DEG: Final = 2
 """So near to the goal there is nothing to correct."""
 
@@ -118,10 +103,6 @@ class Reading:
     ----------
     turn_deg : float or None
         How far the sitter has turned, from the heading; None where none was found.
-    time_s : float
-        The moment, on any clock that only goes forward.
-    source : Source
-        The webcam.
     left_behind : bool
         The camera stands where it stood while the photographer walks: what it sees says nothing of
         how far the sitter has turned.
@@ -139,18 +120,12 @@ class Memory:
 
     Attributes
     ----------
-    goal : tuple of int or None
-        Goal and arc's ends that the rest belongs to; with another goal it is forgotten.
     way : int
         Way round that was shown: 1 clockwise, -1 counter-clockwise, 0 none yet.
     approach : int or None
         Way by which the arc was, or is to be, entered; 0 for who was inside from the start.
     shown : int or None
         Whole degrees of the turn that was shown last.
-    seen_s : float or None
-        When a heading was found last.
-    inside, hold : bool
-        What was shown last: in the arc, at the goal.
     """
 
     goal: tuple[int, ...] | None = None
@@ -172,8 +147,6 @@ class Guide:
 
     Attributes
     ----------
-    phase : Phase
-        Which of the screen's faces this is.
     goal, now : int, int or None
         Whole degrees in (-180, 180]; None where no heading is shown.
     to_go : int or None
@@ -182,8 +155,6 @@ class Guide:
     number, number_words : str
         The large number and what stands beside it: "23", "to go" or "back". The number is empty
         where none may be shown; without a webcam it is the whole turn, and the words are empty.
-    direction : str
-        Of what is still to go; without a webcam, of the whole turn.
     headline : str
         The direction in large type, "You are in the light", "Hold it", or what is wrong.
     walk, company : str
@@ -192,20 +163,12 @@ class Guide:
         The pill: "In the light in 6°", "You are in the light", "Too far: back in the light in 6°".
     best : str
         Inside the arc: "4° to the best", or "Hold it".
-    clock : str
-        "toward 3 o’clock": where the goal is.
     arc : str
         "in the light from 79° to 111°"; empty without an arc.
-    inside, hold, beyond : bool
-        In the arc; within `HOLD_DEG` of the goal; past the arc's far end.
     arrow : float
         What share of its full sweep the arrow has, positive clockwise, in [-1, 1]; 0 for none.
     until_light : int or None
         Whole degrees to the arc on the way shown; 0 inside, and until it has been left.
-    spoken : str
-        All of it in one sentence or two, for screen readers and voices.
-    lamp : str
-        What is to be held at the goal, as in `Goal`.
     """
 
     phase: Phase

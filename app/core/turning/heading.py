@@ -89,14 +89,10 @@ class Heading:
 
     Attributes
     ----------
-    status : str
-        ``found`` or ``unsure``.
     heading_deg : float or None
         Panorama azimuth of the camera's axis, deg in (-180, 180]; None when unsure.
     pitch_deg, roll_deg : float
         Up, and clockwise in the picture; deg. 0 when unsure.
-    inliers : int
-        Points that agree.
     confidence : float
         Probability that the heading is within 3 deg of the truth, 0 to 1.
     zoom : float
@@ -133,12 +129,8 @@ class Sight:
 
     Attributes
     ----------
-    features : Features
-        Its points.
     size : tuple of int
         Columns and rows that they are in.
-    fine : bool
-        Whether it is a photograph's, with a lens that is known well where it is known.
     """
 
     features: Features
@@ -152,10 +144,6 @@ class Found:
 
     Attributes
     ----------
-    pose : Pose
-        How the camera is turned.
-    evidence : Evidence
-        For it.
     fov_deg : float
         Horizontal field of view, given or estimated, deg.
     """
@@ -182,8 +170,6 @@ def find_heading(
     ----------
     frame : (H, W, 3) uint8
         sRGB, not mirrored, upright, of any size.
-    index : HeadingIndex
-        Of the panorama.
     fov_deg : float or None
         The camera's horizontal field of view, deg; 20 % off does no harm. None when it is not
         known: it is estimated.
@@ -202,10 +188,6 @@ def find_heading(
         Whether the camera looks away from the sitter, as the own camera of a laptop does that is
         carried around them: it is then nearer to what it sees than the probe was, and `sitter_deg`
         is that of who carries it, who is about on the line from the sitter.
-
-    Returns
-    -------
-    Heading
     """
     effort = _TRACKING if near_deg is not None else FINE if fine else SEARCHING
     if away and sitter_deg is not None and abs(sitter_deg) > _CARRIER_DEG:
@@ -229,8 +211,6 @@ def see(frame: Bytes, mask: NDArray[np.bool_] | None = None, effort: Effort = SE
         As in `find_heading`.
     mask : (H, W) bool, optional
         As in `find_heading`.
-    effort : Effort, optional
-        How closely to look.
     """
     if frame.ndim != 3 or min(frame.shape[:2]) < _LEAST_SIDE:
         return Sight(describe(np.zeros((64, 64), np.uint8), 1), (64, 64))
@@ -248,24 +228,7 @@ def compare(
     *,
     away: bool = False,
 ) -> Found | None:
-    """Find the pose that explains a picture best, whether it can be trusted or not.
-
-    Parameters
-    ----------
-    sight : Sight
-        The picture, described.
-    index : HeadingIndex
-        Of the panorama.
-    fov_deg, near_deg, sitter_deg : float or None
-        As in `find_heading`.
-    away : bool, optional
-        As in `find_heading`.
-
-    Returns
-    -------
-    Found or None
-        None where nothing fits at all.
-    """
+    """Find the pose that explains a picture best, whether it can be trusted or not."""
     chosen = np.arange(len(index)) if near_deg is None else index.near(near_deg, _NEAR_DEG)
     spots, known = index.bearings[chosen], index.descriptors[chosen]
     described = sight.features.descriptors
@@ -327,17 +290,7 @@ def _evidence(
 def judged(
     found: Found, least: float = LEAST_CONFIDENCE, confidence: float | None = None
 ) -> Heading:
-    """Trust a pose, or not.
-
-    Parameters
-    ----------
-    found : Found
-        By `compare`.
-    least : float, optional
-        With less confidence it is unsure.
-    confidence : float, optional
-        What else is known taken into account; by default that of its own evidence.
-    """
+    """Trust a pose, or not."""
     confidence = trust(found.evidence) if confidence is None else confidence
     points = found.evidence.points
     heading, pitch, roll = found.pose.angles_deg

@@ -19,8 +19,6 @@ from app.core.progress import Report, Token, silent
 from app.core.turning.features import Features, describe
 from app.core.turning.views import Lens, bearings, look
 
-__all__ = ["HeadingIndex", "build_index"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
@@ -78,15 +76,6 @@ def build_index(
     panorama : (H, W, 3) uint8
         Equirectangular, 2:1, sRGB as shown (`app.core.probe.display.display_panorama`); 2,048 to
         4,096 columns are best.
-    token : Token, optional
-        Stops it.
-    report : Report, optional
-        Progress.
-
-    Returns
-    -------
-    HeadingIndex
-        Some thousand points.
 
     Raises
     ------

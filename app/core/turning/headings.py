@@ -19,18 +19,6 @@ from typing import Final
 from app.core.angles import wrap
 from app.core.turning.words import Mode
 
-__all__ = [
-    "BACKGROUND_M",
-    "CAMERA_M",
-    "Looks",
-    "background_azimuth",
-    "heading_of_turn",
-    "offset_angle",
-    "sees_sitter",
-    "turn_of_heading",
-    "widened_fov",
-]
-
 CAMERA_M: Final = 1.5
 """How far a camera stands from the sitter when nobody says: a head-and-shoulders portrait."""
 
@@ -50,15 +38,7 @@ class Looks(StrEnum):
 
 
 def sees_sitter(looks: Looks, mode: Mode) -> bool:
-    """Tell whether a camera sees the sitter: in a selfie the photographer is the sitter.
-
-    Parameters
-    ----------
-    looks : Looks
-        Which way it looks.
-    mode : Mode
-        Who moves.
-    """
+    """Tell whether a camera sees the sitter: in a selfie the photographer is the sitter."""
     return looks is Looks.SITTER or mode is Mode.SELFIE
 
 
@@ -76,10 +56,6 @@ def turn_of_heading(
     ----------
     heading_deg : float
         Panorama azimuth of the camera's axis, deg.
-    looks : Looks, optional
-        Which way the camera looks.
-    mode : Mode, optional
-        Who moves.
     sitter_deg : float, optional
         Where the sitter's face is from the axis, deg, positive to the right in the picture as the
         camera took it (not mirrored). Without meaning where the camera does not see the sitter.
@@ -117,8 +93,6 @@ def heading_of_turn(
     ----------
     turn_deg : float
         Deg, positive clockwise.
-    looks, mode, sitter_deg, front_deg
-        As for `turn_of_heading`.
 
     Returns
     -------
@@ -150,15 +124,8 @@ def offset_angle(column: float, width: int, fov_deg: float) -> float:
     ----------
     column : float
         Position from the left edge in pixels; the middle of the first pixel is 0.5.
-    width : int
-        Columns of the picture.
     fov_deg : float
         Horizontal field of view, deg, in (0, 180).
-
-    Returns
-    -------
-    float
-        Deg, positive to the right.
     """
     share = 2.0 * column / width - 1.0
     return math.degrees(math.atan(share * math.tan(math.radians(fov_deg) / 2.0)))
@@ -189,8 +156,6 @@ def widened_fov(
     background_m : float, optional
         D: from the sitter's head to what lies behind, metres. It is not known; the default is
         `BACKGROUND_M`. Infinity leaves the field as it is.
-    sees_the_sitter : bool, optional
-        Whether the camera looks at the sitter, see `sees_sitter`.
 
     Returns
     -------

@@ -16,18 +16,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "LEAST_INLIERS",
-    "UNSURE",
-    "Alignment",
-    "Size",
-    "corners_of",
-    "fit_pairs",
-    "moved",
-    "scaled",
-    "sound",
-]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
@@ -60,13 +48,9 @@ class Alignment:
 
     Attributes
     ----------
-    status : str
-        ``found`` or ``unsure``.
     homography : (3, 3) float64 or None
         From the view's pixels to the target's, bottom right element 1; (0, 0) is the corner of the
         first pixel. None when unsure.
-    inliers : int
-        Points that agree.
     overlap : float
         Share of the target that the view covers, 0 to 1.
     turn_error_deg : float or None
@@ -96,11 +80,6 @@ def fit_pairs(start: Float32, stop: Float32, sizes: tuple[Size, Size]) -> Alignm
         Where they are in the view and in the target, pixels.
     sizes : tuple of (columns, rows)
         Of view and target.
-
-    Returns
-    -------
-    Alignment
-        Without a turn.
     """
     if len(start) < LEAST_INLIERS:
         return UNSURE

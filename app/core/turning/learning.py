@@ -19,8 +19,6 @@ from app.core.turning.field import ASSUMED_DEG
 if TYPE_CHECKING:
     from app.core.turning.sitter import Sitter
 
-__all__ = ["Company", "Width", "assumed_fov", "kept", "read"]
-
 _ESTIMATES: Final = 9
 _TRUSTED: Final = 3
 _SPREAD: Final = 0.08  # median deviation over the median, of estimates that agree
@@ -41,8 +39,6 @@ class Width:
     ----------
     estimates : tuple of float
         The last ones, horizontal fields of view in deg.
-    time_s : float
-        When the last of them was made.
     """
 
     estimates: tuple[float, ...] = ()
@@ -63,13 +59,7 @@ class Width:
         return middle if spread <= _SPREAD * middle else None
 
     def due(self, now_s: float) -> bool:
-        """Tell whether another estimate would be good.
-
-        Parameters
-        ----------
-        now_s : float
-            The moment.
-        """
+        """Tell whether another estimate would be good."""
         return self.known_deg is None or now_s - self.time_s >= _AGAIN_S
 
 
@@ -78,16 +68,8 @@ def read(width: Width, fov_deg: float, now_s: float) -> Width:
 
     Parameters
     ----------
-    width : Width
-        What is known.
     fov_deg : float
         Horizontal, deg.
-    now_s : float
-        When it was made.
-
-    Returns
-    -------
-    Width
     """
     return Width((*width.estimates, fov_deg)[-_ESTIMATES:], now_s)
 
@@ -106,23 +88,7 @@ def assumed_fov(shape: tuple[int, ...]) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Company:
-    """Who is in the picture.
-
-    Attributes
-    ----------
-    sitter : Sitter or None
-        Where they are believed to be.
-    seen_s : float
-        When they were seen there last.
-    looked_s : float
-        When somebody was looked for last.
-    seen : Sitter or None
-        Who was in that very picture.
-    searches : tuple of Sitter
-        Who the last searches of the whole picture found.
-    searched_s : float
-        When the last of them was made.
-    """
+    """Who is in the picture."""
 
     sitter: Sitter | None = None
     seen_s: float = -math.inf
@@ -132,42 +98,16 @@ class Company:
     searched_s: float = -math.inf
 
     def due(self, now_s: float) -> bool:
-        """Tell whether to look again: always for who is there, now and then for who is not.
-
-        Parameters
-        ----------
-        now_s : float
-            The moment.
-        """
+        """Tell whether to look again: always for who is there, now and then for who is not."""
         return self.sitter is not None or now_s - self.looked_s >= _LOOK_AGAIN_S
 
     def near(self, now_s: float) -> Sitter | None:
-        """Return whom to look around first; None when it is time to search the whole picture.
-
-        Parameters
-        ----------
-        now_s : float
-            The moment.
-        """
+        """Return whom to look around first; None when it is time to search the whole picture."""
         return None if now_s - self.searched_s >= _SEARCH_AGAIN_S else self.sitter
 
 
 def kept(company: Company, found: Sitter | None, now_s: float) -> Company:
-    """Take what was seen of the sitter in a picture.
-
-    Parameters
-    ----------
-    company : Company
-        What is believed.
-    found : Sitter or None
-        Who was seen, around `Company.near` first.
-    now_s : float
-        The moment.
-
-    Returns
-    -------
-    Company
-    """
+    """Take what was seen of the sitter in a picture."""
     before = company.sitter
     around = company.near(now_s)
     # Somebody who is not where they were looked for first was found by a search of everything.

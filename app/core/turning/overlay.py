@@ -21,8 +21,6 @@ from app.core.turning.steady import Leash, Steady, steadied
 if TYPE_CHECKING:
     from app.core.turning.homography import Size
 
-__all__ = ["BARE", "Overlay", "laid"]
-
 Float64: TypeAlias = NDArray[np.float64]
 
 _LEASH: Final = Leash(0.015, 0.10)  # widths of the goal
@@ -37,8 +35,6 @@ class Overlay:
 
     Attributes
     ----------
-    shown : Alignment
-        What to show: the last alignment with a steadied homography, or ``unsure``.
     corners : Steady or None
         Of the live picture on the goal, (4, 2) in widths of the goal.
     rival : tuple of ((4, 2) float64, float) or None
@@ -59,18 +55,8 @@ def laid(before: Overlay, found: Alignment, sizes: tuple[Size, Size], now_s: flo
 
     Parameters
     ----------
-    before : Overlay
-        What was shown; `BARE` for another goal.
-    found : Alignment
-        Of the new picture.
     sizes : tuple of (columns, rows)
         Of the picture and of the goal.
-    now_s : float
-        When it was taken, on any clock that only goes forward.
-
-    Returns
-    -------
-    Overlay
     """
     steady = before.corners
     if found.homography is None:

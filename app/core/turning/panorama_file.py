@@ -29,8 +29,6 @@ from app.core.progress import Token
 if TYPE_CHECKING:
     from app.core.probe.frame import Frame
 
-__all__ = ["read_shown_panorama"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 _WIDEST: Final = 4096  # finer detail than a camera shows behind a sitter
@@ -46,8 +44,6 @@ def read_shown_panorama(path: Path | str, token: Token | None = None) -> Bytes:
     path : Path or str
         OpenEXR or Radiance environment, or a JPEG, PNG or TIFF picture that is a whole
         equirectangular panorama; it is levelled where it says how it was tilted.
-    token : Token, optional
-        Stops it.
 
     Returns
     -------

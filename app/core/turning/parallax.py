@@ -27,8 +27,6 @@ from app.core import sphere
 if TYPE_CHECKING:
     from app.core.turning.rotation import Pose
 
-__all__ = ["Aim", "Line", "lined_up", "straightened"]
-
 Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 
@@ -76,12 +74,6 @@ class Line:
         Where the probe's place is in the picture plane.
     inside : (N,) bool
         The points that agree.
-    error_rad : float
-        Standard error of the heading.
-    agree : float
-        How many points agree, those that are a little off in part.
-    freed : float
-        How many more points agree with a camera that stands anywhere.
     aside : float
         How much less likely the place of the sitter is than that camera's way: a cost, as of so
         many points.
@@ -167,23 +159,12 @@ def lined_up(
 
     Parameters
     ----------
-    poses : list of Pose
-        Where to start from, the likeliest first.
     rays, bearings : (N, 2) and (N, 3) float64
         As in `app.core.turning.rotation.fit`: all matches, right and wrong.
     ratio : (N,) float32
         Of the matches, as `app.core.turning.features.pair` gives it.
-    aims : list of Aim
-        Where the sitter may be.
-    scale : float
-        Standard deviation of the lens, as a logarithm.
     known : bool
         Whether anybody has said how wide the lens is, or that is no more than what is likely.
-
-    Returns
-    -------
-    Line or None
-        None where there are too few points.
     """
     ahead = bearings @ poses[0].rotation[:, 2] > _AHEAD
     if int(ahead.sum()) < _LEAST:

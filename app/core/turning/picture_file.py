@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 
     from app.core.progress import Token
 
-__all__ = ["PictureFile", "picture_size", "read_picture"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 _MOST_BYTES: Final = 512 << 20
@@ -68,8 +66,6 @@ class PictureFile:
     size : tuple of int
         Columns and rows of the file's picture, upright: more than those of `picture` where less
         was asked for.
-    taken_at : datetime or None
-        As the camera says; without an offset from UTC where it states none.
     focal_mm : float or None
         As on a frame of 36 x 24 mm; None where the file does not state it.
     """
@@ -93,11 +89,6 @@ class PictureFile:
 
 def picture_size(path: Path | str) -> tuple[int, int]:
     """Read how large a picture is, without decoding a pixel.
-
-    Parameters
-    ----------
-    path : Path or str
-        As for `read_picture`.
 
     Returns
     -------
@@ -123,12 +114,6 @@ def read_picture(path: Path | str, longest: int = 0, token: Token | None = None)
         JPEG, PNG, TIFF, WebP or BMP of 8 or 16 bits, in colour or grey; it is only read.
     longest : int, optional
         Pixels of the longer side that are enough; 0 keeps all of them.
-    token : Token, optional
-        Stops it.
-
-    Returns
-    -------
-    PictureFile
 
     Raises
     ------

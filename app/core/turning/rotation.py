@@ -23,8 +23,6 @@ from numpy.typing import NDArray
 
 from app.core import sphere
 
-__all__ = ["MOST_PITCH_DEG", "MOST_ROLL_DEG", "Outlook", "Pose", "fit", "rescaled"]
-
 Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 
@@ -56,15 +54,9 @@ class Outlook:
     ----------
     sitter : float
         Where the line to the probe's place is in the picture plane, x / z, positive to the right.
-    sitter_spread : float
-        Its standard deviation, in the same unit.
     zoom : tuple of float
         Least and greatest enlargement of the picture plane: 1 + d / z, times whatever the field
         of view is wrong by.
-    likely : tuple of float
-        Mean and standard deviation of the enlargement.
-    sitter_known : bool
-        Whether anybody has looked where the sitter is.
     """
 
     sitter: float = 0.0
@@ -88,8 +80,6 @@ class Pose:
         Enlargement less 1 in the middle of the picture, and its slopes to the right and down.
     inside : (N,) bool
         Points that agree.
-    error_rad : float
-        Standard error of the heading, from the residuals.
     """
 
     rotation: Float64
@@ -175,12 +165,6 @@ def fit(
         Points in the camera's picture plane, x / z and y / z (right and down).
     bearings : (N, 3) float64
         The same points in the panorama, unit vectors in its axes.
-    outlook : Outlook, optional
-        What is known before; by default that the sitter is in the middle.
-    tries : int, optional
-        How many pairs of points are tried.
-    seed : int, optional
-        Of the random samples; the same input always gives the same result.
 
     Returns
     -------
@@ -206,21 +190,10 @@ def rescaled(
 
     Parameters
     ----------
-    pose : Pose
-        What `fit` found.
     rays : (N, 2) float64
         What it was found with.
     bearings : (N, 3) float64
         As in `fit`.
-    factor : float
-        By which the picture plane is larger than was thought.
-    outlook : Outlook
-        What is known of the camera with the better lens.
-
-    Returns
-    -------
-    Pose or None
-        None where it fits no longer.
     """
     plane = np.array([pose.zoom / factor - 1.0, *(pose.plane[1:] / factor**2)])
     state = _State(pose.rotation, np.array([outlook.sitter, pose.sitter[1] * factor]), plane)

@@ -43,19 +43,6 @@ if TYPE_CHECKING:
     from app.core.solve import StyleResult
     from app.core.turning.sitter import Sitter
 
-__all__ = [
-    "PHOTO_ENDINGS",
-    "Photo",
-    "Sought",
-    "Taken",
-    "Verdict",
-    "is_panorama",
-    "judge",
-    "locate_photo",
-    "read_photo",
-    "search_photo",
-]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 Photo = PictureFile
@@ -90,8 +77,6 @@ class Taken:
 
     Attributes
     ----------
-    status : str
-        ``found`` or ``unsure``.
     heading_deg : float or None
         Panorama azimuth of the camera's axis, deg; None when unsure.
     facing_deg : float or None
@@ -119,13 +104,9 @@ class Sought:
 
     Attributes
     ----------
-    heading : Heading
-        Where it points, or unsure; its roll is that of the picture as it is.
     sitter : Sitter or None
         Who it was found with; None where nobody was seen, or it was found without them. In the
         frame that is not mirrored.
-    mirrored : bool
-        Whether the picture is a mirror image, as selfies are saved by some phones.
     stated_deg : float or None
         The field of view that its EXIF states where that cannot be right, deg.
     """
@@ -159,8 +140,6 @@ class Verdict:
         goal - turn the shorter way, positive clockwise.
     outside_deg : int
         Whole degrees to the arc; 0 in it.
-    match, best : int
-        At that turn, and of the style here; rounded down.
     """
 
     turn_deg: int
@@ -174,11 +153,6 @@ class Verdict:
 def is_panorama(path: Path) -> bool:
     """Tell a whole panorama from a photograph by its shape, without decoding a pixel.
 
-    Parameters
-    ----------
-    path : Path
-        A picture.
-
     Raises
     ------
     CoreError
@@ -190,17 +164,6 @@ def is_panorama(path: Path) -> bool:
 
 def read_photo(path: Path, token: Token | None = None) -> Photo:
     """Read a photograph, at most 1,600 pixels on its longer side.
-
-    Parameters
-    ----------
-    path : Path
-        As for `app.core.turning.picture_file.read_picture`.
-    token : Token, optional
-        Stops it.
-
-    Returns
-    -------
-    Photo
 
     Raises
     ------
@@ -221,22 +184,6 @@ def locate_photo(
     photo: Photo, index: HeadingIndex, token: Token | None = None, report: Report = silent
 ) -> Taken:
     """Find from where a photograph was taken, with the sitter's own angle in it.
-
-    Parameters
-    ----------
-    photo : Photo
-        Of the sitter: its camera looked at them.
-    index : HeadingIndex
-        Of the panorama.
-    token : Token, optional
-        Stops it.
-    report : Report, optional
-        Progress.
-
-    Returns
-    -------
-    Taken
-        ``unsure`` rather than a wrong number.
 
     Raises
     ------
@@ -264,21 +211,9 @@ def search_photo(
 
     Parameters
     ----------
-    photo : Photo
-        Its camera looked at the sitter.
-    index : HeadingIndex
-        Of the panorama.
     fov_deg : float, optional
         Horizontal field of view, deg, where somebody knows it. That of EXIF is only tried first:
         the picture may have been cropped since.
-    token : Token, optional
-        Stops it.
-    report : Report, optional
-        Progress.
-
-    Returns
-    -------
-    Sought
 
     Raises
     ------
@@ -439,14 +374,6 @@ def judge(turn_deg: float, goal: Goal, result: StyleResult) -> Verdict:
     ----------
     turn_deg : float
         Turn of the photograph, deg.
-    goal : Goal
-        Where the light is.
-    result : StyleResult
-        Of the style, seen from the same place as the turns.
-
-    Returns
-    -------
-    Verdict
     """
     shown, _ = guide(goal, Reading(turn_deg, 0.0))
     turn = whole(turn_deg)

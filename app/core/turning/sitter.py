@@ -28,8 +28,6 @@ from app.core.errors import CoreError
 from app.core.paths import resources
 from app.core.turning.headings import offset_angle
 
-__all__ = ["Layers", "Sitter", "background_mask", "find_sitter", "likely_places", "prepared"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Kind: TypeAlias = Literal["face", "person"]
@@ -63,8 +61,6 @@ class Sitter:
 
     Attributes
     ----------
-    column : float
-        Middle of the head, between the ears, as a share of the picture's width from the left.
     angle_deg : float
         The same as a horizontal angle from the camera's axis, deg, positive to the right in the
         picture as the camera took it.
@@ -73,8 +69,6 @@ class Sitter:
         and height. It may reach beyond the picture.
     kind : str
         "face" for a head that was seen, "person" for a body whose head was not.
-    confidence : float
-        How sure it is that a head is there, in [0, 1].
     """
 
     column: float
@@ -114,11 +108,6 @@ def find_sitter(
         Whether there is but this one picture, taken of somebody: a head as large as one seems from
         1 to 3 m is then believed earlier.
 
-    Returns
-    -------
-    Sitter or None
-        None when there is nobody, or nobody's face.
-
     Raises
     ------
     CoreError
@@ -151,8 +140,6 @@ def background_mask(sitter: Sitter, shape: tuple[int, int]) -> NDArray[np.bool_]
 
     Parameters
     ----------
-    sitter : Sitter
-        From `find_sitter`.
     shape : tuple[int, int]
         Rows and columns of the mask; any size.
 
@@ -299,8 +286,6 @@ def likely_places(grey: Bytes, layers: Layers, least: float) -> list[tuple[float
         sRGB.
     layers : tuple
         Weights (k, k, channels, features) and biases (features,) float32 of each layer.
-    least : float
-        Least likelihood.
 
     Returns
     -------

@@ -20,8 +20,6 @@ from app.core.turning.field import lens_factor
 from app.core.turning.parallax import Aim, Line, lined_up, straightened
 from app.core.turning.rotation import Outlook, Pose
 
-__all__ = ["Matches", "Question", "Stand", "find_stand"]
-
 Float64: TypeAlias = NDArray[np.float64]
 
 _TRIES: Final = 1200
@@ -70,8 +68,6 @@ class Matches:
         In the panorama, unit vectors.
     ratio : (N,) float32
         By `app.core.turning.features.pair`.
-    shape : float
-        Longer side of the picture over the shorter.
     """
 
     rays: Float64
@@ -91,10 +87,6 @@ class Question:
         nobody knows it.
     sitter_deg : float or None
         Where the sitter is from the axis; None where nobody knows.
-    away : bool
-        Whether it looks away from the sitter, at who carries it.
-    near : bool
-        Whether only what lies around the last heading is compared, in short time.
     """
 
     lens: float | None
@@ -114,14 +106,8 @@ class Stand:
 
     Attributes
     ----------
-    pose : Pose
-        For points that `lens` straightens.
     lens : (3,) float64
         As in `app.core.turning.parallax.Line`.
-    outlook : Outlook
-        What was known of it.
-    line : Line or None
-        What it was refined by.
     """
 
     pose: Pose
@@ -156,22 +142,7 @@ class Stand:
 
 
 def find_stand(matches: Matches, question: Question, hint: Pose | None = None) -> Stand | None:
-    """Find how a camera stands.
-
-    Parameters
-    ----------
-    matches : Matches
-        Right and wrong ones.
-    question : Question
-        What is known.
-    hint : Pose, optional
-        What fewer matches said.
-
-    Returns
-    -------
-    Stand or None
-        None where nothing fits at all.
-    """
+    """Find how a camera stands."""
     tries = _TRIES // 3 if question.near else _TRIES
     outlooks = _outlooks(question)
     poses = [rotation.fit(matches.rays, matches.bearings, o, tries) for o in outlooks]

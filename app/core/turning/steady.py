@@ -16,26 +16,12 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Leash", "Steady", "steadied"]
-
 Float64: TypeAlias = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class Leash:
-    """How values of one kind are held still; units are those of the value.
-
-    Attributes
-    ----------
-    length : float
-        The most that the shown value may be behind: about three standard deviations of the jitter.
-    slow_per_s : float
-        Speed at which the leash is half as long; well above what jitter looks like.
-    creep_s : float
-        Time constant with which the shown value creeps after the measured one, s.
-    speed_s : float
-        Time constant of the speed, s.
-    """
+    """How values of one kind are held still; units are those of the value."""
 
     length: float
     slow_per_s: float
@@ -55,8 +41,6 @@ class Steady:
         The last measurement.
     speed : (...) float64
         Of the measurements, a second.
-    time_s : float
-        Of the last measurement.
     """
 
     shown: Float64 = field(repr=False)
@@ -72,8 +56,6 @@ class Steady:
         ----------
         measured : (...) float64
             It is shown as it is.
-        time_s : float
-            The moment, on any clock that only goes forward.
         """
         value = np.array(measured, np.float64)
         return cls(value, value, np.zeros_like(value), time_s)
@@ -84,19 +66,10 @@ def steadied(before: Steady, measured: Float64, time_s: float, leash: Leash) -> 
 
     Parameters
     ----------
-    before : Steady
-        What was before.
     measured : (...) float64
         Of the same shape; angles unwrapped, so that no step between two is a whole circle.
     time_s : float
         When it was taken; one that is not later than the last changes the value and no speed.
-    leash : Leash
-        How it is held.
-
-    Returns
-    -------
-    Steady
-        ``abs(shown - measured) <= leash.length`` everywhere.
     """
     value = np.array(measured, np.float64)
     pause = max(time_s - before.time_s, 0.0)

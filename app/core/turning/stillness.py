@@ -22,8 +22,6 @@ from numpy.typing import NDArray
 from app.core.angles import difference
 from app.core.turning.sitter import Sitter, background_mask
 
-__all__ = ["ASKED_DEG", "STILL", "STILL_S", "Stillness", "watch"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 
@@ -63,15 +61,7 @@ class _Walk:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stillness:
-    """What has been seen since the camera stands still; begin with `STILL`.
-
-    Attributes
-    ----------
-    left_behind : bool
-        Whether the camera stays behind while a person walks.
-    since_s : float or None
-        Since when the camera has stood still while a turn was asked for.
-    """
+    """What has been seen since the camera stands still; begin with `STILL`."""
 
     left_behind: bool = False
     since_s: float | None = None
@@ -97,23 +87,13 @@ def watch(
 
     Parameters
     ----------
-    state : Stillness
-        What the last picture gave.
     frame : (H, W, 3) uint8
         sRGB.
-    now_s : float
-        When it was taken, on any clock that only goes forward.
     asked_deg : float or None
         How far it still is to the tolerance arc, deg, whichever way round; 0 inside of it. None
         where no turn is asked for.
     heading_deg : float or None, optional
         Where the camera points, deg; None where that is not known.
-    sitter : Sitter or None, optional
-        Who is in this very picture, whether that is the sitter or the photographer.
-
-    Returns
-    -------
-    Stillness
     """
     if asked_deg is None or abs(asked_deg) < ASKED_DEG or min(frame.shape[:2]) < 4 * _SEARCHED_PX:
         return STILL

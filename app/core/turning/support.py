@@ -19,8 +19,6 @@ from app.core import sphere
 if TYPE_CHECKING:
     from app.core.turning.rotation import Pose
 
-__all__ = ["strays", "support"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -46,8 +44,6 @@ def support(rays: Float64, described: Float32, spots: Float32, known: Float32, p
         Points of the panorama, unit vectors in its axes.
     known : (M, 128) float32
         What they look like.
-    pose : Pose
-        What is to be judged.
 
     Returns
     -------
@@ -86,8 +82,6 @@ def strays(rays: Float64, bearings: Float64, inside: NDArray[np.bool_], pose: Po
         Where the panorama shows that, unit vectors in its axes.
     inside : (N,) bool
         Whether they agree with the pose.
-    pose : Pose
-        What is to be judged.
 
     Returns
     -------

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from app.core.turning.guidance import Guide, Phase
 
-__all__ = ["RATE", "Cue", "Sound", "chime", "cue", "samples"]
-
 Pcm: TypeAlias = NDArray[np.int16]
 Sound: TypeAlias = Literal["beep", "pair", "steady", "none"]
 """What is to be heard while one turns."""
@@ -47,8 +45,6 @@ class Cue:
         ``beep``, ``pair`` (two beeps, inside the arc), ``steady`` (to be looped) or ``none``.
     every_s : float
         From one beep's start to the next, seconds; 0 for a steady tone and for none.
-    step : int
-        Pitch, 0 (far) to 7 (at the arc's middle).
     """
 
     sound: Sound
@@ -58,11 +54,6 @@ class Cue:
 
 def cue(shown: Guide) -> Cue:
     """Return what is to be heard with a guide.
-
-    Parameters
-    ----------
-    shown : Guide
-        What the screen says.
 
     Returns
     -------
@@ -84,13 +75,6 @@ def cue(shown: Guide) -> Cue:
 @cache
 def samples(sound: Sound, step: int = 0) -> Pcm:
     """Return the samples of one sound.
-
-    Parameters
-    ----------
-    sound : str
-        See `Cue`.
-    step : int, optional
-        Pitch, see `Cue`.
 
     Returns
     -------

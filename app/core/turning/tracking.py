@@ -33,8 +33,6 @@ from app.core.turning.words import Mode
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["LOST", "SEEING", "Memory", "Seeing", "Status", "Track", "missed", "track"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Status: TypeAlias = Literal["lost", "searching", "tracking"]
 
@@ -50,15 +48,7 @@ _NO_SITTER: Final = 0.7  # of the confidence: the sitter may be anywhere in the 
 
 @dataclass(frozen=True, slots=True)
 class Seeing:
-    """What looks at a picture; another one for tests and simulations.
-
-    Attributes
-    ----------
-    heading : callable
-        As `app.core.turning.heading.find_heading`.
-    sitter : callable
-        As `app.core.turning.sitter.find_sitter`.
-    """
+    """What looks at a picture; another one for tests and simulations."""
 
     heading: Callable[..., Heading] = find_heading
     sitter: Callable[[Bytes, float, Sitter | None], Sitter | None] = find_sitter
@@ -76,16 +66,8 @@ class Memory:
     ----------
     steady : Steady or None
         Heading and background behind the sitter, (2,) deg, unwrapped; None when nothing is known.
-    misses : int
-        Pictures without a heading since the last one that had one.
     rival : tuple of float or None
         Heading that waits to be seen again, deg, and when it was seen.
-    width : Width
-        Of the lens, as far as it is learnt.
-    company : Company
-        Who is in the picture.
-    stillness : Stillness
-        What speaks for a camera that was left behind.
     """
 
     steady: Steady | None = None
@@ -116,15 +98,9 @@ class Track:
         unless tracking.
     fov_deg : float or None
         The camera's horizontal field of view, deg: as given, or as learnt; None while unknown.
-    left_behind : bool
-        The camera stands still although whoever carries it should be moving.
-    since_s : float
-        Since when the status has been what it is.
     background_deg : float or None
         Panorama azimuth of what lies behind the sitter, deg in (-180, 180], steadied; None unless
         tracking.
-    memory : Memory
-        For the next picture.
     """
 
     status: Status = "lost"
@@ -149,13 +125,7 @@ class Track:
     def turn_deg(
         self, looks: Looks = Looks.SITTER, mode: Mode = Mode.WALK, front_deg: float = 0.0
     ) -> float | None:
-        """Return how far the sitter has turned, in (-180, 180] deg; None unless tracking.
-
-        Parameters
-        ----------
-        looks, mode, front_deg
-            As for `app.core.turning.headings.turn_of_heading`.
-        """
+        """Return how far the sitter has turned, in (-180, 180] deg; None unless tracking."""
         if self.heading_deg is None:
             return None
         behind = self.heading_deg if self.background_deg is None else self.background_deg
@@ -189,26 +159,14 @@ def track(
     ----------
     frame : (H, W, 3) uint8
         sRGB, not mirrored.
-    index : HeadingIndex
-        Of the panorama; with another one begin with `LOST` again.
     fov_deg : float or None
         The camera's horizontal field of view, deg; None when it is unknown, and to be learnt.
-    state : Track
-        What the last picture gave.
-    now_s : float
-        When this one was taken, on any clock that only goes forward.
     sees_sitter : bool, optional
         Whether the person in the picture is the sitter, see
         `app.core.turning.headings.sees_sitter`. Whoever is in it is no background in any case.
     asked_deg : float or None, optional
         How far it still is to the light, deg, as for `app.core.turning.stillness.watch`; None where
         no turn is asked for.
-    seeing : Seeing, optional
-        What looks at the picture.
-
-    Returns
-    -------
-    Track
     """
     memory = state.memory
     known = memory.width.known_deg if fov_deg is None else fov_deg
@@ -240,19 +198,7 @@ def track(
 
 
 def missed(state: Track, now_s: float) -> Track:
-    """Take a picture without a heading.
-
-    Parameters
-    ----------
-    state : Track
-        What the last picture gave.
-    now_s : float
-        When this one was taken.
-
-    Returns
-    -------
-    Track
-    """
+    """Take a picture without a heading."""
     misses = state.memory.misses + 1
     steady = state.memory.steady
     recently = steady is not None and now_s - steady.time_s <= _FORGET_S

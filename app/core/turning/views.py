@@ -28,18 +28,6 @@ from app.core.turning.headings import (
 )
 from app.core.turning.words import Mode
 
-__all__ = [
-    "BACKGROUND_SIZE",
-    "BACKGROUND_TALL_DEG",
-    "Lens",
-    "background_view",
-    "bearings",
-    "goal_lens",
-    "goal_view",
-    "look",
-    "strip_view",
-]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
@@ -87,8 +75,6 @@ def bearings(lens: Lens, azimuth_deg: float, pitch_deg: float, pixels: Float64) 
 
     Parameters
     ----------
-    lens : Lens
-        Of the camera.
     azimuth_deg, pitch_deg : float
         Where its axis points: panorama azimuth, and up; deg.
     pixels : (N, 2) float64
@@ -120,8 +106,6 @@ def look(panorama: Picture, azimuth_deg: float, lens: Lens, pitch_deg: float = 0
         bytes nearly so.
     azimuth_deg : float
         Where the axis points, deg.
-    lens : Lens
-        Field of view and size.
     pitch_deg : float, optional
         How far the axis points up, deg, in [-90, 90].
 
@@ -176,22 +160,7 @@ def goal_lens(
     looks: Looks = Looks.SITTER,
     mode: Mode = Mode.WALK,
 ) -> Lens:
-    """Return the lens that shows, from where the probe stood, what a camera sees from its place.
-
-    Parameters
-    ----------
-    lens : Lens
-        The camera's own.
-    camera_m, background_m : float, optional
-        From the sitter's head to the camera, and to what lies behind; see `widened_fov`.
-    looks, mode : optional
-        Which way the camera looks, and who moves.
-
-    Returns
-    -------
-    Lens
-        Of the same size.
-    """
+    """Return the lens that shows, from where the probe stood, what a camera sees from its place."""
     wide = widened_fov(
         lens.fov_deg, camera_m, background_m, sees_the_sitter=sees_sitter(looks, mode)
     )
@@ -223,10 +192,6 @@ def goal_view(
         360 / fov times the view's.
     goal_deg : float
         Turn to reach, deg.
-    lens : Lens
-        The camera's own field of view; the size wanted, in the camera's own proportions.
-    camera_m, background_m, looks, mode
-        As for `goal_lens`.
     front_deg : float, optional
         Panorama azimuth at which the photographer stands at turn 0, deg.
     pitch_deg : float, optional
@@ -254,8 +219,6 @@ def background_view(
     ----------
     panorama : (H, W, C) uint8 or float32
         Equirectangular, 2:1.
-    turn_deg : float
-        Deg.
     size : tuple[int, int], optional
         Columns and rows; 128 x 136 beside the panorama, 272 x 136 on a tab of its own. A wider one
         shows more at the same scale.

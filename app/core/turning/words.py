@@ -17,25 +17,6 @@ from typing import Final, Literal, TypeAlias
 
 from app.core.angles import wrap
 
-__all__ = [
-    "Direction",
-    "Mode",
-    "arc_words",
-    "clock_words",
-    "direction_of",
-    "direction_words",
-    "ends_of",
-    "goal_words",
-    "side_words",
-    "signed",
-    "size_words",
-    "strip_arc_words",
-    "taken_words",
-    "turn_words",
-    "walking_words",
-    "whole",
-]
-
 Direction: TypeAlias = Literal["clockwise", "counter-clockwise", "none"]
 """Of a turn, seen from above."""
 
@@ -84,11 +65,6 @@ def whole(turn_deg: float) -> int:
 def signed(turn_deg: float) -> str:
     """Write a turn in whole degrees with a typographic minus.
 
-    Parameters
-    ----------
-    turn_deg : float
-        Deg.
-
     Examples
     --------
     >>> signed(-12.4), signed(96.0), signed(-179.8)
@@ -100,11 +76,6 @@ def signed(turn_deg: float) -> str:
 
 def size_words(turn_deg: float) -> str:
     """Write how large a turn is, without its direction.
-
-    Parameters
-    ----------
-    turn_deg : float
-        Deg.
 
     Examples
     --------
@@ -256,18 +227,6 @@ def strip_arc_words(arc_deg: tuple[float, float]) -> str:
 def side_words(side: str, place: str = "") -> str:
     """Write where the light of a style comes from, the side named twice.
 
-    Parameters
-    ----------
-    side : str
-        The sitter's own side of the key lamp: ``left``, ``right`` or ``none``.
-    place : str, optional
-        For a style without a side, as in its file: "in front, from above".
-
-    Returns
-    -------
-    str
-        Empty where there is nothing to say.
-
     Examples
     --------
     >>> side_words("left"), side_words("none", "from overhead")
@@ -284,13 +243,6 @@ def side_words(side: str, place: str = "") -> str:
 
 def walking_words(direction: Direction, mode: Mode) -> tuple[str, str]:
     """Write what to do with one's feet.
-
-    Parameters
-    ----------
-    direction : str
-        In which the sitter has to turn, seen from above.
-    mode : Mode
-        Who moves.
 
     Returns
     -------
@@ -319,8 +271,6 @@ def taken_words(
         Whole degrees of turn.
     outside : int
         Whole degrees from the light; 0 in it.
-    match, best : int
-        Of 100: at that turn, and of the style here.
     rough : bool, optional
         The turn is not known to the degree.
 

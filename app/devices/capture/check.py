@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from app.core.probe.frame import Exposure
     from app.core.probe.planner import Plan
 
-__all__ = ["check_frames", "planned_times"]
-
 _EQUAL_STOPS: Final = 0.05
 _SAME_STOPS: Final = 1.0 / 6.0
 _NUMBERS: Final = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
@@ -31,13 +29,6 @@ _NUMBERS: Final = ("no", "one", "two", "three", "four", "five", "six", "seven", 
 
 def check_frames(paths: Sequence[Path], plan: Plan) -> tuple[str, ...]:
     """Compare the frames with the plan.
-
-    Parameters
-    ----------
-    paths : Sequence[Path]
-        The files, in the order of shooting.
-    plan : Plan
-        What was asked for.
 
     Returns
     -------

@@ -17,8 +17,6 @@ from app.devices.capture.session import JOURNAL, Session
 from app.devices.errors import BadReply
 from app.devices.osc.untrusted import parse_json, table, words
 
-__all__ = ["FILE", "Debts"]
-
 FILE: Final = "owed-cameras.json"
 """Name of the file in the user's folder."""
 

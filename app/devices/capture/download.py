@@ -38,15 +38,6 @@ if TYPE_CHECKING:
     from app.devices.osc.link import Incoming
     from app.devices.osc.messages import FileEntry
 
-__all__ = [
-    "ATTEMPTS",
-    "MAX_FILE_BYTES",
-    "FileProgress",
-    "FileSource",
-    "fetch_file",
-    "fetch_thumbnails",
-]
-
 ATTEMPTS: Final = 5
 """Failures in a row, none of which brought anything new, after which a file is given up."""
 
@@ -86,12 +77,6 @@ class FileProgress:
 
     Attributes
     ----------
-    name : str
-        The camera's name for it.
-    received : int
-        Bytes that are here.
-    size : int
-        Bytes that it has; 0 where not known.
     bytes_per_s : float
         Rate since the first byte of this attempt, on the clock; 0 before there is one.
     """
@@ -132,27 +117,11 @@ def fetch_file(
 
     Parameters
     ----------
-    client : FileSource
-        The camera.
-    entry : FileEntry
-        Which file, with the size that the camera states (0 where it does not).
-    target : Path
-        Where it shall be. What is there already is not fetched again; ``target.part`` beside it
-        is continued.
-    clock : Clock
-        For pauses and rates.
-    token : Token
-        Stops the work; the part stays.
     report : Callable[[FileProgress], None], optional
         Told some ten times a second.
     check : Callable[[Path], bool], optional
         Whether a file is whole; decodes it by default. The structure of the JPEG and its size
         are looked at before in any case.
-
-    Returns
-    -------
-    Path
-        `target`.
 
     Raises
     ------

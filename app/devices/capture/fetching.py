@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from app.devices.capture.job import Job
     from app.devices.capture.session import SessionFrame
 
-__all__ = ["fetch"]
-
 _CONTINUATIONS: Final = 3
 _ENOUGH: Final = 3
 # What another try may mend once the camera has been found again.

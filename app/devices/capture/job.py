@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from app.devices.osc.messages import Info
     from app.devices.profiles import ModelProfile
 
-__all__ = ["Job"]
-
 
 @dataclass(slots=True)
 class Job:
@@ -39,22 +37,10 @@ class Job:
     client, session, clock, token, board, contact
         The camera, where its files go, time, the wish to stop, the status, and the camera again
         with patience.
-    kind, pack, wishes, delay_s, before_exposing
-        As given to `app.devices.capture.machine.Capture`.
-    arriving : ArrivingFrames
-        Reads frames as they come.
     debts : Debts or None
         What earlier captures owe to cameras; None where nobody keeps it.
     profile, info : ModelProfile, Info or None
         Of the camera; `info` is None where it was not needed any more.
-    exposing : bool
-        The camera may be shooting.
-    paths, probe, environment
-        The frames' files, the light, and its file: what came out.
-    seconds : dict[str, float]
-        Time that parts took, on the clock.
-    warnings : list[str]
-        Sentences for the user.
     """
 
     client: OscClient

@@ -15,18 +15,6 @@ from app.core.probe.planner import Plan, PlannedShot
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-__all__ = [
-    "EXPOSURE_LIMITS",
-    "VERSION",
-    "Damaged",
-    "Newer",
-    "SessionFrame",
-    "SessionJournal",
-    "journal_of",
-    "keepable",
-    "text_of",
-]
-
 VERSION: Final = 1
 """Of the journal's form; a file with a higher one is left alone."""
 
@@ -61,27 +49,7 @@ class Newer(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class SessionFrame:
-    """One picture of the camera.
-
-    Attributes
-    ----------
-    name : str
-        As the camera calls it; the names of a camera repeat.
-    url : str
-        Where it is on the camera.
-    size : int
-        Bytes that the camera states; 0 where it does not.
-    taken : str
-        Date and time that the camera states, "" where it does not.
-    local : str
-        Name of the file in the session's `originals`; "" while none was chosen.
-    thumbnail : str
-        Name of the file in the session's `thumbnails`; "" while there is none.
-    done : bool
-        The file is there, whole.
-    sha256 : str
-        Of the file in hexadecimal digits; "" while it is not done.
-    """
+    """One picture of the camera."""
 
     name: str
     url: str
@@ -99,36 +67,8 @@ class SessionJournal:
 
     Attributes
     ----------
-    model, serial, firmware : str
-        Of the camera; "" before it has answered.
-    stage : str
-        Word for what is being done ("exposing").
-    metered : Exposure or None
-        What the camera chose by itself.
-    plan : Plan or None
-        The bracket that is to be shot.
-    settings_to_restore : Mapping[str, JsonValue]
-        Options of the camera as they were; empty when nothing is to be restored.
-    picture_to_delete : SessionFrame or None
-        The picture for metering, while it is still on the camera.
-    previous_latest : str
-        URL of the camera's newest file before the bracket; "" where it had none.
-    command_id : str, int or None
-        Of the running capture, as the camera gave it.
-    group_id : str
-        That the frames of the bracket share on the camera; "" where not known.
     exposed : bool
         All exposures have been made.
-    frames : tuple[SessionFrame, ...]
-        The frames of the bracket in the order of shooting.
-    environment : str
-        Name of the environment in the session's folder; "" while there is none.
-    started, finished : str
-        ISO 8601 with the offset from UTC; "" where it has not happened.
-    seconds : Mapping[str, float]
-        Time that parts took.
-    warnings : tuple[str, ...]
-        Sentences for the user.
     """
 
     model: str = ""
@@ -159,11 +99,6 @@ class SessionJournal:
 def text_of(journal: SessionJournal) -> str:
     """Write a journal down.
 
-    Parameters
-    ----------
-    journal : SessionJournal
-        What to write.
-
     Returns
     -------
     str
@@ -185,16 +120,6 @@ def text_of(journal: SessionJournal) -> str:
 
 def journal_of(text: str) -> SessionJournal:
     """Read a journal that may be damaged or forged.
-
-    Parameters
-    ----------
-    text : str
-        Content of the file.
-
-    Returns
-    -------
-    SessionJournal
-        Every value checked.
 
     Raises
     ------

@@ -42,8 +42,6 @@ if TYPE_CHECKING:
     from app.devices.osc.messages import Info
     from app.devices.profiles import ModelProfile
 
-__all__ = ["ENVIRONMENT", "Capture", "CaptureResult"]
-
 ENVIRONMENT: Final = "environment.exr"
 """Name of the environment in the session's folder."""
 
@@ -57,20 +55,8 @@ class CaptureResult:
 
     Attributes
     ----------
-    profile : ModelProfile
-        Of the camera.
     info : Info or None
         What it said of itself; None where a session was finished without it.
-    plan : Plan
-        The bracket that was shot.
-    frames : tuple[Path, ...]
-        Its files, in the order of shooting.
-    probe : Probe
-        The light.
-    environment : Path
-        The environment's file.
-    warnings : tuple[str, ...]
-        Sentences for the user.
     seconds : Mapping[str, float]
         Time of "metering", "exposing", "download" and "merge", on the clock.
     """
@@ -90,31 +76,6 @@ class Capture:
 
     A session that was interrupted is gone on with: what is on the disk is not fetched again, and
     what the camera has taken is not taken again.
-
-    Parameters
-    ----------
-    client : OscClient
-        The camera.
-    session : Session
-        Where the files go.
-    clock : Clock
-        For every wait and deadline.
-    plan : {"paper", "full"}
-        Which bracket.
-    pack : StylePack
-        Head and styles, for what clipped light means for the answers.
-    wishes : Wishes, optional
-        For the merge.
-    delay_s : int, optional
-        Self-timer before the bracket, 0 to 10 s.
-    on_status : Callable[[Status], None]
-        Told how far it is, in the caller's thread.
-    token : Token
-        Stops it.
-    before_exposing : Callable, optional
-        Called before anything is asked of the camera: closes a live preview.
-    debts : Debts, optional
-        Knows which other captures owe this camera something: that is put right first.
     """
 
     def __init__(
@@ -154,10 +115,6 @@ class Capture:
 
     def run(self) -> CaptureResult:
         """Do what is still to be done; once only.
-
-        Returns
-        -------
-        CaptureResult
 
         Raises
         ------

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from app.devices.capture.recovery import Contact
     from app.devices.capture.session import Session
 
-__all__ = ["make_plan", "meter", "read_limits"]
-
 HEAD_BYTES: Final = 128 << 10
 """Start of a file in which all headers are; public Theta files have theirs in 68 KB."""
 
@@ -102,11 +100,6 @@ def meter(job: Job) -> Exposure:
 
     The picture is deleted on the camera afterwards, if the camera itself named it as its newest and
     it was not there before.
-
-    Returns
-    -------
-    Exposure
-        Mean of both lenses.
 
     Raises
     ------

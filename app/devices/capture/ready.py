@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from app.devices.osc.messages import Info, State
     from app.devices.profiles import ModelProfile
 
-__all__ = ["check_ready", "connect", "explained", "wait_until_idle"]
-
 _LOW_BATTERY: Final = 0.1
 _HOT_C: Final = 60.0
 _PREVIEW_S: Final = 0.5
@@ -125,13 +123,7 @@ def wait_until_idle(job: Job, longest_s: float) -> None:
 
 
 def explained(job: Job, error: DeviceError) -> DeviceError:
-    """Find out whether a camera that refused or stopped has a reason that its state tells.
-
-    Returns
-    -------
-    DeviceError
-        What its state says, else the error itself.
-    """
+    """Find out whether a camera that refused or stopped has a reason that its state tells."""
     if not isinstance(error, (CameraRefused, CaptureFailed)) or error.code not in _MYSTERIES:
         return error
     try:

@@ -76,17 +76,6 @@ if TYPE_CHECKING:
     from app.devices.osc.client import OscClient
     from app.devices.osc.messages import FileEntry, Info
 
-__all__ = [
-    "BUSY",
-    "NOT_NOW",
-    "PATIENCE_S",
-    "REJOIN_S",
-    "Contact",
-    "find_frames",
-    "newest_address",
-    "shooting_order",
-]
-
 BUSY: Final = frozenset({"serviceUnavailable", "unexpected", "serverError"})
 """Codes of a camera that is busy."""
 
@@ -131,17 +120,6 @@ class Contact:
         Told when the connection is sought, with the seconds left for it, and when it is back.
     rejoin_s : float, optional
         How long a lost connection is sought, in seconds.
-
-    Attributes
-    ----------
-    forgotten : int
-        How often the camera may have forgotten its settings.
-    serial : str
-        Number of the camera, "" before it is known: another one is not taken for it.
-    forgets : bool
-        Whether the camera forgets its settings with every lost connection.
-    changed_at : float
-        When options were last changed, on the clock.
     """
 
     def __init__(

@@ -62,13 +62,6 @@ class Session:
 
     Made by `create`, `open` or `open_or_create`. Safe to use from several threads; two processes
     must not use one folder at the same time.
-
-    Attributes
-    ----------
-    folder : Path
-        The session's own folder. Nothing outside it is ever written.
-    notices : tuple[str, ...]
-        What was found on opening, in sentences for the user.
     """
 
     def __init__(self, folder: Path, journal: SessionJournal, notices: Iterable[str] = ()) -> None:
@@ -213,11 +206,6 @@ class Session:
 
         What is known of a frame already is kept, also where the camera has another address now;
         each gets its local name.
-
-        Returns
-        -------
-        tuple[SessionFrame, ...]
-            As they stand in the journal now.
         """
         with self._lock:
             known = {_on_camera(frame.url): frame for frame in self._journal.frames}
@@ -234,15 +222,7 @@ class Session:
             return self._journal.frames
 
     def set_frame(self, url: str, **changes: Any) -> None:
-        """Change what the journal says of one frame.
-
-        Parameters
-        ----------
-        url : str
-            Of the frame.
-        **changes
-            Fields of `SessionFrame`.
-        """
+        """Change what the journal says of one frame."""
         with self._lock:
             frames = tuple(
                 replace(frame, **changes) if frame.url == url else frame
@@ -267,11 +247,6 @@ class Session:
         entry : FileEntry
             What the camera says of the file; only letters, digits, "_", "." and "-" of its name
             are used.
-
-        Returns
-        -------
-        str
-            A plain name without any folder.
         """
         with self._lock:
             for frame in self._journal.frames:

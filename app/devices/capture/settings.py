@@ -21,19 +21,6 @@ if TYPE_CHECKING:
     from app.devices.capture.session import Session
     from app.devices.profiles import ModelProfile
 
-__all__ = [
-    "change",
-    "change_if_known",
-    "locked_white",
-    "prepare",
-    "read",
-    "restore",
-    "restore_or_say",
-    "save",
-    "settle",
-    "untaken_words",
-]
-
 _NEVER: Final = 65535
 _AFTER_FILTER_S: Final = 1.0  # Ricoh asks for it between `_filter` and `captureMode`
 _MANUAL: Final = 1
@@ -47,20 +34,7 @@ _UNTOLD: Final = frozenset({"_autoBracket", "shutterSpeed", "iso", "aperture", "
 
 
 def read(contact: Contact, names: Sequence[str]) -> dict[str, Any]:
-    """Read options; those that the camera does not know are left out.
-
-    Parameters
-    ----------
-    contact : Contact
-        The camera.
-    names : Sequence[str]
-        Which.
-
-    Returns
-    -------
-    dict[str, JsonValue]
-        By name, in the order of `names`.
-    """
+    """Read options; those that the camera does not know are left out."""
     try:
         known = contact.ask(lambda: contact.client.get_options(names), NOT_NOW)
     except CameraRefused as error:
@@ -91,13 +65,7 @@ def change(contact: Contact, options: Mapping[str, Any]) -> None:
 
 
 def change_if_known(contact: Contact, options: Mapping[str, Any]) -> tuple[str, ...]:
-    """Change what can be changed.
-
-    Returns
-    -------
-    tuple[str, ...]
-        Names of the options that the camera refused.
-    """
+    """Change what can be changed."""
     return tuple(_refusals(contact, options))
 
 
@@ -191,13 +159,6 @@ def _panorama(stated: Any) -> tuple[int, int] | None:
 def prepare(contact: Contact, profile: ModelProfile) -> None:
     """Make the camera take plain pictures and stay awake; what it does not know is left out.
 
-    Parameters
-    ----------
-    contact : Contact
-        The camera.
-    profile : ModelProfile
-        As `save` returned it.
-
     Raises
     ------
     CameraRefused
@@ -237,18 +198,6 @@ def locked_white(profile: ModelProfile) -> dict[str, Any]:
 
 def restore(contact: Contact, session: Session) -> tuple[str, ...]:
     """Give the camera its settings back and take them out of the journal.
-
-    Parameters
-    ----------
-    contact : Contact
-        The camera; should not be stoppable.
-    session : Session
-        Whose journal knows the settings.
-
-    Returns
-    -------
-    tuple[str, ...]
-        Options that the camera did not take back.
 
     Raises
     ------

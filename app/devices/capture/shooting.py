@@ -29,17 +29,6 @@ if TYPE_CHECKING:
     from app.devices.osc.messages import Command, FileEntry
     from app.devices.profiles import ModelProfile
 
-__all__ = [
-    "Run",
-    "bracket_options",
-    "deadline_s",
-    "expose",
-    "gather",
-    "stop",
-    "watch",
-    "watch_if_busy",
-]
-
 _WATCH_S: Final = 3.0
 _UNSEEN_S: Final = 10.0
 _GATHERINGS: Final = 6
@@ -103,15 +92,6 @@ def expose(job: Job) -> None:
 
 def gather(job: Job, urls: tuple[str, ...] = (), *, least: int | None = None) -> None:
     """Find the files of the bracket and write them into the journal.
-
-    Parameters
-    ----------
-    job : Job
-        The capture.
-    urls : tuple[str, ...], optional
-        Their addresses, where the camera has named them.
-    least : int, optional
-        How many must be there; by default as many as can be merged.
 
     Raises
     ------
@@ -206,17 +186,7 @@ def watch_if_busy(job: Job, run: Run) -> None:
 
 
 def bracket_options(profile: ModelProfile, plan: Plan, *, white: bool = True) -> dict[str, Any]:
-    """Return the options that describe a bracket to a camera.
-
-    Parameters
-    ----------
-    profile : ModelProfile
-        Which keys it wants.
-    plan : Plan
-        The frames.
-    white : bool, optional
-        Whether white balance may be among them.
-    """
+    """Return the options that describe a bracket to a camera."""
     keys = [key for key in profile.shot_keys if white or key != "whiteBalance"]
     shots = [{key: _value(key, shot) for key in keys} for shot in plan.shots]
     bracket = {"_bracketNumber": len(shots), "_bracketParameters": shots}

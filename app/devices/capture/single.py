@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from app.devices.capture.job import Job
     from app.devices.osc.messages import Command
 
-__all__ = ["Forgotten", "Taken", "as_sent", "shoot_singly", "take_picture"]
-
 FRAME_S: Final = 15.0
 """Time that any camera needs for a picture besides its exposure, at most, in seconds."""
 
@@ -46,8 +44,6 @@ class Taken:
 
     Attributes
     ----------
-    url : str
-        Its address.
     named : bool
         The camera named it as the one just taken; else it was found in the list of files.
     """
@@ -70,8 +66,6 @@ def take_picture(job: Job, longest_s: float, previous: str) -> Taken:
     ----------
     longest_s : float
         Longest time the picture may need besides `FRAME_S`, in seconds.
-    previous : str
-        Address of the newest file before it.
 
     Raises
     ------
@@ -171,11 +165,6 @@ def shoot_singly(job: Job, shots: Sequence[PlannedShot]) -> tuple[str, ...]:
 
     Seam and level of the first are kept for the others where the camera can do that; the
     self-timer runs before the first only.
-
-    Returns
-    -------
-    tuple[str, ...]
-        Addresses, in the order of shooting.
 
     Raises
     ------

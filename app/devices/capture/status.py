@@ -12,8 +12,6 @@ if TYPE_CHECKING:
 
     from app.core.probe.rough import Rough
 
-__all__ = ["SEEKING", "Board", "FrameProgress", "Stage", "Status", "time_left"]
-
 SEEKING: Final = "The camera is out of reach. Looking for it"
 """What is said, with the time left, while a lost camera is sought."""
 
@@ -34,21 +32,7 @@ class Stage(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class FrameProgress:
-    """How far one frame has come over.
-
-    Attributes
-    ----------
-    name : str
-        The camera's name for it.
-    received, size : int
-        Bytes that are here, and all of them (0 where not known).
-    bytes_per_s : float
-        Rate, 0 where not known.
-    done : bool
-        It is here, whole.
-    thumbnail : Path or None
-        A small picture of it.
-    """
+    """How far one frame has come over."""
 
     name: str
     received: int = 0
@@ -64,10 +48,6 @@ class Status:
 
     Attributes
     ----------
-    stage : Stage
-        What it is doing.
-    message : str
-        The same as a short plain phrase.
     fraction : float
         Share of the whole that is done, 0 to 1; never goes back, except after a failed start.
     shot, shots : int
@@ -77,10 +57,6 @@ class Status:
         end of the search while the camera is out of reach; None where that cannot be said.
     may_move : bool
         All exposures have been made: people may walk about again.
-    frames : tuple[FrameProgress, ...]
-        What comes over, in the order of shooting.
-    rough : Rough or None
-        A first idea of the light, from the small pictures; to be shown as rough.
     """
 
     stage: Stage = Stage.IDLE
@@ -130,13 +106,7 @@ _SPANS: Final = {
 
 
 class Board:
-    """Holds the status and tells it on every change.
-
-    Parameters
-    ----------
-    tell : Callable[[Status], None]
-        Told of every change.
-    """
+    """Holds the status and tells it on every change."""
 
     def __init__(self, tell: Callable[[Status], None]) -> None:
         self._tell = tell
@@ -147,10 +117,6 @@ class Board:
 
         Parameters
         ----------
-        stage : Stage
-            Which stage it belongs to.
-        message : str
-            Short plain phrase.
         part : float, optional
             Share of the stage that is done, 0 to 1.
         **changes

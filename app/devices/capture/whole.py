@@ -15,8 +15,6 @@ from app.core.progress import Token
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["jpeg_end", "sha256_of", "whole_file", "whole_picture"]
-
 _CHUNK: Final = 1 << 20
 _START: Final = b"\xff\xd8\xff"
 # A marker that ends a stretch of coded picture: neither a stuffed 0, a restart, nor padding.
@@ -26,11 +24,6 @@ _STANDALONE: Final = frozenset({0x01, *range(0xD0, 0xD8)})
 
 def jpeg_end(data: bytes) -> int | None:
     """Find where a JPEG ends, by its structure.
-
-    Parameters
-    ----------
-    data : bytes
-        The file from its beginning; more may follow the picture.
 
     Returns
     -------
@@ -72,11 +65,6 @@ def whole_file(path: Path) -> bool:
     path : Path
         The file. Trailing bytes after the picture (a second, smaller picture, padding) are
         allowed.
-
-    Returns
-    -------
-    bool
-        False also for files that cannot be read.
     """
     try:
         with open_file(path) as stream:
@@ -90,8 +78,6 @@ def whole_picture(path: Path, token: Token | None = None) -> bool:
 
     Parameters
     ----------
-    path : Path
-        The file.
     token : Token, optional
         Checked every few rows.
 

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from app.devices.clock import Clock
     from app.devices.osc.link import Incoming, Link
 
-__all__ = ["BUSY_PAUSES_S", "MAX_DELETED", "MAX_LISTED", "MAX_THUMBNAIL", "OscClient"]
-
 BUSY_PAUSES_S: Final = (0.5, 1.0, 2.0, 2.0, 3.0)
 """Pauses in seconds before a request is sent again to a camera that is busy."""
 
@@ -73,15 +71,6 @@ class OscClient:
     All methods raise what `Link.get` raises; `CameraRefused` also for an error object inside a
     good reply. A camera that says it is busy is asked again after `BUSY_PAUSES_S`. A question that
     was not answered in time is given twice the time when it is put again.
-
-    Parameters
-    ----------
-    link : Link
-        The way to it.
-    clock : Clock
-        Time of the pauses.
-    token : Token, optional
-        Stops the pauses.
     """
 
     def __init__(self, link: Link, clock: Clock, token: Token | None = None) -> None:
@@ -105,16 +94,6 @@ class OscClient:
     def get_options(self, names: Sequence[str]) -> dict[str, JsonValue]:
         """Read options.
 
-        Parameters
-        ----------
-        names : Sequence[str]
-            Which.
-
-        Returns
-        -------
-        dict
-            Those of them that the camera gave.
-
         Raises
         ------
         BadReply
@@ -135,15 +114,8 @@ class OscClient:
 
         Parameters
         ----------
-        name : str
-            "camera.takePicture" and others.
         parameters : Mapping, optional
             Left out of the request when None.
-
-        Returns
-        -------
-        Command
-            "done" or "inProgress".
         """
         body: dict[str, Any] = {"name": name}
         if parameters is not None:
@@ -151,13 +123,7 @@ class OscClient:
         return self._command(_EXECUTE, body)
 
     def status(self, command_id: str | int) -> Command:
-        """Ask how a command stands.
-
-        Parameters
-        ----------
-        command_id : str or int
-            Exactly as the camera gave it.
-        """
+        """Ask how a command stands."""
         return self._command(_STATUS, {"id": command_id})
 
     def take_picture(self) -> Command:
@@ -189,12 +155,8 @@ class OscClient:
 
         Parameters
         ----------
-        count : int
-            How many at most.
         kind : str, optional
             "image", "video" or "all".
-        start : int, optional
-            How many of the newest are skipped.
 
         Returns
         -------
@@ -227,11 +189,6 @@ class OscClient:
     def delete(self, urls: Sequence[str]) -> None:
         """Delete files on the camera.
 
-        Parameters
-        ----------
-        urls : Sequence[str]
-            As `list_files` or a command gave them.
-
         Raises
         ------
         DeviceError
@@ -252,8 +209,6 @@ class OscClient:
 
         Parameters
         ----------
-        url : str
-            As `list_files` or a command gave it.
         start : int, optional
             First byte that is wanted. A camera that does not know ranges answers with 200 and
             the whole file; one that does, with 206.
@@ -271,11 +226,6 @@ class OscClient:
 
     def thumbnail(self, url: str) -> bytes:
         """Fetch a file's small picture.
-
-        Parameters
-        ----------
-        url : str
-            As `list_files` or a command gave it.
 
         Returns
         -------

@@ -11,8 +11,6 @@ from requests.utils import parse_dict_header
 
 from app.devices.errors import PasswordNeeded
 
-__all__ = ["Credentials", "Digest", "password_needed", "password_refused", "wants_digest"]
-
 _SCHEME: Final = re.compile(r"(?:^|[\s,])digest\s+", re.IGNORECASE)
 _LONGEST: Final = 2000
 _TOKEN: Final = re.compile(r"[^\x00-\x1f\x7f\"\\]{0,300}")
@@ -25,15 +23,7 @@ _WHERE: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Credentials:
-    """User name and password of a camera.
-
-    Attributes
-    ----------
-    user : str
-        "THETA" and the serial number with its two letters.
-    password : str
-        Never shown, logged or written into a file.
-    """
+    """User name and password of a camera."""
 
     user: str
     password: str = field(repr=False)
@@ -56,11 +46,6 @@ class Digest(HTTPDigestAuth):
 
     Only the arithmetic of `requests` is used. Its own handling of a 401 reads a body of any size
     and sends again by itself, both of which need limits here.
-
-    Parameters
-    ----------
-    credentials : Credentials
-        Whose.
     """
 
     def __init__(self, credentials: Credentials) -> None:
@@ -74,11 +59,6 @@ class Digest(HTTPDigestAuth):
 
     def take(self, header: str) -> bool:
         """Keep a challenge.
-
-        Parameters
-        ----------
-        header : str
-            Value of WWW-Authenticate.
 
         Returns
         -------
@@ -106,16 +86,6 @@ class Digest(HTTPDigestAuth):
 
     def answer(self, method: str, url: str) -> str:
         """Give the Authorization header for a request.
-
-        Parameters
-        ----------
-        method, url : str
-            Of the request.
-
-        Returns
-        -------
-        str
-            Value of the header.
 
         Raises
         ------

@@ -15,8 +15,6 @@ from urllib.parse import unquote, urlsplit
 
 from app.devices.errors import BadReply, DeviceError
 
-__all__ = ["ACCESS_POINT", "LONGEST_URL", "Endpoint"]
-
 LONGEST_URL: Final = 2000
 """Characters of a URL that are accepted from a camera."""
 
@@ -35,13 +33,6 @@ _HINT: Final = 'Type it like "192.168.1.1" or "THETAYL00105377.local".'
 @dataclass(frozen=True, slots=True)
 class Endpoint:
     """Host and port of a camera.
-
-    Attributes
-    ----------
-    host : str
-        IPv4 or IPv6 address (without brackets) or name, in lower case but for an IPv6 zone.
-    port : int
-        TCP port, 1 to 65535.
 
     Raises
     ------
@@ -70,16 +61,6 @@ class Endpoint:
     @classmethod
     def parse(cls, text: str) -> Endpoint:
         """Read what a user typed.
-
-        Parameters
-        ----------
-        text : str
-            An address or name, with or without "http://", a port and a final slash.
-
-        Returns
-        -------
-        Endpoint
-            Host and port.
 
         Raises
         ------
@@ -110,16 +91,6 @@ class Endpoint:
     def url(self, path: str) -> str:
         """Give a path's URL.
 
-        Parameters
-        ----------
-        path : str
-            From the root, with its query where there is one: "/osc/info".
-
-        Returns
-        -------
-        str
-            The whole URL.
-
         Raises
         ------
         BadReply
@@ -129,11 +100,6 @@ class Endpoint:
 
     def rewrite(self, url: str) -> str:
         """Bring a URL that a camera gave to this endpoint.
-
-        Parameters
-        ----------
-        url : str
-            Absolute, with any host, or a path from the root.
 
         Returns
         -------

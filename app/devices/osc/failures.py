@@ -13,8 +13,6 @@ from app.devices.errors import BadReply, DeviceError, NotACamera, Unreachable
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["CLOSED", "NETWORK_ERRORS", "broken", "failure", "no_camera", "timeout"]
-
 CLOSED: Final = "closed"
 """Code of the error that a reader gets whose stream was closed from another thread."""
 
@@ -65,11 +63,6 @@ def no_camera() -> NotACamera:
 
 def failure(error: BaseException) -> DeviceError:
     """Say what a failed request means.
-
-    Parameters
-    ----------
-    error : BaseException
-        One of `NETWORK_ERRORS`.
 
     Returns
     -------

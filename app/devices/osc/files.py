@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from app.devices.osc.endpoint import Endpoint
 
-__all__ = ["FileEntry", "parse_entries", "safe_name", "safe_url"]
-
 _NAME: Final = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,63}")
 _TAKEN: Final = re.compile(r"\d{4}:\d\d:\d\d \d\d:\d\d:\d\d(?:[+-]\d\d:\d\d)?", re.ASCII)
 _LARGEST_FILE: Final = 2**40
@@ -32,18 +30,10 @@ class FileEntry:
     ----------
     name : str
         1 to 64 of A-Z a-z 0-9 _ . - without a dot in front: safe as a part of a path.
-    url : str
-        At the endpoint in use.
-    size : int
-        Bytes; 0 where the camera does not tell.
     taken : str
         "2026:11:21 14:05:09+09:00", or without the offset; "" where the camera does not tell.
     width, height : int
         Pixels; 0 where the camera does not tell.
-    group_id : str or None
-        Equal for the frames of one bracket.
-    is_processed : bool
-        False while the camera is still stitching.
     projection : str
         "Equirectangular", "Dual-Fisheye" or "".
     """
@@ -61,13 +51,6 @@ class FileEntry:
 
 def parse_entries(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple[FileEntry, ...]:
     """Read the results of camera.listFiles.
-
-    Parameters
-    ----------
-    results : Mapping
-        Of the command.
-    endpoint : Endpoint
-        Where URLs shall lead.
 
     Returns
     -------

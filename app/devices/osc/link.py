@@ -55,16 +55,8 @@ class Link:
 
     Parameters
     ----------
-    endpoint : Endpoint
-        Where it is; nothing else is ever contacted.
-    clock : Clock
-        Time of all limits.
-    credentials : Credentials, optional
-        For cameras in client mode.
     adapter : BaseAdapter, optional
         Carries the requests; real connections when left out. Must return bytes as they come.
-    timeouts : Timeouts, optional
-        Limits.
     """
 
     def __init__(
@@ -93,13 +85,6 @@ class Link:
 
     def get(self, path: str, patience_s: float | None = None) -> JsonValue:
         """Ask for JSON.
-
-        Parameters
-        ----------
-        path : str
-            From the root.
-        patience_s : float, optional
-            Longest silence, where that is less than `Timeouts.read_s`.
 
         Raises
         ------
@@ -136,16 +121,8 @@ class Link:
 
         Parameters
         ----------
-        url_or_path : str
-            What; always looked for at this link's endpoint.
-        headers : Mapping[str, str], optional
-            More headers.
         method : str, optional
             "GET" or "POST".
-        body : Mapping, optional
-            JSON to send.
-        parallel : bool, optional
-            Whether other requests may go out while this one is read: for the preview only.
 
         Yields
         ------

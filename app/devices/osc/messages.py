@@ -57,24 +57,10 @@ class Info:
 
     Attributes
     ----------
-    model : str
-        As the camera says it, without outer spaces: "RICOH THETA Z1".
-    manufacturer : str
-        Spelled differently by different models; for display only.
-    serial_number : str
-        Digits without the two letters on the label.
     firmware : tuple[int, ...]
         (2, 10, 3) of "2.10.3"; empty when it is not made of numbers.
-    firmware_text : str
-        As the camera says it.
     api_level : tuple[int, ...]
         (1, 2) for S and SC, (2,) for later models.
-    gps, gyro : bool
-        Whether it has them.
-    uptime_s : float or None
-        Seconds since it was switched on.
-    wlan_mac, bluetooth_mac : str
-        Addresses, or "".
     """
 
     model: str
@@ -96,38 +82,16 @@ class State:
 
     Attributes
     ----------
-    fingerprint : str
-        Changes when anything changes.
     battery_level : float or None
         0 to 1.
     battery_state : str
         "charging", "charged", "disconnect" or something new.
     capture_status : str
         "idle", "shooting", "bracket shooting" and others; "" where a camera does not tell.
-    latest_file_url : str
-        At the endpoint in use; "" where there is none.
-    camera_errors : tuple[str, ...]
-        Words such as "HIGH_TEMPERATURE"; not all of them are faults.
-    api_version : int or None
-        1 on S and SC until they are switched; 2 otherwise.
-    captured_pictures : int or None
-        Pictures taken in the running series.
     function : str
         "normal", "selfTimer" and others.
-    plugin_running : bool
-        Whether a plug-in has taken over.
     storage : str
         "IN" or "SD" on an X; "".
-    storage_id : str
-        Of the storage in use, where a camera tells.
-    battery_inserted : bool or None
-        Tells only an X.
-    board_temperature, battery_temperature : float or None
-        Degrees Celsius, where a camera tells.
-    session_id : str
-        Of API 2.0.
-    raw : Mapping[str, JsonValue]
-        The state as it came; addresses in it are not checked.
     """
 
     fingerprint: str = ""
@@ -151,15 +115,7 @@ class State:
 
 @dataclass(frozen=True, slots=True)
 class OscError:
-    """An error as a camera puts it.
-
-    Attributes
-    ----------
-    code : str
-        Of `REFUSALS`, or new.
-    message : str
-        The camera's own sentence.
-    """
+    """An error as a camera puts it."""
 
     code: str
     message: str
@@ -171,8 +127,6 @@ class Command:
 
     Attributes
     ----------
-    name : str
-        "camera.takePicture" and others.
     state : str
         "done", "inProgress" or "error".
     id : str, int or None
@@ -183,12 +137,6 @@ class Command:
     results : Mapping[str, JsonValue]
         What came of it; every file URL at the endpoint in use, and those that cannot be used
         left out.
-    file_urls : tuple[str, ...]
-        All files in the results, pictures only, in the camera's order.
-    refused_urls : int
-        How many URLs were left out of the results.
-    error : OscError or None
-        What went wrong.
     """
 
     name: str
@@ -203,16 +151,6 @@ class Command:
 
 def parse_info(value: JsonValue) -> Info:
     """Read the answer to /osc/info.
-
-    Parameters
-    ----------
-    value : JsonValue
-        The reply.
-
-    Returns
-    -------
-    Info
-        What the camera is.
 
     Raises
     ------
@@ -249,18 +187,6 @@ def parse_info(value: JsonValue) -> Info:
 def parse_state(value: JsonValue, endpoint: Endpoint) -> State:
     """Read the answer to /osc/state.
 
-    Parameters
-    ----------
-    value : JsonValue
-        The reply.
-    endpoint : Endpoint
-        Where URLs shall lead.
-
-    Returns
-    -------
-    State
-        How the camera is.
-
     Raises
     ------
     CameraRefused
@@ -296,13 +222,6 @@ def parse_state(value: JsonValue, endpoint: Endpoint) -> State:
 
 def parse_command(value: JsonValue, endpoint: Endpoint) -> Command:
     """Read the answer to a command or to a question about one.
-
-    Parameters
-    ----------
-    value : JsonValue
-        The reply.
-    endpoint : Endpoint
-        Where URLs shall lead.
 
     Returns
     -------

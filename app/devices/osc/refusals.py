@@ -11,8 +11,6 @@ from app.devices.errors import CameraRefused
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-__all__ = ["BUSY", "REFUSALS", "code_of_status", "refusal"]
-
 BUSY: Final = "serviceUnavailable"
 """The one code after which the same request may simply be sent again."""
 
@@ -80,8 +78,6 @@ def refusal(code: str, status: int, said: str = "") -> CameraRefused:
     ----------
     code : str
         The camera's; one that does not look like a code is taken as "unexpected".
-    status : int
-        HTTP status of the reply; 200 for an error inside a good one.
     said : str, optional
         The camera's own sentence, shown only for a code that `REFUSALS` does not know.
 

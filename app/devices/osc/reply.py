@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from app.devices.clock import Clock
     from app.devices.osc.transport import Watch
 
-__all__ = ["Incoming", "Reply", "Timeouts"]
-
 _CHUNK: Final = 65536
 _LENGTH_DIGITS: Final = 15
 _PLAIN: Final = frozenset({"", "identity"})
@@ -28,21 +26,7 @@ _WHOLE: Final = frozenset({"", "identity", "chunked"})
 
 @dataclass(frozen=True, slots=True)
 class Timeouts:
-    """How long a camera may take, in seconds of the clock.
-
-    Attributes
-    ----------
-    connect_s : float
-        To accept a connection.
-    read_s : float
-        Of silence within a reply.
-    whole_s : float
-        For a whole JSON reply, or for the header of a stream, however it trickles.
-    idle_s : float
-        Of silence within a stream; also the time in which it must bring `least_bytes`.
-    least_bytes : int
-        What a stream must bring in `idle_s`, unless it ends.
-    """
+    """How long a camera may take, in seconds of the clock."""
 
     connect_s: float = 3.0
     read_s: float = 20.0
@@ -52,17 +36,7 @@ class Timeouts:
 
 
 class Incoming(Protocol):
-    """A reply whose body is still to be read.
-
-    Attributes
-    ----------
-    status : int
-        200 or 206.
-    headers : Mapping[str, str]
-        Names in lower case.
-    length : int or None
-        Bytes that were announced.
-    """
+    """A reply whose body is still to be read."""
 
     status: int
     headers: Mapping[str, str]
@@ -76,19 +50,7 @@ class Incoming(Protocol):
 
 
 class Reply:
-    """An `Incoming` on a response of `requests`.
-
-    Parameters
-    ----------
-    response : requests.Response
-        Opened with ``stream=True``; nothing of its body was read.
-    watch : Watch
-        Whose deadline its connection keeps; closing it ends the reading.
-    clock : Clock
-        Measures the pace.
-    timeouts : Timeouts
-        Limits.
-    """
+    """An `Incoming` on a response of `requests`."""
 
     def __init__(
         self, response: requests.Response, watch: Watch, clock: Clock, timeouts: Timeouts
@@ -110,11 +72,6 @@ class Reply:
         ----------
         size : int, optional
             Most bytes in a piece.
-
-        Yields
-        ------
-        bytes
-            Never empty.
 
         Raises
         ------
@@ -140,16 +97,6 @@ class Reply:
 
     def whole(self, most: int) -> bytes:
         """Read all of a short body before the watch's deadline.
-
-        Parameters
-        ----------
-        most : int
-            Bytes that are accepted.
-
-        Returns
-        -------
-        bytes
-            The body.
 
         Raises
         ------

@@ -19,8 +19,6 @@ from urllib3.util.wait import wait_for_read
 if TYPE_CHECKING:
     from app.devices.clock import Clock
 
-__all__ = ["Transport", "Watch"]
-
 _STEP_S: Final = 0.1  # of real time: a closed stream ends within this
 
 
@@ -63,8 +61,6 @@ class Watch:
 
         Parameters
         ----------
-        connection : socket.socket
-            What to read from.
         silence_s : float or None
             Longest silence in seconds of either time; None for no limit but the deadline.
 
@@ -106,13 +102,7 @@ class _WatchedSocket(socket.socket):
 
 
 class Transport(HTTPAdapter):
-    """Carries requests over watched connections; kept alive, never tried again.
-
-    Attributes
-    ----------
-    watch : Watch or None
-        Belongs to the next request that is sent.
-    """
+    """Carries requests over watched connections; kept alive, never tried again."""
 
     def __init__(self) -> None:
         self.watch: Watch | None = None

@@ -16,22 +16,6 @@ from app.devices.errors import BadReply
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-__all__ = [
-    "MAX_BYTES",
-    "MAX_DEPTH",
-    "MAX_VALUES",
-    "JsonValue",
-    "flag",
-    "fraction",
-    "number",
-    "parse_json",
-    "table",
-    "texts",
-    "whole",
-    "words",
-    "write_json",
-]
-
 JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, JsonValue] | None"
 """What JSON can hold; every number finite, every text sound Unicode."""
 
@@ -57,11 +41,6 @@ def parse_json(data: bytes) -> JsonValue:
     data : bytes
         JSON in UTF-8. Broken characters become "\N{REPLACEMENT CHARACTER}": a badly encoded
         description of one picture must not hide a whole listing. Of equal keys the last counts.
-
-    Returns
-    -------
-    JsonValue
-        The value.
 
     Raises
     ------
@@ -124,16 +103,6 @@ def write_json(value: Any) -> bytes:
 
     Numbers are written without exponents, so that a shutter speed of 0.00004 leaves as the camera
     lists it, and not as 4e-05.
-
-    Parameters
-    ----------
-    value : None, bool, int, float, str, mapping or sequence
-        What to write; keys are texts.
-
-    Returns
-    -------
-    bytes
-        JSON in ASCII.
 
     Raises
     ------

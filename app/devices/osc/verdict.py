@@ -14,8 +14,6 @@ from app.devices.osc.untrusted import JsonValue, parse_json, table, words
 if TYPE_CHECKING:
     from app.devices.osc.reply import Reply
 
-__all__ = ["judge_json", "judge_stream", "refused"]
-
 _OK: Final = 200
 _STREAMS: Final = frozenset({200, 206})
 _NOT_OK: Final = 300
@@ -29,13 +27,6 @@ _PAGE: Final = re.compile(rb"[\s\xef\xbb\xbf]*<")
 
 def judge_json(reply: Reply, data: bytes) -> JsonValue:
     """Read a reply that should be JSON.
-
-    Parameters
-    ----------
-    reply : Reply
-        Status and headers.
-    data : bytes
-        The whole body.
 
     Returns
     -------
@@ -67,11 +58,6 @@ def judge_json(reply: Reply, data: bytes) -> JsonValue:
 def judge_stream(reply: Reply) -> None:
     """Make sure that a reply is something to be streamed.
 
-    Parameters
-    ----------
-    reply : Reply
-        Nothing of its body was read.
-
     Raises
     ------
     CameraRefused
@@ -99,20 +85,7 @@ def judge_stream(reply: Reply) -> None:
 
 
 def refused(value: JsonValue, status: int) -> CameraRefused | None:
-    """Find an error object in a message.
-
-    Parameters
-    ----------
-    value : JsonValue
-        The message.
-    status : int
-        HTTP status that it came with.
-
-    Returns
-    -------
-    CameraRefused or None
-        The error, or None where there is none.
-    """
+    """Find an error object in a message."""
     message = table(value)
     error = message.get("error")
     if not isinstance(error, dict) and message.get("state") != "error":

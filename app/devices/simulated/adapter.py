@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from app.devices.simulated.camera import SimulatedCamera
     from app.devices.simulated.exchange import Piece, Reply
 
-__all__ = ["CameraAdapter"]
-
 _PATIENCE_S: Final = 120.0
 """What the system waits for a connection where the client sets no limit."""
 
@@ -42,11 +40,6 @@ _BUFFERED_S: Final = 0.05
 
 class CameraAdapter(HTTPAdapter):
     """A transport adapter whose every address is one imitation camera.
-
-    Parameters
-    ----------
-    camera : SimulatedCamera
-        Answers. Its clock passes while bodies are read and nothing comes.
 
     Examples
     --------

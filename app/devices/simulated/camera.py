@@ -40,8 +40,6 @@ if TYPE_CHECKING:
     from app.devices.simulated.scene import Scene
     from app.devices.simulated.storage import StoredFile
 
-__all__ = ["SimulatedCamera"]
-
 _KEPT_REQUESTS: Final = 5000
 _MOST_BODY: Final = 1_000_000
 
@@ -51,17 +49,9 @@ class SimulatedCamera:
 
     Parameters
     ----------
-    scene : Scene
-        What it sees.
-    personality : Personality or str
-        Which model it is.
     clock : Clock
         Time. On a `VirtualClock` pictures are rendered when somebody first needs them, otherwise
         in a thread from the start of the shooting on (`close` ends it).
-    faults : collection of str, optional
-        Names of `faults.FAULTS`.
-    seed : int, optional
-        Of the faults.
     user, password : str, optional
         With a password the camera is in somebody's network and wants digest authentication; the
         user is "THETA" and the serial number unless given.
@@ -71,27 +61,11 @@ class SimulatedCamera:
         Rows and columns of all frames, for quick trials; else what the camera is set to.
     battery : float, optional
         Charge, 0 to 1.
-    older_files : int, optional
-        Small pictures that lie on the storage from before.
 
     Attributes
     ----------
-    personality, scene, clock, faults
-        As above, the latter as `Faults`.
-    shooter, storage, store, date, preview
-        The camera's parts.
-    api_version : int
-        1 until an S or SC is switched to 2.
-    session : str
-        Session id of API 2.0, "" where there is none.
-    options_set_at : float
-        When options were last set.
-    log : list[Request]
-        The requests so far, the newest 5000.
     host, port : str, int
         Where the last client asked for it: the address in its URLs. Else where it believes to be.
-    epoch : int
-        Counts how often connections were lost; a connection of an older epoch is dead.
 
     Raises
     ------
@@ -157,18 +131,7 @@ class SimulatedCamera:
             return tuple(self.storage.files)
 
     def fault_fired(self, name: str) -> bool:
-        """Say whether a fault has shown.
-
-        Parameters
-        ----------
-        name : str
-            Its name.
-
-        Returns
-        -------
-        bool
-            Whether it has.
-        """
+        """Say whether a fault has shown."""
         return self.faults.fired(name) > 0
 
     def reachable(self) -> bool:
@@ -194,11 +157,6 @@ class SimulatedCamera:
 
     def answer(self, request: Request) -> Reply:
         """Answer a request.
-
-        Parameters
-        ----------
-        request : Request
-            As it came in.
 
         Returns
         -------

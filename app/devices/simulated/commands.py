@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from app.devices.simulated.personality import Personality
     from app.devices.simulated.replies import JsonValue
 
-__all__ = ["COMMANDS", "OLD_COMMANDS", "Command", "command_status"]
-
 Parameters: TypeAlias = "dict[str, JsonValue]"
 _SESSION_S: Final = 180
 _SETTLE_S: Final = 1.0
@@ -43,10 +41,6 @@ class Command:
     act : callable
         Takes the camera and the parameters; returns what is added to name and state, or a whole
         reply. Raises `CommandRefused`.
-    parameters : frozenset[str]
-        Those it knows.
-    there : callable
-        Whether a model has it.
     """
 
     act: Callable[[SimulatedCamera, Parameters], Parameters | Reply]
@@ -56,13 +50,6 @@ class Command:
 
 def command_status(camera: SimulatedCamera, body: Parameters) -> Reply:
     """Answer /osc/commands/status.
-
-    Parameters
-    ----------
-    camera : SimulatedCamera
-        The camera, settled.
-    body : dict
-        With the id, as a text or a number.
 
     Returns
     -------

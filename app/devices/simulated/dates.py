@@ -5,8 +5,6 @@ from __future__ import annotations
 from datetime import datetime, timedelta
 from typing import Final
 
-__all__ = ["CameraDate"]
-
 _FORM: Final = "%Y:%m:%d %H:%M:%S"
 _START: Final = datetime(2026, 6, 21, 12, 0, 0)
 
@@ -18,8 +16,6 @@ class CameraDate:
     ----------
     now : float
         The clock's reading at which the date begins, in seconds.
-    year : int or None, optional
-        The first of January of a year for a camera whose date was never set.
     """
 
     def __init__(self, now: float, year: int | None = None) -> None:
@@ -30,13 +26,6 @@ class CameraDate:
 
     def set(self, text: str, now: float) -> None:
         """Set date and time.
-
-        Parameters
-        ----------
-        text : str
-            "2026:06:21 12:00:00+02:00".
-        now : float
-            The clock's reading.
 
         Raises
         ------

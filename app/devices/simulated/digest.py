@@ -9,24 +9,12 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from app.devices.simulated.exchange import Request
 
-__all__ = ["Guard"]
-
 _LIFE_S: Final = 300.0
 _PAIR: Final = re.compile(r'([a-zA-Z]+)\s*=\s*(?:"((?:[^"\\]|\\.)*)"|([^\s,"]+))')
 
 
 class Guard:
-    """Asks for a password and checks what it gets.
-
-    Parameters
-    ----------
-    user, password : str
-        What is right.
-    realm : str
-        The camera's model.
-    seed : int
-        Of the nonces.
-    """
+    """Asks for a password and checks what it gets."""
 
     def __init__(self, user: str, password: str, realm: str, seed: int) -> None:
         self._user = user
@@ -43,13 +31,6 @@ class Guard:
         ----------
         now : float
             Time in seconds; a nonce is good for 300.
-        stale : bool
-            Whether the password was right and only the nonce was too old.
-
-        Returns
-        -------
-        str
-            The header's value.
         """
         nonce = _md5(f"{self._seed}:{len(self._issued)}:{now}:nonce")
         self._issued[nonce] = now
@@ -61,15 +42,8 @@ class Guard:
 
         Parameters
         ----------
-        request : Request
-            With its Authorization header, or without.
         now : float
             Time in seconds.
-
-        Returns
-        -------
-        str
-            "ok", "wrong" or "stale".
         """
         header = request.headers.get("authorization", "")
         scheme, _, rest = header.partition(" ")

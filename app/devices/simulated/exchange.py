@@ -13,8 +13,6 @@ from typing import TYPE_CHECKING, TypeAlias
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-__all__ = ["Drop", "Pause", "Piece", "Reply", "Request"]
-
 
 @dataclass(frozen=True, slots=True)
 class Request:
@@ -24,14 +22,6 @@ class Request:
     ----------
     method : str
         "GET" or "POST".
-    target : str
-        Path with its query, as it stands in the request line.
-    headers : Mapping[str, str]
-        Names in lower case.
-    body : bytes
-        Whole.
-    host : str
-        Address and port the client used, for the URLs of files.
     """
 
     method: str
@@ -59,19 +49,7 @@ Piece: TypeAlias = bytes | Pause | Drop
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """What the camera answers.
-
-    Attributes
-    ----------
-    status : int
-        Of HTTP; 0 where the connection is cut before anything is said.
-    headers : tuple[tuple[str, str], ...]
-        As sent, Content-Length (right or wrong) among them where there is one.
-    pieces : Iterable[Piece]
-        The body, made while it is sent; may never end.
-    delay_s : float
-        Time before the first word.
-    """
+    """What the camera answers."""
 
     status: int
     headers: tuple[tuple[str, str], ...] = ()

@@ -13,8 +13,6 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
-__all__ = ["FAULTS", "LASTING", "Faults", "faults_named"]
-
 FAULTS: Final = MappingProxyType(
     {
         "drop-during-download": "The connection is cut in the middle of a file, a few times.",
@@ -99,11 +97,6 @@ def faults_named(names: Iterable[str]) -> tuple[str, ...]:
     names : iterable of str
         Keys of `FAULTS`, "hostile-file-names-and-urls" or "disabledcommand".
 
-    Returns
-    -------
-    tuple[str, ...]
-        Keys of `FAULTS`, each once.
-
     Raises
     ------
     ValueError
@@ -126,13 +119,6 @@ def faults_named(names: Iterable[str]) -> tuple[str, ...]:
 
 class Faults:
     """The troubles of one camera.
-
-    Parameters
-    ----------
-    names : collection of str
-        Keys of `FAULTS`.
-    seed : int
-        Decides when, where and how often.
 
     Raises
     ------

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from app.devices.clock import Clock
     from app.devices.simulated.exchange import Piece
 
-__all__ = ["LOOP", "PREVIEW_HEADERS", "LivePicture", "preview_pieces", "read_number"]
-
 LOOP: Final = 32
 """How many different pictures there are; numbers count from 0 to 31 and begin again."""
 
@@ -69,18 +67,7 @@ class LivePicture:
         self._lock = threading.Lock()
 
     def frame(self, number: int) -> bytes:
-        """Give one picture.
-
-        Parameters
-        ----------
-        number : int
-            Counted up without end; the loop has `LOOP` of them.
-
-        Returns
-        -------
-        bytes
-            A JPEG file.
-        """
+        """Give one picture."""
         number %= LOOP
         with self._lock:
             if number not in self._frames:
@@ -104,8 +91,6 @@ def preview_pieces(picture: LivePicture, fps: float, clock: Clock) -> Iterator[P
 
     Parameters
     ----------
-    picture : LivePicture
-        What is shown.
     fps : float
         Pictures per second, > 0.
     clock : Clock

@@ -13,23 +13,9 @@ if TYPE_CHECKING:
     from app.devices.simulated.replies import JsonValue
     from app.devices.simulated.storage import StoredFile
 
-__all__ = ["metadata_of"]
-
 
 def metadata_of(person: Personality, file: StoredFile) -> dict[str, JsonValue]:
     """Describe a file.
-
-    Parameters
-    ----------
-    person : Personality
-        The model; an SC2 tells nonsense.
-    file : StoredFile
-        The file.
-
-    Returns
-    -------
-    dict[str, JsonValue]
-        EXIF and XMP.
 
     Raises
     ------

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from app.devices.simulated.personality import Personality
     from app.devices.simulated.replies import JsonValue
 
-__all__ = ["OptionStore"]
-
 MANUAL: Final = 1
 _AUTO_MOST_S: Final = 8.0
 _COMPENSATIONS: Final = (
@@ -59,18 +57,7 @@ _WHICH_PROGRAMS: Final = {"iso": (1, 9), "shutterSpeed": (1, 4), "aperture": (1,
 
 
 class OptionStore:
-    """All options of one camera.
-
-    Parameters
-    ----------
-    personality : Personality
-        The model.
-
-    Attributes
-    ----------
-    values : dict[str, JsonValue]
-        As the camera holds them.
-    """
+    """All options of one camera."""
 
     def __init__(self, personality: Personality) -> None:
         self._person = personality
@@ -103,18 +90,6 @@ class OptionStore:
     def get(self, names: Sequence[str], live: Mapping[str, JsonValue]) -> dict[str, JsonValue]:
         """Read options.
 
-        Parameters
-        ----------
-        names : sequence of str
-            Which.
-        live : mapping
-            Values that only the camera knows: its clock, what is left of its storage.
-
-        Returns
-        -------
-        dict[str, JsonValue]
-            Copies.
-
         Raises
         ------
         CommandRefused
@@ -124,11 +99,6 @@ class OptionStore:
 
     def set(self, wanted: Mapping[str, JsonValue]) -> None:
         """Change options, all or none.
-
-        Parameters
-        ----------
-        wanted : mapping
-            Names and values.
 
         Raises
         ------
@@ -147,20 +117,7 @@ class OptionStore:
             raise
 
     def support(self, name: str, program: int | None = None) -> tuple[JsonValue, ...]:
-        """List what an option accepts.
-
-        Parameters
-        ----------
-        name : str
-            The option.
-        program : int, optional
-            Exposure program; the present one unless given.
-
-        Returns
-        -------
-        tuple[JsonValue, ...]
-            Empty where the option has no list.
-        """
+        """List what an option accepts."""
         if name in _EXPOSURE:
             return self._exposure_support(name, self.program if program is None else program)
         return _supports(self._person).get(name, ())

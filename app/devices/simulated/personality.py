@@ -15,8 +15,6 @@ from app.core.simulation.cameras import GENERIC, THETA_S, THETA_SC2, THETA_V, TH
 if TYPE_CHECKING:
     from app.core.simulation.cameras import CameraModel
 
-__all__ = ["PERSONALITIES", "BracketRules", "Personality", "personality_named"]
-
 # fmt: off
 _SHUTTERS: Final = (
     0.00004, 0.00005, 0.0000625, 0.00008, 0.0001, 0.000125, 0.00015625, 0.0002, 0.00025,
@@ -41,18 +39,8 @@ class BracketRules:
 
     Attributes
     ----------
-    most : int
-        Most frames; the least is 2.
-    required, optional : frozenset[str]
-        Keys of one frame's parameters.
     programs : tuple[int, ...]
         Exposure programs that `exposureProgram` may name.
-    method : bool
-        Whether `_shootingMethod` must be "bracket": with `_mode` alone all frames are equal.
-    watched : bool
-        Whether the command never reports that it is done, and names no files.
-    grouped : bool
-        Whether the files carry `_autoBracketGroupId`.
     """
 
     most: int
@@ -70,65 +58,21 @@ class Personality:
 
     Attributes
     ----------
-    name : str
-        As `personality_named` takes it.
-    model, manufacturer, serial, prefix, firmware : str
-        What /osc/info says; `prefix` is the part of the serial number that it leaves out.
     api_levels : tuple[int, ...]
         (1, 2) for models that wake up in API 2.0 and must be switched.
-    camera : CameraModel
-        Sensor, lens and the words of the files.
     sizes : tuple[tuple[int, int], ...]
         Rows and columns that it stores, the default first.
-    shutters, isos, apertures : tuple[float, ...]
-        What the manual program accepts.
-    programs : tuple[int, ...]
-        Exposure programs.
-    bracket : BracketRules or None
-        Its own bracket.
-    ricoh : bool
-        Whether it has the options, commands and states that begin with an underscore.
-    insta : bool
-        Whether it is one of Insta360's.
-    folder : str
-        Where files lie below /files/.
-    stem : str
-        First letters of file names; the number has the remaining digits.
     previews : tuple[tuple[int, int, int], ...]
         Width, height and frames per second; empty where the camera reports zeros.
-    filters, stitching, levelling : tuple[str, ...]
-        `_filter`, `_imageStitching` and `_topBottomCorrection`; empty where there is none.
-    sleep_delays : tuple[int, ...]
-        `sleepDelay`: least, most, and further single values.
-    digest : bool
-        Whether it can be in somebody's network and ask for a password.
-    numeric_ids : bool
-        Whether commands have numbers for ids instead of texts.
     status_ids : bool
         Whether the id is repeated when it is asked for a command's state; Ricoh's own examples of
         API 2.1 do not have it.
-    ranges : bool
-        Whether a part of a file can be asked for.
     snaps : bool
         Whether automatic exposure times lie on the list of the manual program.
     lens_stops : float
         By how many stops the lenses' ISO differs when the camera meters by itself.
-    metadata : str
-        What `camera._getMetadata` gives.
-    keeps_settings : bool
-        False where settings are forgotten whenever the connection is lost.
-    thumbs_hang : bool
-        Whether listing files with thumbnails never ends.
     overhead_s : float
         Time that a frame takes besides its exposure, in seconds.
-    rest_s : float
-        The connection is cut when single pictures follow each other faster.
-    preview_rest_s : float
-        Time after a picture in which the preview is refused.
-    header : str
-        Name of a header without which nothing is answered.
-    address : str
-        Where the camera believes it is.
     thumb : tuple[int, int]
         Rows and columns of its thumbnails.
     """
@@ -429,11 +373,6 @@ def personality_named(name: str) -> Personality:
     name : str
         "S", "SC", "SC2", "V", "V-old", "Z1", "X", "X-old", "A1", "generic" or "insta360", in any
         case.
-
-    Returns
-    -------
-    Personality
-        The model.
 
     Raises
     ------

@@ -15,21 +15,9 @@ if TYPE_CHECKING:
     from app.devices.simulated.camera import SimulatedCamera
     from app.devices.simulated.exchange import Piece
 
-__all__ = ["PreviewBody", "PreviewGate"]
-
 
 class PreviewBody:
-    """The body of one preview; it ends when the camera wants it to.
-
-    Parameters
-    ----------
-    gate : PreviewGate
-        Whose preview it is.
-    pieces : iterator
-        The pictures.
-    most : int or None
-        Pieces after which the camera ends it for no reason.
-    """
+    """The body of one preview; it ends when the camera wants it to."""
 
     def __init__(self, gate: PreviewGate, pieces: Iterator[Piece], most: int | None) -> None:
         self._gate = gate
@@ -59,13 +47,7 @@ class PreviewBody:
 
 
 class PreviewGate:
-    """Keeps the preview of a camera to one at a time.
-
-    Parameters
-    ----------
-    camera : SimulatedCamera
-        The camera.
-    """
+    """Keeps the preview of a camera to one at a time."""
 
     def __init__(self, camera: SimulatedCamera) -> None:
         self._camera = camera
@@ -75,13 +57,7 @@ class PreviewGate:
         self.closed_at = float("-inf")
 
     def open(self) -> Reply:
-        """Begin a preview.
-
-        Returns
-        -------
-        Reply
-            Endless multipart/x-mixed-replace.
-        """
+        """Begin a preview."""
         camera = self._camera
         size = camera.options["previewFormat"]
         assert isinstance(size, dict)

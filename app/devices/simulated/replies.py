@@ -12,9 +12,6 @@ if TYPE_CHECKING:
 
     from app.devices.simulated.exchange import Piece
 
-__all__ = ["LATENCY_S", "NO_ANSWER", "NO_ANSWER_S", "CommandRefused", "JsonValue", "file_reply"]
-__all__ += ["json_reply", "paced", "refusal", "text_reply"]
-
 JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, JsonValue] | None"
 """What JSON can hold."""
 
@@ -77,45 +74,13 @@ class CommandRefused(Exception):
 
 
 def json_reply(value: JsonValue, status: int = 200, *, delay_s: float = LATENCY_S) -> Reply:
-    """Answer with JSON.
-
-    Parameters
-    ----------
-    value : JsonValue
-        The body.
-    status : int, optional
-        Of HTTP.
-    delay_s : float, optional
-        Time before the answer.
-
-    Returns
-    -------
-    Reply
-        With the headers that a Theta sends.
-    """
+    """Answer with JSON."""
     body = json.dumps(value).encode()
     return text_reply(body, "application/json;charset=utf-8", status, delay_s=delay_s)
 
 
 def text_reply(body: bytes, kind: str, status: int = 200, *, delay_s: float = LATENCY_S) -> Reply:
-    """Answer with a short body at once.
-
-    Parameters
-    ----------
-    body : bytes
-        Whole.
-    kind : str
-        Content-Type.
-    status : int, optional
-        Of HTTP.
-    delay_s : float, optional
-        Time before the answer.
-
-    Returns
-    -------
-    Reply
-        The answer.
-    """
+    """Answer with a short body at once."""
     return Reply(status, (*_headers(kind), ("Content-Length", str(len(body)))), (body,), delay_s)
 
 
@@ -124,19 +89,10 @@ def refusal(name: str, code: str, message: str = "", *, status: int | None = Non
 
     Parameters
     ----------
-    name : str
-        The command refused, "" where there is none.
     code : str
         Error code.
-    message : str, optional
-        For humans.
     status : int, optional
         HTTP status; that of the code unless given.
-
-    Returns
-    -------
-    Reply
-        The answer.
     """
     words = message or _SENTENCES.get(code, "Something is wrong.")
     body: dict[str, JsonValue] = {
@@ -159,21 +115,8 @@ def file_reply(
 
     Parameters
     ----------
-    data : bytes
-        The whole file.
-    asked : str
-        The Range header, "" where there was none.
     rate_mbit : float or None
         Transfer rate in megabits per second; None for no limit.
-    ranges : bool
-        Whether parts can be asked for; else the whole file is sent with 200.
-    extra : mapping, optional
-        More headers.
-
-    Returns
-    -------
-    Reply
-        200, 206 with Content-Range, or 416.
     """
     headers = [*_headers("image/jpeg"), *(extra or {}).items()]
     if ranges:
@@ -197,8 +140,6 @@ def paced(data: bytes, rate_mbit: float | None) -> Iterator[Piece]:
 
     Parameters
     ----------
-    data : bytes
-        What to send.
     rate_mbit : float or None
         Megabits per second; None for no limit.
 

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from app.devices.simulated.personality import Personality
     from app.devices.simulated.replies import JsonValue
 
-__all__ = ["Scene", "Take", "automatic"]
-
 _KEPT_BYTES: Final = 384_000_000
 _FLOATING: Final = 0.03
 _THUMB_QUALITY: Final = 80
@@ -41,26 +39,10 @@ class Take:
 
     Attributes
     ----------
-    exposure : Exposure
-        What the sensor gets.
     shape : tuple[int, int]
         Rows and columns.
-    number : int
-        Of the frame since the camera was made; its noise differs from the others'.
-    taken : str
-        Time stamp as EXIF writes it.
     program : int
         EXIF exposure program.
-    lens_gain : tuple[float, float]
-        Sensitivity of the front and back lens, relative to the ISO stated.
-    fixed_balance : bool
-        Whether the white balance is fixed; otherwise it floats by a few percent.
-    hdr : bool
-        Whether the camera states that it rendered for high range.
-    loose : bool
-        Whether it is stitched and levelled by itself, and so a little differently each time.
-    unstitched : bool
-        Whether it is stored as two image circles.
     """
 
     exposure: Exposure
@@ -84,8 +66,6 @@ class Scene:
     ----------
     environment : NDArray[np.float32], (H, 2 H, 3)
         Linear Rec. 709 light, `scale` cd/m2 per unit.
-    seed : int, optional
-        Of the noise.
     jitter_deg : float, optional
         Standard deviation of the rotation, about each axis, by which single pictures differ from
         each other as long as stitching and levelling are left to the camera.
@@ -117,18 +97,7 @@ class Scene:
         return self._options.get("scale", 1.0)
 
     def metered(self, camera: CameraModel) -> Exposure:
-        """Meter the place at the camera's lowest ISO and widest aperture.
-
-        Parameters
-        ----------
-        camera : CameraModel
-            The camera.
-
-        Returns
-        -------
-        Exposure
-            Its time lies on no list.
-        """
+        """Meter the place at the camera's lowest ISO and widest aperture."""
         with self._lock:
             known = self._metered.get(camera.name)
         if known is None:
@@ -145,13 +114,6 @@ class Scene:
 
     def frame(self, camera: CameraModel, take: Take) -> bytes:
         """Take a frame.
-
-        Parameters
-        ----------
-        camera : CameraModel
-            The camera.
-        take : Take
-            How.
 
         Returns
         -------
@@ -186,17 +148,8 @@ class Scene:
 
         Parameters
         ----------
-        camera : CameraModel
-            The camera.
-        take : Take
-            The frame.
         shape : tuple[int, int]
             Rows and columns.
-
-        Returns
-        -------
-        bytes
-            A JPEG file.
         """
         take = replace(take, shape=shape)
         options = self._shot_options(take)
@@ -257,10 +210,6 @@ def automatic(
 
     Parameters
     ----------
-    scene : Scene
-        What is metered, unless the program is the manual one.
-    person : Personality
-        Its lists and habits.
     settings : mapping
         exposureProgram, and as far as the program wants them iso, shutterSpeed, aperture,
         exposureCompensation, isoAutoHighLimit.

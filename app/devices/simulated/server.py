@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from app.devices.clock import Clock
     from app.devices.simulated.exchange import Piece, Reply
 
-__all__ = ["MAX_BODY_BYTES", "CameraServer"]
-
 MAX_BODY_BYTES: Final = 1 << 20
 """Longest body of a request; more is refused."""
 
@@ -51,17 +49,6 @@ class Answering(Protocol):
 
 class CameraServer:
     """Serves a camera over HTTP/1.1 until it is stopped; also a context manager.
-
-    Parameters
-    ----------
-    camera : Answering
-        An imitation camera.
-    port : int, optional
-        0 for any that is free.
-    clock : Clock, optional
-        The camera's, for pauses.
-    log : callable, optional
-        Is told one line for each request.
 
     Raises
     ------

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from app.devices.simulated.scene import Scene
     from app.devices.simulated.storage import Storage
 
-__all__ = ["Job", "JobKind", "PlannedFrame", "Shooter"]
-
 JobKind: TypeAlias = Literal["single", "bracket", "interval", "video", "hdr"]
 _WORDS: dict[JobKind, str] = {
     "single": "shooting",
@@ -56,26 +54,10 @@ class Job:
 
     Attributes
     ----------
-    number : int
-        Its id.
-    name : str
-        The command that began it.
-    kind : JobKind
-        What it is.
     begun, begins : float
         When it was asked for, and when the self-timer has run down, in seconds of the clock.
-    frames : list[PlannedFrame]
-        Those that will be taken.
-    group : str
-        Group id of its files.
-    written : list[StoredFile]
-        Those taken, in shooting order.
     open_end : bool
         Whether it goes on until somebody stops it.
-    stopped, cancelled : bool
-        Whether it was stopped half-way, or during the self-timer.
-    watched : bool
-        Whether nobody is ever told that it is done.
     """
 
     number: int
@@ -122,16 +104,6 @@ class Shooter:
 
     Parameters
     ----------
-    scene : Scene
-        What it sees.
-    person : Personality
-        The model.
-    clock : Clock
-        Time.
-    date : CameraDate
-        Dates of files.
-    storage : Storage
-        Where the files go.
     shape : tuple[int, int] or None
         Size of all frames; None for what the camera is set to.
     """
@@ -184,21 +156,8 @@ class Shooter:
 
         Parameters
         ----------
-        name : str
-            The command.
-        kind : JobKind
-            What it is.
         shots : sequence of mappings
             Settings of each frame: exposureProgram and what belongs to it, whiteBalance.
-        options : mapping
-            The camera's options.
-        interval_s : float, optional
-            Least time from frame to frame.
-
-        Returns
-        -------
-        Job
-            The new job.
         """
         now = self._clock.now()
         delay = options.get("exposureDelay", 0)

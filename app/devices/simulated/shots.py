@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from app.devices.simulated.replies import JsonValue
     from app.devices.simulated.shooting import Job
 
-__all__ = ["begin_capture", "begin_picture", "finished", "started"]
-
 _ENDLESS: Final = 200
 _HDR_STEPS: Final = (0.0, -2.0, 2.0)
 _OF_ONE_SHOT: Final = (
@@ -24,11 +22,6 @@ _OF_ONE_SHOT: Final = (
 
 def begin_picture(camera: SimulatedCamera) -> Reply:
     """Take a single picture.
-
-    Parameters
-    ----------
-    camera : SimulatedCamera
-        Ready to shoot.
 
     Returns
     -------
@@ -58,8 +51,6 @@ def begin_capture(camera: SimulatedCamera, mode: JsonValue) -> Reply:
 
     Parameters
     ----------
-    camera : SimulatedCamera
-        Ready to shoot.
     mode : JsonValue
         `_mode`, None where it was not given.
 
@@ -95,20 +86,7 @@ def begin_capture(camera: SimulatedCamera, mode: JsonValue) -> Reply:
 
 
 def started(camera: SimulatedCamera, job: Job) -> dict[str, JsonValue]:
-    """Say that a command is under way.
-
-    Parameters
-    ----------
-    camera : SimulatedCamera
-        The camera.
-    job : Job
-        What it does.
-
-    Returns
-    -------
-    dict[str, JsonValue]
-        Body of the answer.
-    """
+    """Say that a command is under way."""
     number: JsonValue = job.number if camera.personality.numeric_ids else str(job.number)
     share = 0.0 if job.watched else job.completion(camera.clock.now())
     return {
@@ -118,13 +96,6 @@ def started(camera: SimulatedCamera, job: Job) -> dict[str, JsonValue]:
 
 def finished(camera: SimulatedCamera, job: Job) -> dict[str, JsonValue]:
     """Say that a command is done, and where its files are.
-
-    Parameters
-    ----------
-    camera : SimulatedCamera
-        The camera.
-    job : Job
-        What it did.
 
     Returns
     -------

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from app.devices.simulated.replies import JsonValue
     from app.devices.simulated.scene import Take
 
-__all__ = ["STORAGE_ID", "TOTAL_BYTES", "Storage", "StoredFile"]
-
 TOTAL_BYTES: Final = 14_000_000_000
 STORAGE_ID: Final = "5ca1ab1e0ddba11c0ffee0000b0bb1e0"
 _MOST_DELETED: Final = 128
@@ -29,20 +27,8 @@ class StoredFile:
 
     Parameters
     ----------
-    name : str
-        As the camera calls it.
-    path : str
-        Path of its URL, from the first slash.
-    taken : str
-        Local time with its offset, "2026:06:21 12:00:00+09:00".
     shape : tuple[int, int]
         Rows and columns.
-    group : str
-        `_autoBracketGroupId`, "" for none.
-    render, thumb : callable
-        Make the file and its thumbnail.
-    take : Take or None, optional
-        How it was taken, where the camera took it.
     """
 
     def __init__(
@@ -89,13 +75,7 @@ class StoredFile:
 
 
 class Storage:
-    """All files, oldest first.
-
-    Parameters
-    ----------
-    person : Personality
-        Gives names and folders.
-    """
+    """All files, oldest first."""
 
     def __init__(self, person: Personality) -> None:
         self._person = person
@@ -154,24 +134,7 @@ class Storage:
     def entry(
         self, file: StoredFile, url: str, *, detail: bool, thumb_size: int
     ) -> dict[str, JsonValue]:
-        """Describe a file as camera.listFiles does.
-
-        Parameters
-        ----------
-        file : StoredFile
-            Which.
-        url : str
-            Its URL.
-        detail : bool
-            Whether to say all.
-        thumb_size : int
-            640 for a thumbnail in Base64.
-
-        Returns
-        -------
-        dict[str, JsonValue]
-            The entry.
-        """
+        """Describe a file as camera.listFiles does."""
         entry: dict[str, JsonValue] = {
             "name": file.name,
             "fileUrl": url,

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from app.devices.simulated.shooting import Job
     from app.devices.simulated.storage import StoredFile
 
-__all__ = ["HOSTILE_NAMES", "Trouble"]
-
 HOSTILE_NAMES: Final = (
     "../../../../tmp/turnlight-was-here.JPG",
     "..",
@@ -44,13 +42,7 @@ _HOT: Final = 71
 
 
 class Trouble:
-    """All that goes wrong with one camera.
-
-    Parameters
-    ----------
-    faults : Faults
-        What was asked for.
-    """
+    """All that goes wrong with one camera."""
 
     def __init__(self, faults: Faults) -> None:
         self._faults = faults

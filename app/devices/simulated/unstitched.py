@@ -10,8 +10,6 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["circles"]
-
 _ALPHA, _BETA = 0.6692, 0.7515
 _FIELD_DEG = 198.0
 _FILL = 0.98  # of the height: the circles' diameter
@@ -32,8 +30,6 @@ def circles(environment: NDArray[np.float32], rows: int) -> NDArray[np.float32]:
     ----------
     environment : (H, 2 H, 3) float32
         Linear light.
-    rows : int
-        Of the picture; it is twice as wide.
 
     Returns
     -------

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from app.devices.simulated.faults import Faults
     from app.devices.simulated.storage import StoredFile
 
-__all__ = ["WireTrouble"]
-
 _ROUTER_PAGE: Final = (
     b"<!DOCTYPE html><html><head><title>404 Not Found</title></head>"
     b"<body><h1>404 Not Found</h1><p>Your router's pages are elsewhere.</p></body></html>"
@@ -35,13 +33,7 @@ _ENDLESS: Final = b" " * 4096
 
 
 class WireTrouble:
-    """What goes wrong between the camera's words and the wire.
-
-    Parameters
-    ----------
-    faults : Faults
-        What was asked for.
-    """
+    """What goes wrong between the camera's words and the wire."""
 
     def __init__(self, faults: Faults) -> None:
         self._faults = faults
@@ -57,20 +49,7 @@ class WireTrouble:
         self._worst_poll = self._roll("slow-status", 0, 3)
 
     def before(self, camera: SimulatedCamera, request: Request) -> Reply | None:
-        """Answer in the camera's place.
-
-        Parameters
-        ----------
-        camera : SimulatedCamera
-            The camera.
-        request : Request
-            What it was asked.
-
-        Returns
-        -------
-        Reply or None
-            None where the camera answers itself.
-        """
+        """Answer in the camera's place."""
         if self._faults.spend("404-router-in-place-of-the-camera"):
             return text_reply(_ROUTER_PAGE, "text/html", 404)
         if self._faults.spend("401"):
@@ -86,20 +65,7 @@ class WireTrouble:
         return None
 
     def after(self, request: Request, reply: Reply) -> Reply:
-        """Spoil an answer of the camera.
-
-        Parameters
-        ----------
-        request : Request
-            What it was asked.
-        reply : Reply
-            What it would answer.
-
-        Returns
-        -------
-        Reply
-            What is sent.
-        """
+        """Spoil an answer of the camera."""
         if request.target == _EXECUTE and reply.status >= 400:
             return self._politely(reply)
         if request.target == _STATUS and self._faults.on("slow-status"):

@@ -10,25 +10,12 @@ if TYPE_CHECKING:
     from app.devices.simulated.camera import SimulatedCamera
     from app.devices.simulated.replies import JsonValue
 
-__all__ = ["info_of", "live_options", "state_of"]
-
 _BYTES_PER_PICTURE = 5_000_000
 _PATHS = ("info", "state", "checkForUpdates", "commands/execute", "commands/status")
 
 
 def info_of(camera: SimulatedCamera) -> dict[str, JsonValue]:
-    """Say what the camera is.
-
-    Parameters
-    ----------
-    camera : SimulatedCamera
-        The camera.
-
-    Returns
-    -------
-    dict[str, JsonValue]
-        Body of /osc/info.
-    """
+    """Say what the camera is."""
     person = camera.personality
     info: dict[str, JsonValue] = {
         "manufacturer": person.manufacturer,
@@ -50,18 +37,7 @@ def info_of(camera: SimulatedCamera) -> dict[str, JsonValue]:
 
 
 def state_of(camera: SimulatedCamera) -> dict[str, JsonValue]:
-    """Say how the camera does.
-
-    Parameters
-    ----------
-    camera : SimulatedCamera
-        The camera, settled.
-
-    Returns
-    -------
-    dict[str, JsonValue]
-        The inner part of /osc/state.
-    """
+    """Say how the camera does."""
     person = camera.personality
     if camera.api_version == 1:
         return _old_state(camera)
@@ -127,18 +103,7 @@ def _capture_status(camera: SimulatedCamera) -> str:
 
 
 def live_options(camera: SimulatedCamera) -> dict[str, JsonValue]:
-    """Give the options that nobody sets: the date and what is left of the storage.
-
-    Parameters
-    ----------
-    camera : SimulatedCamera
-        The camera, settled.
-
-    Returns
-    -------
-    dict[str, JsonValue]
-        Names and values.
-    """
+    """Give the options that nobody sets: the date and what is left of the storage."""
     free = camera.trouble.free_bytes(camera)
     return {
         "dateTimeZone": camera.date.text(camera.clock.now()),

@@ -11,8 +11,6 @@ from app.devices.errors import DeviceError
 from app.devices.osc.endpoint import Endpoint
 from app.devices.webcam.protocol import WebcamError
 
-__all__ = ["LONGEST_ADDRESS", "Address"]
-
 Scheme: TypeAlias = Literal["http", "https", "rtsp"]
 
 LONGEST_ADDRESS: Final = 500
@@ -28,15 +26,6 @@ _HINT: Final = "Type it as the camera’s app shows it, for example http://192.1
 @dataclass(frozen=True, slots=True)
 class Address:
     """Address of a stream of pictures.
-
-    Attributes
-    ----------
-    scheme : {"http", "https", "rtsp"}
-        How it is spoken to.
-    endpoint : Endpoint
-        Host and port.
-    path : str
-        From the root, with its query where there is one.
 
     Examples
     --------
@@ -56,10 +45,6 @@ class Address:
         ----------
         text : str
             With or without "http://", "https://" or "rtsp://"; http is meant without.
-
-        Returns
-        -------
-        Address
 
         Raises
         ------

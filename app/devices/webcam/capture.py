@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from app.devices.webcam.protocol import Bytes
 
-__all__ = ["Capture", "Reader", "opened"]
-
 Name = TypeVar("Name")
 
 
@@ -40,13 +38,6 @@ class Capture(Protocol):
 def opened(make: Callable[[Name], Capture], name: Name) -> Capture | None:
     """Open what has a name.
 
-    Parameters
-    ----------
-    make : callable
-        Opens it.
-    name : int or str
-        Index of a device, or a URL.
-
     Returns
     -------
     Capture or None
@@ -63,13 +54,7 @@ def opened(make: Callable[[Name], Capture], name: Name) -> Capture | None:
 
 
 class Reader:
-    """Reads one capture after the other, and counts what fails.
-
-    Attributes
-    ----------
-    failed : int
-        Reads without a picture since the last one that gave something.
-    """
+    """Reads one capture after the other, and counts what fails."""
 
     def __init__(self) -> None:
         self._capture: Capture | None = None
@@ -81,13 +66,7 @@ class Reader:
         return self._capture is not None
 
     def begin(self, capture: Capture) -> None:
-        """Read from this one.
-
-        Parameters
-        ----------
-        capture : Capture
-            Opened.
-        """
+        """Read from this one."""
         self._capture, self.failed = capture, 0
 
     def read(self) -> Bytes | None:

@@ -22,8 +22,6 @@ from app.devices.webcam.protocol import Bytes, WebcamError
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = ["DemoViews"]
-
 Float32: TypeAlias = NDArray[np.float32]
 
 _KEPT: Final = 12  # views in memory
@@ -46,8 +44,6 @@ class _View:
         Sitter times their share, and the share.
     depth : (h, w) float32
         Along the axis, metres, of half the size; behind the sitter that of the background around.
-    box : tuple of slice
-        Where the sitter is.
     """
 
     behind: Bytes = field(repr=False)
@@ -62,8 +58,6 @@ class DemoViews:
 
     Parameters
     ----------
-    folder : Path
-        Where ``views.json`` and the pictures are.
     distance_m : float, optional
         From the sitter, metres; the nearest that there is.
     aspect : float, optional

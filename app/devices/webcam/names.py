@@ -15,8 +15,6 @@ from typing import TYPE_CHECKING, Any, Final
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-__all__ = ["LINUX", "linux_names", "shown_names"]
-
 LINUX: Final = Path("/sys/class/video4linux")
 """Where Linux lists what gives or takes pictures."""
 
@@ -39,11 +37,6 @@ _MOST_CHARACTERS: Final = 200_000
 def linux_names(folder: Path) -> tuple[tuple[int, str], ...]:
     """Read the list that Linux keeps; further nodes of one device carry no pictures.
 
-    Parameters
-    ----------
-    folder : Path
-        `LINUX`, or a copy of it.
-
     Returns
     -------
     tuple of (index, name)
@@ -63,15 +56,6 @@ def shown_names(
     indices: Sequence[int], system: str, ask: Callable[[Sequence[str]], str] | None = None
 ) -> tuple[tuple[int, str], ...]:
     """Name devices that were found by trying.
-
-    Parameters
-    ----------
-    indices : sequence of int
-        Those that could be opened, ascending.
-    system : str
-        As ``sys.platform`` has it.
-    ask : callable, optional
-        Runs a command and gives what it prints, "" where it fails.
 
     Returns
     -------

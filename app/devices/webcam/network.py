@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from app.devices.webcam.address import Address
     from app.devices.webcam.protocol import Bytes
 
-__all__ = ["NETWORK", "Keys", "MjpegWebcam", "no_stream", "password_error"]
-
 Keys: TypeAlias = "Callable[[], Credentials | None]"
 """Looks user name and password up; called in the webcam's own thread, since a keyring may wait."""
 
@@ -56,12 +54,6 @@ class MjpegWebcam(WebcamStream):
 
     Parameters
     ----------
-    address : Address
-        With scheme http or https. Where it has no path, the usual ones are tried.
-    clock : Clock
-        Of all waits and limits.
-    keys : callable, optional
-        Looks user name and password up.
     width : int, optional
         Most columns of its pictures; 0 takes them as they come.
     fov_deg : float, optional

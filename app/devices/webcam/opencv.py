@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from app.devices.clock import Clock
     from app.devices.webcam.protocol import Bytes
 
-__all__ = ["SIZE", "SIZES", "OpenCvWebcam", "list_webcams"]
-
 SIZE: Final = (1280, 720)
 """Columns and rows that a webcam is asked for; it may give others."""
 
@@ -39,18 +37,8 @@ class OpenCvWebcam(WebcamStream):
 
     Parameters
     ----------
-    index : int
-        As `list_webcams` gives it.
-    clock : Clock
-        For pauses and rates.
-    name : str, optional
-        To show.
     fov_deg : float, optional
         Horizontal field of view, deg, where it is known: nothing in a webcam tells it.
-    width : int, optional
-        Columns to ask for, one of `SIZES`; it may give others.
-    capture : callable, optional
-        Opens the device of an index.
     is_there : callable, optional
         Whether there is a device of an index; None where the system does not tell.
     """
@@ -71,13 +59,7 @@ class OpenCvWebcam(WebcamStream):
         super().__init__(self._device, name or _name(index), fov_deg, clock)
 
     def ask_width(self, width: int) -> None:
-        """Ask for pictures of another size, from when it is next opened.
-
-        Parameters
-        ----------
-        width : int
-            Columns, one of `SIZES`; any other number stands for the usual size.
-        """
+        """Ask for pictures of another size, from when it is next opened."""
         self._device.size = SIZES.get(width, SIZE)
 
 

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from app.devices.clock import Clock
     from app.devices.webcam.protocol import Bytes
 
-__all__ = ["FOV_DEG", "FPS", "SIZE", "PanoramaWebcam"]
-
 FPS: Final = 15.0
 """Pictures per second."""
 
@@ -58,18 +56,12 @@ class PanoramaWebcam(WebcamStream):
     ----------
     panorama : Path or (H, 2 H, 3) uint8
         An OpenEXR or Radiance file, or sRGB.
-    clock : Clock, optional
-        Its pictures come at this clock's pace.
     fov_deg : float, optional
         Horizontal field of view, deg, 20 to 150.
-    tells_fov : bool, optional
-        Whether it says what its field of view is.
     size : tuple[int, int], optional
         Columns and rows.
     shake_deg : float, optional
         How far a hand lets it sway, standard deviation in deg; slow and fast mixed.
-    noise : float, optional
-        Standard deviation of a sensor's noise, in steps of 255.
     """
 
     def __init__(

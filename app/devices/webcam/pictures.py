@@ -10,8 +10,6 @@ import numpy as np
 if TYPE_CHECKING:
     from app.devices.webcam.protocol import Bytes
 
-__all__ = ["Grain", "as_rgb", "fitted"]
-
 _SMALLEST: Final = 16  # pixels a side
 _LARGEST: Final = 8192
 _SEED: Final = 7
@@ -73,8 +71,6 @@ class Grain:
     ----------
     size : tuple[int, int]
         Columns and rows of the pictures.
-    noise : float
-        Standard deviation, in steps of 255.
     """
 
     def __init__(self, size: tuple[int, int], noise: float) -> None:

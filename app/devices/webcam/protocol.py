@@ -14,9 +14,6 @@ from app.devices.errors import DeviceError
 if TYPE_CHECKING:
     from app.devices.mailbox import Mailbox
 
-__all__ = ["GUESS_FOV_DEG", "Bytes", "Source", "Webcam", "WebcamError", "WebcamFrame"]
-__all__ += ["WebcamState"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 GUESS_FOV_DEG: Final = 65.0
@@ -58,10 +55,6 @@ class WebcamFrame:
     ----------
     picture : (H, W, 3) uint8
         sRGB, as the camera sees it, not mirrored. Not to be written to.
-    number : int
-        Counts the pictures since the webcam was made, from 0.
-    received_s : float
-        The clock's time when it was here.
     """
 
     picture: Bytes = field(repr=False)

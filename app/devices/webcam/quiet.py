@@ -10,8 +10,6 @@ import cv2
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["quiet"]
-
 
 @contextmanager
 def quiet() -> Iterator[None]:

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from app.devices.webcam.capture import Capture
     from app.devices.webcam.protocol import Bytes
 
-__all__ = ["OPEN_S", "READ_S", "RtspWebcam", "open_url"]
-
 OPEN_S: Final = 6.0
 """Longest time that FFmpeg may take to open a stream, real seconds."""
 
@@ -50,18 +48,10 @@ class RtspWebcam(WebcamStream):
 
     Parameters
     ----------
-    address : Address
-        With scheme rtsp.
-    clock : Clock
-        Of pauses and rates; the limits within FFmpeg are in real time.
-    keys : callable, optional
-        Looks user name and password up.
     width : int, optional
         Most columns of its pictures; 0 takes them as they come.
     fov_deg : float, optional
         Horizontal field of view, deg, where it is known.
-    capture : callable, optional
-        Opens a URL, in which user name and password may be: it must not log it.
     """
 
     def __init__(
@@ -175,18 +165,7 @@ def _url(address: Address, keys: Credentials | None) -> str:
 
 
 def open_url(url: str) -> Capture:
-    """Let FFmpeg open a URL or a file, with a limit for opening and for each picture.
-
-    Parameters
-    ----------
-    url : str
-        It may hold a password: nothing of it is written to the terminal.
-
-    Returns
-    -------
-    Capture
-        Perhaps not opened.
-    """
+    """Let FFmpeg open a URL or a file, with a limit for opening and for each picture."""
     # Read by OpenCV when FFmpeg is first used; without it, it talks to the terminal.
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", _SAYS_NOTHING)
     limits = [

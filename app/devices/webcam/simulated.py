@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from app.devices.clock import Clock
     from app.devices.webcam.protocol import Bytes
 
-__all__ = ["FOV_DEG", "FPS", "SIZE", "SimulatedWebcam"]
-
 FPS: Final = 24.0
 """Pictures per second."""
 
@@ -41,16 +39,8 @@ class SimulatedWebcam(WebcamStream):
 
     Parameters
     ----------
-    views : Path
-        Folder of the location's views.
-    clock : Clock, optional
-        Its pictures come at this clock's pace.
-    distance_m : float, optional
-        From the sitter: 1.2, 1.8 or 2.5 m.
     size : tuple[int, int], optional
         Columns and rows.
-    noise : float, optional
-        Standard deviation of a sensor's noise, in steps of 255.
     """
 
     def __init__(

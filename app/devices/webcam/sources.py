@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from app.devices.clock import Clock
     from app.devices.webcam.protocol import Webcam
 
-__all__ = ["FOV_RANGE_DEG", "WIDTHS", "Kind", "LiveSource", "SourceView", "SourceViews"]
-__all__ += ["make_source"]
-
 Kind: TypeAlias = Literal["webcam", "network", "video", "stills", "panorama"]
 
 FOV_RANGE_DEG: Final = (20.0, 150.0)
@@ -41,13 +38,6 @@ _LONGEST_KEPT: Final = 4000
 @dataclass(frozen=True, slots=True)
 class LiveSource:
     """One source of live pictures.
-
-    Attributes
-    ----------
-    kind : {"webcam", "network", "video", "stills", "panorama"}
-        What it is. What captures HDMI is a webcam to the computer.
-    where : str
-        Index of a webcam, address of a network camera, whole path of a file or folder.
 
     Examples
     --------
@@ -128,18 +118,8 @@ def make_source(
 
     Parameters
     ----------
-    source : LiveSource
-        Of any kind but "webcam", whose devices may be real or imitated.
-    clock : Clock
-        For every wait.
     width : int, optional
         Most columns of its pictures; 0 for what is usual.
-    keys : callable, optional
-        Looks user name and password of a network camera up.
-
-    Returns
-    -------
-    Webcam
 
     Raises
     ------
@@ -170,8 +150,6 @@ class SourceView:
         Horizontal field of view as the user set it, deg; None to estimate it.
     learnt_deg : float or None
         The last estimate, deg: to draw with, and never taken for known.
-    width : int
-        Columns that are asked for; 0 for what is usual.
     """
 
     fov_deg: float | None = None
@@ -181,13 +159,7 @@ class SourceView:
 
 @dataclass(frozen=True, slots=True)
 class SourceViews:
-    """The `SourceView` of each source that has been used lately, the last used last.
-
-    Attributes
-    ----------
-    views : dict[str, SourceView]
-        By `LiveSource.text`.
-    """
+    """The `SourceView` of each source that has been used lately, the last used last."""
 
     views: dict[str, SourceView] = field(default_factory=dict)
 
@@ -217,15 +189,7 @@ class SourceViews:
         return self.views.get(source.text, SourceView())
 
     def with_(self, source: LiveSource, **changes: Any) -> SourceViews:
-        """Return them with one source's changed.
-
-        Parameters
-        ----------
-        source : LiveSource
-            Whose.
-        **changes
-            Attributes of `SourceView`.
-        """
+        """Return them with one source's changed."""
         others = {name: view for name, view in self.views.items() if name != source.text}
         return SourceViews({**others, source.text: replace(self.of(source), **changes)})
 

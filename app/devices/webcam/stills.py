@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from app.devices.clock import Clock
     from app.devices.webcam.protocol import Bytes
 
-__all__ = ["ENDINGS", "EVERY_S", "StillsFolder", "stills_in"]
-
 ENDINGS: Final = (".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp")
 """Of files that are looked at."""
 
@@ -45,10 +43,6 @@ class StillsFolder(WebcamStream):
 
     Parameters
     ----------
-    folder : Path
-        Where they are; folders in it are not looked into.
-    clock : Clock
-        For the pace.
     every_s : float or None, optional
         Each is shown so long, seconds; None waits for `step`.
     width : int, optional
@@ -75,13 +69,7 @@ class StillsFolder(WebcamStream):
         return self._pile.shown
 
     def step(self, by: int = 1) -> None:
-        """Go on by so many pictures, or back.
-
-        Parameters
-        ----------
-        by : int, optional
-            Positive is onward.
-        """
+        """Go on by so many pictures, or back."""
         self._pile.step(by)
 
 
@@ -155,11 +143,6 @@ class _Pile:
 
 def stills_in(folder: Path) -> list[str]:
     """List the pictures of a folder.
-
-    Parameters
-    ----------
-    folder : Path
-        Where.
 
     Returns
     -------

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from app.devices.clock import Clock
     from app.devices.webcam.protocol import Bytes, Source
 
-__all__ = ["LOST_S", "WEBCAM", "Manner", "WebcamStream"]
-
 LOST_S: Final = 2.0
 """A webcam counts as lost after so many seconds without a picture."""
 
@@ -45,17 +43,9 @@ class Manner:
 
     Attributes
     ----------
-    noun : str
-        "webcam".
-    revive : str
-        What to do when it is silent or stands still; a sentence without its end.
-    quicken : str
-        What makes it quicker; a sentence.
     pauses_s : tuple of float
         Seconds before it is opened again: after pictures had come, after the first failure, and
         so on; the last one from then on.
-    still : bool
-        Whether one and the same picture over and over is as it should be.
     silence_s : float
         Seconds without a picture after which it is closed and opened again. It counts as lost
         before; but a camera that serves one client may not let the next one in at once.
@@ -78,20 +68,10 @@ class WebcamStream:
 
     Parameters
     ----------
-    source : Source
-        The device.
-    name : str
-        To show.
     fov_deg : float or None
         Horizontal field of view, deg; None where nobody knows it.
-    clock : Clock
-        For pauses and rates.
     still : bool, optional
         Whether one and the same picture over and over is as it should be; else as `manner` says.
-    manner : Manner, optional
-        What it is called, and how patient one is with it.
-    cut : callable, optional
-        Makes a read that waits, or the next one, end soon; called from another thread.
     """
 
     def __init__(

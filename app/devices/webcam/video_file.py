@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from app.devices.webcam.capture import Capture
     from app.devices.webcam.protocol import Bytes
 
-__all__ = ["ENDINGS", "VideoFile", "check_video"]
-
 ENDINGS: Final = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".webm")
 """Of files that are offered; what is in a file counts, and not its name."""
 
@@ -47,16 +45,10 @@ class VideoFile(WebcamStream):
 
     Parameters
     ----------
-    path : Path
-        The file.
-    clock : Clock
-        It plays at this clock's pace.
     width : int, optional
         Most columns of its pictures; 0 takes them as they are.
     fov_deg : float, optional
         Horizontal field of view, deg, where it is known.
-    capture : callable, optional
-        Opens the file.
     """
 
     def __init__(
@@ -147,11 +139,6 @@ def check_video(path: Path) -> None:
 
     FFmpeg also opens lists of other files and of addresses; they are refused here by what they
     begin with, whatever they are called.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
 
     Raises
     ------

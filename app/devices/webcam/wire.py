@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from app.devices.clock import Clock
     from app.devices.webcam.address import Address
 
-__all__ = ["CONNECT_S", "FAILURES", "Wire", "gone", "unreachable"]
-
 CONNECT_S: Final = 5.0
 """Longest time until a camera has answered, seconds."""
 
@@ -36,20 +34,7 @@ _TLS: Final = "https"
 
 
 class Wire:
-    """A connection to one address.
-
-    Parameters
-    ----------
-    address : Address
-        Whose host and port are used.
-    clock : Clock
-        Of the deadlines.
-
-    Attributes
-    ----------
-    watch : Watch
-        Until when it may keep its reader waiting.
-    """
+    """A connection to one address."""
 
     def __init__(self, address: Address, clock: Clock) -> None:
         self._address = address
@@ -97,20 +82,7 @@ class Wire:
         return self._file.readline(most)
 
     def get(self, path: str, headers: Mapping[str, str]) -> HTTPResponse:
-        """Send a GET request and read the head of the answer; raises one of `FAILURES`.
-
-        Parameters
-        ----------
-        path : str
-            From the root.
-        headers : Mapping[str, str]
-            Further headers.
-
-        Returns
-        -------
-        HTTPResponse
-            Its body is unread.
-        """
+        """Send a GET request and read the head of the answer; raises one of `FAILURES`."""
         host = self._address.host
         lines = [f"GET {path} HTTP/1.1", f"Host: {host}", "Accept: */*", "Connection: close"]
         lines += ["User-Agent: Turnlight", "Accept-Encoding: identity"]
@@ -179,17 +151,7 @@ def _ready(connection: socket.socket) -> bool:
 
 
 def unreachable(error: BaseException) -> WebcamError:
-    """Say why there is no connection.
-
-    Parameters
-    ----------
-    error : BaseException
-        What the socket raised.
-
-    Returns
-    -------
-    WebcamError
-    """
+    """Say why there is no connection."""
     if isinstance(error, ssl.SSLCertVerificationError):
         message = "The network camera’s certificate is not trusted by this computer."
         hint = "On your own network, type its address with http:// instead."

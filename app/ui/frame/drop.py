@@ -15,25 +15,12 @@ from app.ui.theme.icons import icon_pixmap
 if TYPE_CHECKING:
     from PySide6.QtCore import QMimeData
 
-__all__ = ["DropVeil", "dropped_paths"]
-
 _MOST_FILES: Final = 500
 _WORDS: Final = "Drop a panorama, a bracket or a folder"
 
 
 def dropped_paths(data: QMimeData) -> list[Path]:
-    """Read which files of this computer are being dropped.
-
-    Parameters
-    ----------
-    data : QMimeData
-        Of the drag.
-
-    Returns
-    -------
-    list of Path
-        Files and folders; addresses elsewhere are left out.
-    """
+    """Read which files of this computer are being dropped."""
     urls = data.urls()[:_MOST_FILES]
     return [Path(url.toLocalFile()) for url in urls if url.isLocalFile()]
 
@@ -48,13 +35,7 @@ class DropVeil(QWidget):
         self.setAccessibleName(_WORDS)
 
     def set_words(self, words: str) -> None:
-        """Say what may be dropped.
-
-        Parameters
-        ----------
-        words : str
-            Empty for what may be dropped anywhere.
-        """
+        """Say what may be dropped."""
         self._words = words or _WORDS
         self.setAccessibleName(self._words)
         self.update()

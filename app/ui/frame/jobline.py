@@ -21,20 +21,11 @@ if TYPE_CHECKING:
 
     from app.ui.jobs import JobLine
 
-__all__ = ["JobLineBar"]
-
 _MOST_HINTS = 4
 
 
 class JobLineBar(QWidget):
-    """The job line.
-
-    Parameters
-    ----------
-    compact : bool
-        For narrow windows: lower, and half the shortcuts.
-    parent : QWidget, optional
-    """
+    """The job line."""
 
     cancel_asked = Signal(str)
     """Key of the job."""
@@ -72,13 +63,7 @@ class JobLineBar(QWidget):
         self.show_job(None)
 
     def show_job(self, job: JobLine | None) -> None:
-        """Show what runs; None goes back to the last words.
-
-        Parameters
-        ----------
-        job : JobLine or None
-            The visible job.
-        """
+        """Show what runs; None goes back to the last words."""
         running = job is not None
         for widget in (self._bar, self._left, self._cancel):
             widget.setVisible(running)
@@ -92,15 +77,7 @@ class JobLineBar(QWidget):
             self._cancel.setAccessibleName(f"Cancel: {job.title}")
 
     def show_idle(self, words: str, icon: str = "check") -> None:
-        """Show the last result.
-
-        Parameters
-        ----------
-        words : str
-            One sentence, or none.
-        icon : str, optional
-            ``check``, or another that fits the words.
-        """
+        """Show the last result."""
         t = theme()
         colour = {"check": t.c.ok, "error": t.c.err}.get(icon, t.c.dim)
         self._mark.setPixmap(icon_pixmap(icon, t.px(16), colour, self.devicePixelRatioF()))

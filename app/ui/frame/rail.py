@@ -15,8 +15,6 @@ from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.paint import MIDDLE, box, hover_fill, put_text
 from app.ui.widgets.roving import Roving
 
-__all__ = ["PLACES", "SETTINGS", "Rail"]
-
 PLACES: Final = "places"
 SETTINGS: Final = "settings"
 
@@ -98,14 +96,7 @@ class _RailButton(Pressable):
 
 
 class Rail(QWidget):
-    """Steps and, at the foot, places and settings; one stop for Tab, arrows move inside.
-
-    Parameters
-    ----------
-    compact : bool
-        For narrow windows.
-    parent : QWidget, optional
-    """
+    """Steps and, at the foot, places and settings; one stop for Tab, arrows move inside."""
 
     chosen = Signal(str)
     """Key of what was chosen: a step's value, `PLACES` or `SETTINGS`."""
@@ -132,15 +123,7 @@ class Rail(QWidget):
         self._roving.set_members(list(self._buttons.values()))
 
     def show_steps(self, current: Step, done: frozenset[Step]) -> None:
-        """Mark the screen in front and the steps that are done.
-
-        Parameters
-        ----------
-        current : Step
-            In front.
-        done : frozenset of Step
-            Done.
-        """
+        """Mark the screen in front and the steps that are done."""
         for key, button in self._buttons.items():
             button.setChecked(key == current.value)
             button.set_done(any(step.value == key for step in done))

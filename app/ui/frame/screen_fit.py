@@ -10,8 +10,6 @@ if TYPE_CHECKING:
     from PySide6.QtGui import QWindow
     from PySide6.QtWidgets import QWidget
 
-__all__ = ["fit_on_screen", "fitted", "room_for"]
-
 _FRAME: Final = QMargins(4, 32, 4, 4)
 """Title bar and edges of the usual desktops; what they are is known once the window is shown."""
 

@@ -17,8 +17,6 @@ from app.ui.widgets.paint import put_text, text_width
 if TYPE_CHECKING:
     from app.ui.presenters.frame import FrameState
 
-__all__ = ["TopBar"]
-
 
 class _PlaceButton(Pressable):
     """Name and time of the place, with a chevron; opens the list of places."""
@@ -70,14 +68,7 @@ class _PlaceButton(Pressable):
 
 
 class TopBar(QWidget):
-    """The head line.
-
-    Parameters
-    ----------
-    compact : bool
-        For narrow windows: chips without words.
-    parent : QWidget, optional
-    """
+    """The head line."""
 
     places_asked = Signal()
     sitter_asked = Signal(QPoint)

@@ -63,20 +63,7 @@ _KINDS: Final[dict[str, tuple[str, int, str, Callable[[Commands], QWidget]]]] = 
 
 
 def open_overlay(what: str, commands: Commands) -> Sheet:
-    """Open something over the screen in front.
-
-    Parameters
-    ----------
-    what : str
-        ``find``, ``help``, ``messages``, ``places``, ``settings`` or ``tour``.
-    commands : Commands
-        What can be done.
-
-    Returns
-    -------
-    Sheet
-        Open already.
-    """
+    """Open something over the screen in front."""
     title, width, side, make = _KINDS[what]
     sheet = Sheet(commands.window, title, width, side)  # type: ignore[arg-type]
     body = make(commands)

@@ -30,17 +30,9 @@ if TYPE_CHECKING:
     from app.core.second_light.library import LampEntry
     from app.ui.commands import Commands
 
-__all__ = ["FindBody"]
-
 
 class FindBody(QWidget):
-    """A field and what fits its letters.
-
-    Parameters
-    ----------
-    commands : Commands
-        What can be done.
-    """
+    """A field and what fits its letters."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from app.ui.commands import Commands
     from app.ui.presenters.actions import Action
 
-__all__ = ["HelpBody", "key_lines"]
-
 _WORDS: Final = (
     (
         "Turn",
@@ -56,13 +54,7 @@ def key_lines(actions: Sequence[Action]) -> list[tuple[str, str]]:
 
 
 class HelpBody(QWidget):
-    """Shortcuts of this screen and of all, and words.
-
-    Parameters
-    ----------
-    commands : Commands
-        What can be done.
-    """
+    """Shortcuts of this screen and of all, and words."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()

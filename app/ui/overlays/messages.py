@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from app.ui.commands import Commands
     from app.ui.notify import Message
 
-__all__ = ["MessagesBody"]
-
 _ICONS: Final[dict[str, tuple[str, Role]]] = {
     "info": ("info", "dim"),
     "done": ("check", "ok"),
@@ -30,13 +28,7 @@ _ICONS: Final[dict[str, tuple[str, Role]]] = {
 
 
 class MessagesBody(QWidget):
-    """What was told.
-
-    Parameters
-    ----------
-    commands : Commands
-        Knows the messages.
-    """
+    """What was told."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()

@@ -25,20 +25,12 @@ if TYPE_CHECKING:
     from app.ui.commands import Commands
     from app.ui.presenters.shelf import DeletedRow, ShelfRow, ShelfState
 
-__all__ = ["PlacesBody"]
-
 _PICTURE: Final = (128, 64)
 _MOST_BYTES: Final = 4 << 20
 
 
 class PlacesBody(QWidget):
-    """The list.
-
-    Parameters
-    ----------
-    commands : Commands
-        Opens files and places.
-    """
+    """The list."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()

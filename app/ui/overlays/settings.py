@@ -25,17 +25,9 @@ if TYPE_CHECKING:
     from app.core.settings import Value
     from app.ui.commands import Commands
 
-__all__ = ["SettingsBody"]
-
 
 class SettingsBody(QWidget):
-    """Every setting that is shown, under its heading.
-
-    Parameters
-    ----------
-    commands : Commands
-        Changes and keeps them.
-    """
+    """Every setting that is shown, under its heading."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
     from app.ui.presenters.finding import Findable
 
-__all__ = ["ThingList"]
-
 _THING: Final = Qt.ItemDataRole.UserRole
 _HEIGHT: Final = 40
 _MOVES: Final = frozenset({Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown})
@@ -72,15 +70,7 @@ class _Lines(QStyledItemDelegate):
 
 
 class ThingList(QListWidget):
-    """Things to choose from.
-
-    Parameters
-    ----------
-    name : str
-        What is chosen here, for those who cannot see it.
-    take : callable
-        Gets what was chosen, by click or Enter.
-    """
+    """Things to choose from."""
 
     def __init__(self, name: str, take: Callable[[Findable], None]) -> None:
         super().__init__()

@@ -15,8 +15,6 @@ from app.ui.widgets.labels import Text
 if TYPE_CHECKING:
     from app.ui.commands import Commands
 
-__all__ = ["STEPS", "TourBody"]
-
 STEPS: Final = (
     (
         "probe",
@@ -52,13 +50,7 @@ STEPS: Final = (
 
 
 class TourBody(QWidget):
-    """One step at a time.
-
-    Parameters
-    ----------
-    commands : Commands
-        Opens the demo place at the end.
-    """
+    """One step at a time."""
 
     def __init__(self, commands: Commands) -> None:
         super().__init__()

@@ -59,18 +59,6 @@ if TYPE_CHECKING:
     from app.devices.osc.link import Credentials
     from app.ui.presenters.services import Devices
 
-__all__ = [
-    "Captured",
-    "Order",
-    "Recording",
-    "Seen",
-    "capture",
-    "clipped_in",
-    "merge_kept",
-    "rough_words",
-    "small_picture",
-]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 _TILE_ROWS: Final = 128
@@ -90,25 +78,12 @@ class Order:
 
     Attributes
     ----------
-    places : Path
-        Folder of the places.
-    made_at : datetime
-        Now, with its zone.
     camera : FoundCamera or None
         None where only what is here is to be merged.
-    credentials : Credentials or None
-        For it.
-    plan : {"paper", "full"}
-    delay_s : int
-        Self-timer, 0 to 10 s.
     pack : StylePack or None
         Head and styles; the generic one where None.
-    name, spot : str
-        Of the place that is captured again; empty for a new one.
     first : (h, 2 h, 3) uint8 or None
         Display panorama of the place that is captured again, to be laid on.
-    folder, session : Path or None
-        Place and session to go on with; both or neither.
     """
 
     places: Path
@@ -131,13 +106,8 @@ class Seen:
 
     Attributes
     ----------
-    status : Status
-    shots : tuple of PlannedShot
-        In the order of shooting; empty before there is a plan.
     pictures : tuple of ((h, 2 h, 3) uint8 or None)
         Of the frames, small, in the order of shooting.
-    rough : str
-        A first answer, "" while there is none.
     """
 
     status: Status
@@ -152,13 +122,6 @@ class Captured:
 
     Attributes
     ----------
-    folder : Path
-        Of the place.
-    place : Place
-        What is known of it.
-    light : LightHere
-        Its light, ready to be shown.
-    result : CaptureResult
     registered : Registered or None
         How it lies on the place that was captured again; None where there was none.
     """
@@ -171,19 +134,7 @@ class Captured:
 
 
 class Recording:
-    """What a capture leaves behind, whatever happens; written by its thread.
-
-    Attributes
-    ----------
-    box : Mailbox[Seen]
-        The newest that is to be seen.
-    folder, session : Path or None
-        Of the place and of the capture in it, as soon as they are there.
-    began : bool
-        Whether it made its own folder.
-    captured : Captured or None
-        What came of it.
-    """
+    """What a capture leaves behind, whatever happens; written by its thread."""
 
     def __init__(self, order: Order) -> None:
         self.box: Mailbox[Seen] = Mailbox()
@@ -231,22 +182,6 @@ def capture(
     report: Report,
 ) -> Captured:
     """Take a bracket and merge it.
-
-    Parameters
-    ----------
-    order : Order
-    recording : Recording
-        Told everything on the way.
-    devices : Devices
-        For the link to the camera.
-    clock : Clock
-    token : Token
-        Stops it; the camera gets its settings back.
-    report : Report
-
-    Returns
-    -------
-    Captured
 
     Raises
     ------
@@ -351,11 +286,6 @@ def _finished(
 def small_picture(path: Path) -> Bytes | None:
     """Read a small copy of a picture.
 
-    Parameters
-    ----------
-    path : Path
-        JPEG, PNG, TIFF, WebP or BMP.
-
     Returns
     -------
     (128, w, 3) uint8 or None
@@ -383,20 +313,7 @@ def clipped_in(picture: Bytes) -> float:
 
 
 def rough_words(rough: Rough, pack: StylePack) -> str:
-    """Say how to turn for the styles that match best, as small pictures tell it.
-
-    Parameters
-    ----------
-    rough : Rough
-        Light of the small pictures.
-    pack : StylePack
-        Head and styles.
-
-    Returns
-    -------
-    str
-        "" where they tell nothing.
-    """
+    """Say how to turn for the styles that match best, as small pictures tell it."""
     try:
         light = reduce(rough.environment("small pictures"), pack.header.environment)
         results = [each for each in solve_all(pack, light) if each.attainable]

@@ -41,8 +41,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.services import Services
     from app.ui.presenters.unfinished import Unfinished
 
-__all__ = ["Desk"]
-
 _SOLVED_ANEW: Final = frozenset({"light", "head", "front_deg", "user_styles", "settings"})
 _DEMO: Final = "Demo café at the court"
 _KEPT: Final = frozenset(
@@ -56,19 +54,9 @@ class Desk:
 
     Attributes
     ----------
-    file_work : InTurn
-        For whatever changes the user's files, on any screen.
-    saving : Saving
-        Keeps the open place.
-    own_styles : OwnStyles
-        Renames them, puts them away, takes them in, on any screen.
-    places_changed : Event
-        A place was renamed, deleted or brought back.
     photo_taker : callable or None
         Takes files that may be photographs of the sitter, while a screen in front has a use for
         them; gives whether it did.
-    finisher : callable or None
-        Goes on with a capture that was interrupted.
     """
 
     def __init__(self, services: Services) -> None:
@@ -158,23 +146,12 @@ class Desk:
         """Open whatever it is: a place, a panorama, a bracket, or a folder with one of these.
 
         While the sitter turns, a photograph of them is looked at instead.
-
-        Parameters
-        ----------
-        paths : sequence of Path
-            As dropped or chosen.
         """
         if self.photo_taker is None or not self.photo_taker(paths):
             self.open_as_place(paths)
 
     def open_as_place(self, paths: Sequence[Path]) -> None:
-        """Open a place, or make one of a panorama or a bracket.
-
-        Parameters
-        ----------
-        paths : sequence of Path
-            Nothing that a screen has another use for.
-        """
+        """Open a place, or make one of a panorama or a bracket."""
         self._open(*self._reading(paths))
 
     def _open(self, work: Callable[[Token, Report], Opened], title: str) -> None:
@@ -211,13 +188,7 @@ class Desk:
         self._open(lambda token, report: finish_files(left, token, report), f"Opening {left.name}")
 
     def take_in(self, paths: Sequence[Path]) -> None:
-        """Open what has arrived by itself; the next that arrives waits until this is done.
-
-        Parameters
-        ----------
-        paths : sequence of Path
-            As for `open_paths`.
-        """
+        """Open what has arrived by itself; the next that arrives waits until this is done."""
         work, title = self._reading(paths)
         self._arrivals.submit(work, title=title, done=self._opened, failed=self._open_failed)
 
@@ -233,13 +204,7 @@ class Desk:
         )
 
     def take_capture(self, captured: Captured) -> None:
-        """Show what a camera measured, at once; it is kept while it is looked at.
-
-        Parameters
-        ----------
-        captured : Captured
-            The originals are in its folder already.
-        """
+        """Show what a camera measured, at once; it is kept while it is looked at."""
         place = replace(captured.place, head=self._services.model.settings.head)
         opened = Opened(captured.folder, place, captured.light)
         self._opened(opened)

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-__all__ = ["disk_words", "is_full"]
-
 _NO_ROOM: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 _LOCKED: Final = frozenset({errno.EROFS, errno.EACCES, errno.EPERM})
 _FULL: Final = ("no space left", "disk full", "disk is full", "not enough space", "file too large")

@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-__all__ = ["SEARCHED", "Findable", "best", "nothing_words", "score"]
-
 _WORDS: Final = re.compile(r"[^\W_]+")
 _MOST: Final = 50
 
@@ -25,16 +23,8 @@ class Findable:
 
     Attributes
     ----------
-    words : str
-        What it is called.
     detail : str
         What it is, in a word or two: "style", "place of 21 Nov".
-    icon : str
-        Name of its icon.
-    keys : str
-        Its shortcut, may be empty.
-    run : callable
-        Goes there or does it.
     """
 
     words: str
@@ -49,13 +39,6 @@ def score(wanted: str, words: str) -> float:
 
     Every word that is typed must begin a word, or else be found inside one. What begins with
     the first letters typed goes first, shorter words before longer ones.
-
-    Parameters
-    ----------
-    wanted : str
-        As typed; capitals and accents do not count.
-    words : str
-        Of what may be meant.
 
     Returns
     -------
@@ -87,20 +70,7 @@ def score(wanted: str, words: str) -> float:
 
 
 def best(wanted: str, things: Iterable[Findable]) -> Sequence[Findable]:
-    """Choose what fits, the best first.
-
-    Parameters
-    ----------
-    wanted : str
-        As typed; nothing shows everything in its own order.
-    things : iterable of Findable
-        What there is.
-
-    Returns
-    -------
-    sequence of Findable
-        At most fifty.
-    """
+    """Choose what fits, the best first."""
     if not wanted.strip():
         return list(things)[:_MOST]
     rated = [

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.model import CameraSeen, Model
     from app.ui.presenters.services import Services
 
-__all__ = ["FramePresenter", "FrameState", "FrameView", "camera_words", "time_words"]
-
 _LOW_BATTERY: Final = 0.15
 _LOW_SPACE: Final = 200_000_000
 _SHOWN: Final = frozenset(
@@ -42,31 +40,7 @@ _MONTHS: Final = tuple(  # of English, whatever the system speaks
 
 @dataclass(frozen=True, slots=True)
 class FrameState:
-    """What the frame shows.
-
-    Attributes
-    ----------
-    step : Step
-        Screen in front.
-    done : frozenset of Step
-        Steps that have what they are for.
-    place, time : str
-        Name of the place, and when it was measured.
-    sitter : str
-        Head and skin.
-    camera : str
-        Model, battery and space.
-    camera_short : str
-        Battery alone, for narrow windows.
-    camera_warning : str
-        Why the camera needs looking after; empty when it does not.
-    undo, redo : str
-        What they would do; empty when nothing.
-    status : str
-        What is to be known here while nothing runs; may be empty.
-    status_icon : str
-        Its icon.
-    """
+    """What the frame shows."""
 
     step: Step = Step.PROBE
     done: frozenset[Step] = frozenset()
@@ -90,13 +64,7 @@ class FrameView(Protocol):
 
 
 class FramePresenter:
-    """Resolves what the frame shows whenever something of it changed.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    """
+    """Resolves what the frame shows whenever something of it changed."""
 
     def __init__(self, services: Services) -> None:
         self._services = services
@@ -154,17 +122,7 @@ class FramePresenter:
 
 
 def time_words(moment: datetime, today: datetime) -> str:
-    """Say when something was: "21 Nov, 14:05", with the year when it is another one.
-
-    Parameters
-    ----------
-    moment, today : datetime
-        With their zones; said in that of `today`.
-
-    Returns
-    -------
-    str
-    """
+    """Say when something was: "21 Nov, 14:05", with the year when it is another one."""
     local = moment.astimezone(today.tzinfo)
     year = f" {local.year}" if local.year != today.year else ""
     return f"{local.day} {_MONTHS[local.month - 1]}{year}, {local:%H:%M}"

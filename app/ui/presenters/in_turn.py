@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from app.core.progress import Report, Token
     from app.ui.presenters.services import Services
 
-__all__ = ["InTurn"]
-
 T = TypeVar("T")
 
 
@@ -33,13 +31,6 @@ class InTurn:
 
     A runner cancels older work of the same key, and then tells nobody how it ended. That is right
     for answers; of two styles that are deleted one after the other both are to be deleted.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    key : str
-        For the runner; nobody else's.
     """
 
     def __init__(self, services: Services, key: str) -> None:

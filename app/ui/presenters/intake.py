@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-__all__ = ["FRAMES", "Intake", "sort_out"]
-
 _HDR: Final = frozenset({".exr", ".hdr", ".pic"})
 FRAMES: Final = frozenset({".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".dng"})
 """Endings of photographs that may be frames of a bracket."""
@@ -24,19 +22,7 @@ _KINDS: Final = "Drop an HDR panorama (.exr, .hdr), the photographs of a bracket
 
 @dataclass(frozen=True, slots=True)
 class Intake:
-    """What there is to be opened; exactly one of the three.
-
-    Attributes
-    ----------
-    name : str
-        For a new place.
-    place : Path or None
-        Folder of a place that was kept.
-    environment : Path or None
-        HDR panorama.
-    frames : tuple of Path
-        Bracket.
-    """
+    """What there is to be opened; exactly one of the three."""
 
     name: str
     place: Path | None = None
@@ -46,15 +32,6 @@ class Intake:
 
 def sort_out(paths: Sequence[Path]) -> Intake:
     """Look at names only; what is in the files is looked at by whoever reads them.
-
-    Parameters
-    ----------
-    paths : sequence of Path
-        Files and folders.
-
-    Returns
-    -------
-    Intake
 
     Raises
     ------

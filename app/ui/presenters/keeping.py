@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from app.core.settings.json_file import Facts
     from app.ui.presenters.services import Services
 
-__all__ = ["Keeper"]
-
 _MOMENT_S: Final = 0.4
 
 
@@ -28,13 +26,6 @@ class Keeper:
     """Writes places in the order in which they were handed over, a moment later.
 
     While something moves, as a needle under the hand, only the last of it is written.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    done, failed : callable
-        Called when what was handed over is on the disk, or cannot be.
     """
 
     def __init__(
@@ -52,15 +43,7 @@ class Keeper:
         self._last: dict[Path, tuple[Source | None, Facts]] = {}
 
     def keep(self, folder: Path, place: Place) -> None:
-        """Write a place soon; what is handed over until then takes its place.
-
-        Parameters
-        ----------
-        folder : Path
-            Of the place.
-        place : Place
-            As it is now.
-        """
+        """Write a place soon; what is handed over until then takes its place."""
         with self._lock:
             begun, self._begun = self._begun, True
             self._waiting[folder] = place

@@ -41,8 +41,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.light_work import Lamp
     from app.ui.presenters.services import Services
 
-__all__ = ["LightPresenter"]
-
 _ASKED_ANEW: Final = frozenset({"head", "light", "front_deg", "settings", "place_folder", "place"})
 _HIGHEST_DEG: Final = float(ALTITUDES_DEG[-1])
 _NO_LAMP: Final = "No lamp chosen. A phone at full brightness is a good first try."
@@ -50,26 +48,7 @@ _NO_LIGHT: Final = "No light measured yet. A lamp is placed in the light of a pl
 
 
 class LightPresenter:
-    """Resolves the screen, and takes what the user does there.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    desk : Desk
-        The window's.
-
-    Attributes
-    ----------
-    shelf : Shelf
-        Lamps to choose from.
-    keeping : LampKeeping
-        What is done with the user's own.
-    scale : PlaceScale
-        How bright the place is.
-    work : LightWork
-        What is worked out in the background.
-    """
+    """Resolves the screen, and takes what the user does there."""
 
     def __init__(self, services: Services, desk: Desk) -> None:
         self._services = services

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.model import Head
     from app.ui.presenters.services import Services
 
-__all__ = ["LightWork", "Nearer"]
-
 _LAMP: Final = "light-lamp"
 _PLACES: Final = "light-places"
 _VIEW: Final = "light-view"
@@ -37,17 +35,7 @@ _LITTLE_M: Final = 0.02
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Nearer:
-    """What a lamp that rescues nothing does from nearer by.
-
-    Attributes
-    ----------
-    answers : Answers
-        Of the lamp farther away.
-    one : Placed
-        What comes out best.
-    distance_m : float
-        How near that is.
-    """
+    """What a lamp that rescues nothing does from nearer by."""
 
     answers: Answers
     one: Placed
@@ -57,27 +45,12 @@ class Nearer:
 class LightWork:
     """Tries lamps, places them and makes pictures; nothing is asked for twice.
 
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    changed : callable
-        Called when there is something else to show.
-    answered : callable
-        Called when there are new answers.
-
     Attributes
     ----------
-    answers : Answers or None
-        For the lamp in hand.
-    view : View or None
-        The newest pictures.
     rows : dict of str to uint8
         Target portraits for the list.
     version : int
         Of `rows`.
-    trouble : str
-        Why there are no answers.
     """
 
     def __init__(
@@ -148,17 +121,7 @@ class LightWork:
     # -- lamp and places -----------------------------------------------------------------------
 
     def place(self, head: Head, lamp: Lamp, question: Question) -> None:
-        """Try a lamp, unless that was done, and place it.
-
-        Parameters
-        ----------
-        head : Head
-            Who is lit.
-        lamp : NumbersLamp or CapturedLamp
-            With what.
-        question : Question
-            Where.
-        """
+        """Try a lamp, unless that was done, and place it."""
         if self._asked_lamp != (head, lamp):
             self._try(head, lamp)
         hand = self._hand
@@ -258,17 +221,6 @@ class LightWork:
         """Make pictures; while some are being made, only the newest wish is remembered.
 
         A hand that moves all the time would otherwise cancel every picture before it is done.
-
-        Parameters
-        ----------
-        answers : Answers
-            They belong to.
-        name : str
-            Of the style.
-        held : Held
-            Where the lamp is held, and at which power.
-        size : Size
-            Of the pictures.
         """
         self._wanted = (answers, name, held, size)
         view = self.view

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.light_state import LightView, WordsWish
     from app.ui.presenters.services import Services
 
-__all__ = ["LampKeeping"]
-
 _ASKED: Final[dict[WordsWish, tuple[str, str, str, str]]] = {
     "rename": ("Rename the lamp", "Name", "Rename", "My panel"),
     "distance": (
@@ -51,17 +49,7 @@ _ASKED: Final[dict[WordsWish, tuple[str, str, str, str]]] = {
 
 
 class LampKeeping:
-    """Changes the files of the lamp in hand; files are changed one after the other.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    desk : Desk
-        In whose turn files are changed.
-    shelf : Shelf
-        Knows the lamp in hand.
-    """
+    """Changes the files of the lamp in hand; files are changed one after the other."""
 
     def __init__(self, services: Services, desk: Desk, shelf: Shelf) -> None:
         self._services = services

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.light_state import LightView
     from app.ui.presenters.services import Action, Folders, Services
 
-__all__ = ["Shelf", "Source", "nearest_stop"]
-
 Source: TypeAlias = Literal["files", "place"]
 """What a lamp is made of: pictures, or the place that is open."""
 
@@ -71,28 +69,7 @@ def own_key(name: str) -> str:
 
 
 class Shelf:
-    """The lamps, and which of them is in hand.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    changed : callable
-        Called when there is something else to show.
-    taken : callable
-        Called with the key of a lamp that was read, to take it in hand.
-
-    Attributes
-    ----------
-    key : str
-        Of the lamp in hand; empty while there is none.
-    own : CapturedLamp or None
-        It, where it was captured.
-    capturing : CapturingState
-        A lamp that is being read.
-    folder : Path
-        Where lamps are kept.
-    """
+    """The lamps, and which of them is in hand."""
 
     def __init__(
         self, services: Services, changed: Callable[[], None], taken: Callable[[str], None]
@@ -197,15 +174,7 @@ class Shelf:
         self._view.ask_capture(CaptureAsk(GUIDE, _PLACE, words))
 
     def capture(self, source: Source, title: str, distance: str) -> None:
-        """Make a lamp of pictures that are asked for next, or of the open place.
-
-        Parameters
-        ----------
-        source : {"files", "place"}
-            Of what.
-        title, distance : str
-            As they were typed; both may be empty.
-        """
+        """Make a lamp of pictures that are asked for next, or of the open place."""
         if self._view is None:
             return
         try:

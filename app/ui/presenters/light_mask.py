@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.desk import Desk
     from app.ui.presenters.services import Services
 
-__all__ = ["RADII_DEG", "MaskEdit", "MaskLook", "MaskState", "MaskView", "look_at_mask"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Point: TypeAlias = tuple[float, float]
@@ -45,24 +43,14 @@ class MaskState:
 
     Attributes
     ----------
-    title : str
-        Of the lamp.
     picture : (H, 2 H, 3) uint8
         The capture, sRGB, its dark parts lifted.
     alpha : (H, 2 H) float32
         The mask as it is painted now.
     centre : tuple of float
         Azimuth and elevation of the lamp, where looking begins, deg.
-    lit : bool
-        Whether the brush adds.
-    radius_deg : float
-        Of the brush.
-    can_undo, changed, busy : bool
-        Whether something can be undone or saved; whether it is being found or saved.
     gives : str
         "gives 640 lx where the camera stood".
-    error : str
-        Why it cannot be saved.
     """
 
     title: str
@@ -95,10 +83,6 @@ class MaskLook(NamedTuple):
     ----------
     picture : (H, 2 H, 3) uint8
         See `MaskState`.
-    centre : tuple of float
-        See `MaskState`.
-    gives : str
-        See `MaskState`.
     """
 
     picture: Bytes
@@ -120,23 +104,7 @@ def look_at_mask(lamp: CapturedLamp) -> MaskLook:
 
 
 class MaskEdit:
-    """A lamp's mask under the brush.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    desk : Desk
-        In whose turn files are changed.
-    folder : Path
-        Where lamps are kept.
-    lamp : CapturedLamp
-        As it is kept.
-    look : MaskLook
-        Of this lamp.
-    saved : callable
-        Called when the lamp's files have changed.
-    """
+    """A lamp's mask under the brush."""
 
     def __init__(
         self,

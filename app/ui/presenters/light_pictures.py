@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.light_work import Answers, Held, InHand, Question
     from app.ui.presenters.model import Head
 
-__all__ = ["LampPlan", "View", "look", "portrait_with", "result_with", "targets"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
@@ -45,20 +43,12 @@ class View:
 
     Attributes
     ----------
-    answers : Answers
-    name : str
-        Of the style.
-    held : Held
-    size : Size
-        Of the pictures.
     with_lamp : (h, w, 3) uint8
         sRGB.
     without : (h, w, 3) uint8
         Of the place alone, at its own best turn.
     target : (h, w, 3) uint8
         Of the style.
-    match, strength : float
-        At the spot, of 100.
     """
 
     answers: Answers
@@ -78,16 +68,8 @@ class LampPlan:
 
     Attributes
     ----------
-    answers : Answers
-        That it was taken from.
-    held : Held
-        Where the lamp is to be held, and at which power.
-    lamp : str
-        "the LED panel".
     hold, where : str
         "Hold the LED panel in front, raised 28°, at full power", and how far from head and skin.
-    result : StyleResult
-        Of the style with the lamp held there; turns are counted from the panorama's centre.
     """
 
     answers: Answers = field(repr=False)
@@ -99,24 +81,7 @@ class LampPlan:
 
 
 def result_with(answers: Answers, name: str, held: Held, match: float) -> StyleResult:
-    """Answer for a style with the lamp held at a spot, whatever the turn.
-
-    Parameters
-    ----------
-    answers : Answers
-        Where the lamp belongs.
-    name : str
-        Of a style in them.
-    held : Held
-        Where the lamp is held, and at which power.
-    match : float
-        With it at the style's turn, as shown on the Light screen.
-
-    Returns
-    -------
-    StyleResult
-        Turns are counted from the panorama's centre.
-    """
+    """Answer for a style with the lamp held at a spot, whatever the turn."""
     one = answers.of(name)
     if one is None:
         raise KeyError(name)
@@ -201,23 +166,6 @@ def targets(head: Head, size: Size, names: Sequence[str] | None = None) -> dict[
 
 def look(answers: Answers, name: str, held: Held, size: Size, known: View | None) -> View:
     """Make the pictures of a style with the lamp at a spot, and without it.
-
-    Parameters
-    ----------
-    answers : Answers
-        Where the lamp belongs.
-    name : str
-        Of a style in them.
-    held : Held
-        Where the lamp is held, and at which power.
-    size : Size
-        Of the pictures.
-    known : View or None
-        The one before; what does not depend on the spot is taken over.
-
-    Returns
-    -------
-    View
 
     Raises
     ------

@@ -40,8 +40,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.light_state import Bytes
     from app.ui.presenters.light_work import Answers, Held
 
-__all__ = ["Resolver", "Shown", "front_of", "note_of"]
-
 T = TypeVar("T")
 
 _SAME_DEG: Final = 0.5
@@ -49,21 +47,7 @@ _SAME_DEG: Final = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shown:
-    """What is in front.
-
-    Attributes
-    ----------
-    answers : Answers
-        For the lamp in hand.
-    one : Placed
-        Of the style in front.
-    held : Held
-        Where the lamp is held, and at which power.
-    distance_m : float
-        Where it is held, as the slider has it by now.
-    view : View or None
-        The newest pictures, maybe of another spot or style.
-    """
+    """What is in front."""
 
     answers: Answers
     one: Placed
@@ -81,15 +65,7 @@ class Shown:
 
 
 def front_of(answers: Answers, chosen: str | None) -> Placed | None:
-    """Give the style to show: the chosen one, unless a lamp has more to say about another.
-
-    Parameters
-    ----------
-    answers : Answers
-        For all styles.
-    chosen : str or None
-        The style in front on every screen.
-    """
+    """Give the style to show: the chosen one, unless a lamp has more to say about another."""
     listed = (*rescued(answers.placed), *better(answers.placed))
     one = answers.of(chosen)
     if one is not None and (not one.before.attainable or one in listed):
@@ -239,15 +215,6 @@ def hold_words(shown: Shown) -> str:
 
 def note_of(answers: Answers, work: LightWork, distance_m: float) -> tuple[str, str]:
     """Say what the list alone does not.
-
-    Parameters
-    ----------
-    answers : Answers
-        Of the lamp in hand.
-    work : LightWork
-        Knows what the lamp does from nearer by.
-    distance_m : float
-        Where it is held.
 
     Returns
     -------

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from app.core.light_here import LightHere
     from app.ui.presenters.services import Services
 
-__all__ = ["PlaceScale"]
-
 _SAME = 0.01  # of an answer's lux
 
 
@@ -30,20 +28,7 @@ class _Said:
 
 
 class PlaceScale:
-    """Luminance of radiance 1 at the open place; what the user says is kept with the place.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    changed : callable
-        Called when there is something else to show or to work out.
-
-    Attributes
-    ----------
-    asking : bool
-        Whether the user wants to correct it.
-    """
+    """Luminance of radiance 1 at the open place; what the user says is kept with the place."""
 
     def __init__(self, services: Services, changed: Callable[[], None]) -> None:
         self._services = services

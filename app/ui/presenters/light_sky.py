@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
 from app.ui.presenters.light_state import SkyState
 
-__all__ = ["sky_of"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -38,11 +36,6 @@ def sky_of(
         Where the line runs; None for no line.
     allowed : (576,) bool or None, optional
         Placements that can be reached.
-
-    Returns
-    -------
-    SkyState
-        A map of 512 x 72 texels.
     """
     # Left to right −180 to 180: the sitter's right, in front, the sitter's left.
     around = np.roll(np.asarray(values, np.float64), _COLUMNS // 2, axis=1)

@@ -12,27 +12,6 @@ if TYPE_CHECKING:
     from app.core.head_shape import HeadShape
     from app.ui.presenters.light_mask import MaskEdit
 
-__all__ = [
-    "BRIGHTNESS",
-    "DISTANCES_M",
-    "BrightState",
-    "CaptureAsk",
-    "CapturingState",
-    "DetailState",
-    "HeadsState",
-    "HoldState",
-    "LampState",
-    "LightSizes",
-    "LightState",
-    "LightView",
-    "RowState",
-    "Section",
-    "SkyState",
-    "Verdict",
-    "WordsAsk",
-    "WordsWish",
-]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Size: TypeAlias = tuple[int, int]
@@ -80,20 +59,10 @@ class LampState:
     ----------
     items : tuple of (str, str, str, str)
         Lamps to choose from: key, title, what it is, icon.
-    key : str
-        The chosen one; empty while none is.
-    distance : int
-        Stop of the slider, in `DISTANCES_M`; nearest to a captured lamp's own distance.
     distance_words : str
         "30 cm".
-    distance_fixed : str
-        Why it cannot be changed; empty where it can.
-    arm, floor : bool
-        Only within arm's reach; not through the floor.
     brightness : str
         "460 lx at the face, as measured"; empty while it is not known.
-    own : bool
-        One of the user's, which can be renamed, corrected and deleted.
     """
 
     items: tuple[tuple[str, str, str, str], ...] = ()
@@ -113,14 +82,6 @@ class BrightState:
 
     Attributes
     ----------
-    key : str
-        Answer of `BRIGHTNESS` that counts now; empty for none of them.
-    text : str
-        Lux in the field.
-    error : str
-        What is wrong with what was typed.
-    keep : str
-        Words of the way back; empty while there is no answer.
     measured : str
         "Back to the measured 460 lx"; empty where that counts already, or nothing was measured.
     """
@@ -134,19 +95,7 @@ class BrightState:
 
 @dataclass(frozen=True, slots=True)
 class WordsAsk:
-    """A line that is asked for about a captured lamp.
-
-    Attributes
-    ----------
-    wish : WordsWish
-        What for; goes back with the answer.
-    title, label, button : str
-        Of the sheet, of its field, and on its button.
-    text : str
-        What stands in the field.
-    example : str
-        Shown while nothing does.
-    """
+    """A line that is asked for about a captured lamp."""
 
     wish: WordsWish
     title: str
@@ -158,19 +107,7 @@ class WordsAsk:
 
 @dataclass(frozen=True, slots=True)
 class CaptureAsk:
-    """How a lamp is captured, and what can be made one now.
-
-    Attributes
-    ----------
-    guide : tuple of str
-        Steps, in sentences.
-    other : str
-        Another way, in a sentence.
-    place : str
-        Words on the button that takes the open place; empty where there is none.
-    name : str
-        What stands in the field of the name.
-    """
+    """How a lamp is captured, and what can be made one now."""
 
     guide: tuple[str, ...]
     other: str = ""
@@ -184,20 +121,6 @@ class RowState:
 
     Attributes
     ----------
-    key, title, line : str
-        Name of the style, its title, and the side of its light or what is missing.
-    before, after : int
-        Match without and with the lamp, of 100.
-    limit : float
-        Tick of the meter.
-    power : str
-        "1/8 power"; empty for a lamp that has one only.
-    chosen : bool
-        The one in front.
-    spoken : str
-        Accessible name.
-    version : int
-        Another number: another picture.
     picture : (h, w, 3) uint8 or None
         Target, sRGB; not compared.
     """
@@ -232,14 +155,6 @@ class HoldState:
     ----------
     turn, turn_line : str
         "Turn 56° counter-clockwise", and what that does.
-    turn_works : bool
-        Whether there is a turn to go to.
-    go, go_icon : str
-        Of the button that goes there; the icon shows which way round.
-    hold, hold_line : str
-        "Hold the LED panel to the sitter’s left (camera right), …", and how far away.
-    map_title : str
-        Above the map, which is of the best power.
     """
 
     turn: str = ""
@@ -260,17 +175,11 @@ class HeadsState:
     ----------
     shape : HeadShape or None
         Outlines, metres.
-    distance_m : float
-        Of the lamp, from the middle of the head.
-    azimuth_deg, altitude_deg : float
-        Where it is held, positive toward the sitter's left and upward.
     best : tuple of float or None
         Best azimuth and altitude, deg.
     place_light_deg : float or None
         From where the place lights the face at the turn, azimuth as above; None where its light
         comes from all around.
-    spoken : str
-        The placement in words.
     """
 
     shape: HeadShape | None = field(default=None, repr=False)
@@ -295,10 +204,6 @@ class SkyState:
         Where the lamp may not be held.
     line : (n, 4) float32
         Pieces of the line of the limit: azimuth and altitude of both ends, deg.
-    half_height_deg : float
-        Altitude of the upper edge.
-    words : str
-        "brighter is a better match, the line is 45".
     """
 
     tones: Bytes | None = field(default=None, repr=False)
@@ -314,30 +219,14 @@ class DetailState:
 
     Attributes
     ----------
-    key, title, side : str
-        Of the style.
     target, with_lamp, without : (h, w, 3) uint8 or None
         Portraits, sRGB.
     without_tag : str
         "Without it, at 62°".
-    before, after : str
-        Matches, of 100.
-    verdict : Verdict
-        Whether it is in reach now.
-    verdict_words : str
-        "in reach, over 45".
-    best_title, best_line : str
-        "Best place: 63", and how to get there.
-    at_best : bool
-        Whether the lamp is there.
     numbers : tuple of (str, str)
         Label and value.
     power : str
         "1/8, 3 stops down"; empty for a lamp that has one power only.
-    weaker, stronger : bool
-        Whether the lamp has a power below and above.
-    stale : bool
-        The picture is of a place where the lamp was a moment ago.
     """
 
     key: str = ""
@@ -374,33 +263,13 @@ class LightState:
 
     Attributes
     ----------
-    empty : str
-        Sentence in place of the schematics; empty when they are shown.
     actions : tuple of (str, str)
         Key and words of its buttons.
-    asks : bool
-        Whether it is asked how bright the place is; in place of the schematics.
-    bright : BrightState
-        That question.
     meter : str
         Why the lamp in hand cannot be compared with the place, and that its brightness can be
         typed; empty where it can be compared. In place of the schematics.
-    meter_error : str
-        What is wrong with what was typed there.
-    lamp : LampState
-    sections : tuple of Section
-        The list.
     note : str
         Above the list: "This lamp is too weak at 30 cm. …".
-    note_action : str
-        Words on its button; may be empty.
-    busy : bool
-        New answers are on their way; old ones are shown dim.
-    hold : HoldState
-    heads : HeadsState
-    sky : SkyState
-    detail : DetailState
-    capturing : CapturingState
     """
 
     empty: str = ""

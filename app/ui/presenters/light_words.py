@@ -23,24 +23,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.light_state import Bytes, Verdict
     from app.ui.presenters.light_work import Held, Lamp
 
-__all__ = [
-    "GAIN",
-    "better",
-    "go_words",
-    "lamp_name",
-    "lamp_words",
-    "lux_words",
-    "move_words",
-    "place_words",
-    "rescued",
-    "sections_of",
-    "turn_title",
-    "verdict_at",
-    "way_icon",
-    "weak_words",
-    "without_tag",
-]
-
 GAIN: Final = 10
 """By so much a style in reach has to gain for the lamp to be worth while."""
 
@@ -124,8 +106,6 @@ def move_words(now: Held, best: Held, kind: str = "") -> str:
     ----------
     now, best : Held
         Azimuth toward the sitter's left and altitude, deg, and power.
-    kind : str, optional
-        Of the lamp, for the words of its power.
 
     Examples
     --------
@@ -161,15 +141,7 @@ def _way(now_deg: float, best_deg: float) -> str:
 
 
 def verdict_at(match: float, strength: float, limits: Limits) -> tuple[Verdict, str]:
-    """Say whether a style is in reach at a match and a strength.
-
-    Parameters
-    ----------
-    match, strength : float
-        Of 100.
-    limits : Limits
-        Least of both.
-    """
+    """Say whether a style is in reach at a match and a strength."""
     if match < limits.match:
         return "out", f"out of reach, under {limits.match:.0f}"
     if strength < limits.strength:
@@ -202,18 +174,6 @@ def sections_of(
 
     Parameters
     ----------
-    placed : sequence of Placed
-        Answers for all styles.
-    styles : Mapping
-        Styles by name.
-    pictures : Mapping
-        Target portraits by name.
-    limits : Limits
-        Of reach.
-    chosen : str or None
-        The style in front.
-    version : int
-        Of the pictures.
     power_of : callable, optional
         Writes the power of a row.
 
@@ -253,12 +213,8 @@ def weak_words(distance_m: float, nearer: Placed | None, nearer_m: float) -> tup
 
     Parameters
     ----------
-    distance_m : float
-        Where it is held.
     nearer : Placed or None
         What comes out best from nearer by; None where it cannot come nearer.
-    nearer_m : float
-        How near that is.
 
     Returns
     -------

@@ -36,19 +36,6 @@ if TYPE_CHECKING:
     from app.core.solve import Objective
     from app.ui.presenters.model import Head
 
-__all__ = [
-    "Answers",
-    "Held",
-    "InHand",
-    "Question",
-    "ask",
-    "best_held",
-    "closer",
-    "main_light",
-    "powers_for",
-    "take_in_hand",
-]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Lamp: TypeAlias = "NumbersLamp | CapturedLamp"
@@ -57,15 +44,7 @@ _ONE_SIDED: Final = 0.2  # share of the light that comes from one side, for it t
 
 
 class Held(NamedTuple):
-    """Where and how a lamp is held.
-
-    Attributes
-    ----------
-    azimuth_deg, altitude_deg : float
-        Positive toward the sitter's left and upward.
-    power : float
-        Share of the power in the lamp's numbers, see `app.core.second_light.dimming`.
-    """
+    """Where and how a lamp is held."""
 
     azimuth_deg: float
     altitude_deg: float
@@ -74,23 +53,7 @@ class Held(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InHand:
-    """A lamp, ready to be placed around a head.
-
-    Attributes
-    ----------
-    head : Head
-    shape : HeadShape
-        Of the head.
-    near : NearField
-        Of the head.
-    face : FaceBasis
-        Of the head.
-    lamp : NumbersLamp or CapturedLamp
-    added : AddedLight
-        The lamp at all placements.
-    tables : LampTables
-        Of the lamp and the head's styles.
-    """
+    """A lamp, ready to be placed around a head."""
 
     head: Head
     shape: HeadShape = field(repr=False)
@@ -107,20 +70,10 @@ class Question:
 
     Attributes
     ----------
-    light : LightHere
-        Of the place.
     gain : float
         Luminance of radiance 1, cd/m2.
-    front_deg : float
-        Azimuth in the panorama at which the photographer stands.
-    arm, floor : bool
-        Only within arm's reach; not through the floor.
-    distance_m : float
-        From the middle of the head, for these two.
     objective : str
         "picture" or "paper".
-    epsilon, min_strength : float
-        Limits of reach.
     """
 
     light: LightHere
@@ -146,10 +99,6 @@ class Answers:
 
     Attributes
     ----------
-    hand : InHand
-    question : Question
-    placed : tuple of Placed
-        In the order of the pack.
     allowed : (576,) bool
         Placements that can be reached.
     """
@@ -169,8 +118,6 @@ def main_light(light: LightHere, facing_deg: float) -> float | None:
 
     Parameters
     ----------
-    light : LightHere
-        Of the place.
     facing_deg : float
         Azimuth in the panorama that the sitter faces, deg.
 
@@ -199,18 +146,8 @@ def take_in_hand(
 
     Parameters
     ----------
-    head : Head
-        Who is lit.
-    lamp : NumbersLamp or CapturedLamp
-        With what.
-    known : InHand or None
-        The one before.
     token, report : Token, Report
         To stop, and to say how far it is.
-
-    Returns
-    -------
-    InHand
 
     Raises
     ------
@@ -240,21 +177,7 @@ def take_in_hand(
 
 
 def ask(hand: InHand, question: Question, styles: Sequence[str] | None = None) -> Answers:
-    """Place a lamp for every style, or for some.
-
-    Parameters
-    ----------
-    hand : InHand
-        The lamp.
-    question : Question
-        Where.
-    styles : sequence of str, optional
-        Names; all by default.
-
-    Returns
-    -------
-    Answers
-    """
+    """Place a lamp for every style, or for some."""
     allowed = _allowed(question)
     found = place_all(
         hand.head.pack,
@@ -304,17 +227,6 @@ def closer(
     answers: Answers, lamp: NumbersLamp, names: Sequence[str], token: Token, report: Report
 ) -> Placed | None:
     """Find what a lamp would rescue from nearer by.
-
-    Parameters
-    ----------
-    answers : Answers
-        Those of the lamp farther away.
-    lamp : NumbersLamp
-        The same lamp, nearer.
-    names : sequence of str
-        Styles out of reach.
-    token, report : Token, Report
-        As for `take_in_hand`.
 
     Returns
     -------

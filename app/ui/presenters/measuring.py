@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from app.core.probe.lights import Light
     from app.core.probe.probe import Probe
 
-__all__ = ["capture_facts", "location_of", "merged_light"]
-
 # Mean luminance of the whole sphere. Rooms that lamps light have some 20 to 300 cd/m2, overcast
 # days 1,000 and more; in between nobody can tell a bright window from a dull evening.
 _INDOOR_CD_M2: Final = 300.0
@@ -27,10 +25,6 @@ def capture_facts(probe: Probe, camera_title: str, plan: str) -> CaptureFacts:
 
     Parameters
     ----------
-    probe : Probe
-        What was measured.
-    camera_title : str
-        Its model as people call it; "" takes what the files say.
     plan : str
         "paper", "full" or "files".
 
@@ -56,11 +50,6 @@ def capture_facts(probe: Probe, camera_title: str, plan: str) -> CaptureFacts:
 def location_of(probe: Probe) -> Location:
     """Say what is over a place, as far as its light tells.
 
-    Parameters
-    ----------
-    probe : Probe
-        What was measured.
-
     Returns
     -------
     Location
@@ -81,17 +70,6 @@ def location_of(probe: Probe) -> Location:
 
 def merged_light(probe: Probe, name: str) -> LightHere:
     """Prepare the light of a probe for everything that is asked of it.
-
-    Parameters
-    ----------
-    probe : Probe
-        What was measured.
-    name : str
-        Of the place.
-
-    Returns
-    -------
-    LightHere
 
     Raises
     ------

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from app.devices.found import FoundCamera
     from app.ui.presenters.light_pictures import LampPlan
 
-__all__ = ["CameraSeen", "Head", "Model", "Step"]
-
 _SAME_DEG: Final = 1e-6
 
 
@@ -38,19 +36,7 @@ class Step(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Head:
-    """Who is being lit.
-
-    Attributes
-    ----------
-    name : str
-        As on the command line: ``generic``, ``generic-dark``, ...
-    title : str
-        "Generic head, medium skin".
-    pack : StylePack
-        Pre-integrated styles.
-    transport : Transport
-        For pictures and painting.
-    """
+    """Who is being lit."""
 
     name: str
     title: str
@@ -64,14 +50,8 @@ class CameraSeen:
 
     Attributes
     ----------
-    found : FoundCamera
-        Where it is.
     battery : float or None
         0 to 1, None when it does not say.
-    free_bytes : int or None
-        Space left on it.
-    busy : bool
-        Whether a capture runs.
     """
 
     found: FoundCamera
@@ -85,44 +65,14 @@ class Model:
 
     Attributes
     ----------
-    changed : Event
-        Emits a frozenset of the names of the attributes that were given new values.
-    step : Step
-        The screen in front.
-    place_folder : Path or None
-        Folder of the open place.
-    place : Place or None
-        What is kept of it.
-    light : LightHere or None
-        Its light.
-    opening : str
-        What is being opened; "" while nothing is.
-    unkept : str
-        Why the open place is not on the disk as it is; "" when it is.
-    front_deg : float
-        Azimuth in the panorama's file at which the photographer stands.
     head : Head or None
         Who is lit; None until it is loaded.
-    results : tuple of StyleResult
-        Of all styles, built in first, then the user's; seen from `front_deg`.
-    user_styles : tuple of UserStyle
-        The user's own.
-    damaged_styles : tuple of DamagedStyle
-        Files of the user's that cannot be read.
-    chosen : str or None
-        Name of the style in front.
     needle_deg : float or None
         Turn that is looked at; None is the best one.
     goal_deg : float or None
         Turn to go to, set by "Turn to this"; None is the best one.
-    plan : LampPlan or None
-        The lamp that was planned for a goal; `lamp_plan` says whether it still belongs to it.
     painting : str or None
         Name of the style that is being painted on, "" for one from nothing; None in the gallery.
-    camera : CameraSeen or None
-        The 360 camera.
-    settings : Settings
-        As kept.
     """
 
     step: Step
@@ -167,11 +117,6 @@ class Model:
 
     def update(self, **changes: Any) -> None:
         """Set attributes, then tell once which got another object.
-
-        Parameters
-        ----------
-        **changes : Any
-            By the names of the attributes.
 
         Raises
         ------

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
-__all__ = ["Event"]
-
 Callback: TypeAlias = Callable[..., None]
 
 
@@ -39,11 +37,6 @@ class Event:
         """Tell all who asked.
 
         Who is disconnected meanwhile, by another callback, is not told any more.
-
-        Parameters
-        ----------
-        *values : Any
-            Handed to every callback.
         """
         for callback in self._callbacks:
             if callback in self._callbacks:

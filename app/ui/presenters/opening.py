@@ -38,17 +38,6 @@ if TYPE_CHECKING:
     from app.core.progress import Report, Token
     from app.ui.presenters.unfinished import Unfinished
 
-__all__ = [
-    "NotFinished",
-    "Opened",
-    "finish_files",
-    "kept_anew",
-    "kept_in",
-    "last_opened",
-    "read_kept",
-    "take_anew",
-]
-
 _HEAD: Final = "generic"
 
 
@@ -60,14 +49,6 @@ class Opened:
     ----------
     folder : Path or None
         Of the place; None where it could not be kept.
-    place : Place
-        What is known of it.
-    light : LightHere
-        Its light.
-    files : tuple of Path
-        Photographs that belong to it and are not in its folder.
-    trouble : Exception or None
-        Why it could not be kept.
     """
 
     folder: Path | None
@@ -78,13 +59,7 @@ class Opened:
 
 
 class NotFinished(PlaceError):
-    """A place has no light yet, and can be finished.
-
-    Attributes
-    ----------
-    left : Unfinished
-        What there is of it.
-    """
+    """A place has no light yet, and can be finished."""
 
     def __init__(self, error: CoreError, left: Unfinished) -> None:
         super().__init__(error.message, error.hint)
@@ -93,17 +68,6 @@ class NotFinished(PlaceError):
 
 def read_kept(folder: Path, unkept: Place | None) -> Opened:
     """Read a place.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the place.
-    unkept : Place or None
-        What is known of it and not yet on the disk.
-
-    Returns
-    -------
-    Opened
 
     Raises
     ------
@@ -128,13 +92,6 @@ def read_kept(folder: Path, unkept: Place | None) -> Opened:
 def kept_anew(opened: Opened, *, open_since: bool = False) -> Opened:
     """Keep the light of a place that has a folder, and what is known of it.
 
-    Parameters
-    ----------
-    opened : Opened
-        Its folder is there.
-    open_since : bool, optional
-        The place is on the screen already: what its file says of the same measurement is newer.
-
     Raises
     ------
     PlaceError
@@ -158,19 +115,6 @@ def kept_in(
 ) -> Opened:
     """Keep a place in a new folder; one that cannot be finished leaves nothing.
 
-    Parameters
-    ----------
-    places : Path
-        Folder of the places.
-    place : Place
-        What is known of it.
-    light : LightHere
-        Its light.
-    files : sequence of Path
-        Photographs to be copied into it.
-    token : Token
-        Stops it.
-
     Raises
     ------
     CoreError
@@ -193,20 +137,6 @@ def take_anew(
 ) -> Opened:
     """Make a place of a panorama or a bracket; where it cannot be kept it is there all the same.
 
-    Parameters
-    ----------
-    intake : Intake
-        No place that was kept.
-    places : Path
-        Folder of the places.
-    now : datetime
-        With its zone.
-    head : str
-        Who is lit there.
-    token : Token
-        Stops it.
-    report : Report
-
     Raises
     ------
     CoreError
@@ -228,15 +158,7 @@ def take_anew(
 
 
 def last_opened(last: str, places: Path) -> Path | None:
-    """Find the place that was open last; where that is not known, the newest that has light.
-
-    Parameters
-    ----------
-    last : str
-        Its folder; "" where none is known.
-    places : Path
-        Folder of the places.
-    """
+    """Find the place that was open last; where that is not known, the newest that has light."""
     if last and (Path(last) / PLACE).is_file():
         return Path(last)
     whole = (one for one in list_places(places) if one.has_light and one.state == "whole")

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.in_turn import InTurn
     from app.ui.presenters.services import Services
 
-__all__ = ["OwnStyles"]
-
 
 class OwnStyles:
     """Changes the files of the user's styles, and the model with them; the desk has the only one.
@@ -37,23 +35,10 @@ class OwnStyles:
     Files are changed one after the other, see `Desk.file_work`. What a screen does beyond that it
     does in the callables that it gives; what any screen has to know is told by the events.
 
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    files : InTurn
-        In whose turn files are changed.
-
     Attributes
     ----------
     leaving : Event
         Emits the name of a style that is about to be put away: what is unsaved is written now.
-    gone : Event
-        Emits the name of a style that was put away.
-    back : Event
-        Emits the former name of a style that was brought back, and the style.
-    renamed : Event
-        Emits a style that has another title.
     """
 
     def __init__(self, services: Services, files: InTurn) -> None:
@@ -68,19 +53,7 @@ class OwnStyles:
         done: Callable[[], None],
         trouble: Callable[[str], None],
     ) -> None:
-        """Give a style another title; can be undone.
-
-        Parameters
-        ----------
-        style : UserStyle
-            As it is kept.
-        title : str
-            Any text.
-        done : callable
-            Called once the model has the renamed style.
-        trouble : callable
-            Called with a sentence when the title cannot be taken.
-        """
+        """Give a style another title; can be undone."""
         folder = self._services.folders.styles
 
         def call(text: str) -> UserStyle:
@@ -161,15 +134,7 @@ class OwnStyles:
         change.begin()
 
     def export(self, style: UserStyle, path: Path) -> None:
-        """Write a style to one file.
-
-        Parameters
-        ----------
-        style : UserStyle
-            Kept or not.
-        path : Path
-            The user has agreed that it is replaced.
-        """
+        """Write a style to one file."""
         target = path if path.suffix == EXPORT_ENDING else path.with_name(path.name + EXPORT_ENDING)
 
         def work() -> str:
@@ -188,17 +153,7 @@ class OwnStyles:
         self._files.submit(lambda token, report: import_style(folder, path), done=done)
 
     def add(self, style: UserStyle, *, chosen: bool = True, **changes: Any) -> None:
-        """Put a style among those of the model, in the place of one of the same name.
-
-        Parameters
-        ----------
-        style : UserStyle
-            As it is kept.
-        chosen : bool, optional
-            Whether it comes to the front.
-        **changes : Any
-            Of the model, made at the same time.
-        """
+        """Put a style among those of the model, in the place of one of the same name."""
         if chosen:
             changes |= {"chosen": style.name, "needle_deg": None, "goal_deg": None}
         self._put(self._among(style), **changes)

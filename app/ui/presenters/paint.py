@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.paint_state import Bytes, PaintView, Point
     from app.ui.presenters.services import Services
 
-__all__ = ["PaintPresenter"]
-
 _OPEN_JOB: Final = "paint-open"
 _PORTRAIT: Final = (232, 200)
 _SHOWN: Final = frozenset({"results", "user_styles", "place"})

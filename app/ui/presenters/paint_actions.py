@@ -14,23 +14,9 @@ if TYPE_CHECKING:
     from app.ui.presenters.paint import PaintPresenter
     from app.ui.presenters.undo import UndoStack
 
-__all__ = ["paint_actions"]
-
 
 def paint_actions(presenter: PaintPresenter, undo: UndoStack) -> Sequence[Action]:
-    """List them; those with hints come first.
-
-    Parameters
-    ----------
-    presenter : PaintPresenter
-        Who does them.
-    undo : UndoStack
-        The window's.
-
-    Returns
-    -------
-    sequence of Action
-    """
+    """List them; those with hints come first."""
     p, files = presenter, presenter.files
 
     def take(tool: Tool) -> None:

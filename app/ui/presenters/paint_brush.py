@@ -10,8 +10,6 @@ from app.core.painting import Brush, Tool
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["LARGEST", "SMALLEST", "BrushBox"]
-
 SMALLEST: Final = 4.0
 LARGEST: Final = 160.0
 """Diameters of the brush, canvas pixels."""
@@ -21,13 +19,7 @@ _EVEN: Final = 2.0
 
 
 class BrushBox:
-    """Holds the brush and takes what the user changes of it.
-
-    Parameters
-    ----------
-    changed : callable
-        Told when the brush is another.
-    """
+    """Holds the brush and takes what the user changes of it."""
 
     def __init__(self, changed: Callable[[], None]) -> None:
         self._changed = changed

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from app.core.progress import Report, Token
     from app.ui.presenters.services import Services
 
-__all__ = ["DraftKeeper", "bring_draft_back", "find_draft", "put_draft_away"]
-
 _JOB: Final = "paint-draft"
 _DELAY_S: Final = 0.8
 _MOST: Final = 20
@@ -31,19 +29,10 @@ def find_draft(folder: Path, key: str) -> tuple[Path, Draft | None, tuple[str, .
 
     A file that cannot be read is left as it is; the next free name is taken beside it.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the drafts; need not exist.
-    key : str
-        Name of the style; empty for nothing.
-
     Returns
     -------
     path : Path
         Where the draft is to be kept from now on.
-    draft : Draft or None
-        What was found there.
     notes : tuple of str
         What was wrong with files that are left as they are.
     """
@@ -61,17 +50,7 @@ def find_draft(folder: Path, key: str) -> tuple[Path, Draft | None, tuple[str, .
 
 
 def put_draft_away(folder: Path, key: str, trash: Path) -> None:
-    """Move the draft of a deleted style to it: a new one of that name is not to begin with it.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the drafts.
-    key : str
-        Name of the style.
-    trash : Path
-        Folder that the style was moved to.
-    """
+    """Move the draft of a deleted style to it: a new one of that name is not to begin with it."""
     path, draft, _ = find_draft(folder, key)
     if draft is not None:
         # Where it cannot be moved it stays where the style will look for it.
@@ -88,13 +67,7 @@ def bring_draft_back(folder: Path, key: str, trash: Path) -> None:
 
 
 class DraftKeeper:
-    """Writes drafts a moment after they change, off the thread of the screens.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    """
+    """Writes drafts a moment after they change, off the thread of the screens."""
 
     def __init__(self, services: Services) -> None:
         self._services = services
@@ -104,15 +77,7 @@ class DraftKeeper:
         self._told = False
 
     def keep(self, path: Path, draft: Draft | None) -> None:
-        """Write a draft soon; None takes the file away, as there is nothing unsaved any more.
-
-        Parameters
-        ----------
-        path : Path
-            From `find_draft`.
-        draft : Draft or None
-            Its canvas must not change any more.
-        """
+        """Write a draft soon; None takes the file away, as there is nothing unsaved any more."""
         with self._lock:
             self._waiting[path] = draft
         self._start()

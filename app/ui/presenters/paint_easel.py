@@ -30,37 +30,13 @@ if TYPE_CHECKING:
     from app.ui.presenters.model import Head
     from app.ui.presenters.paint_state import HeadLook
 
-__all__ = ["Easel", "Opened", "first_title", "named_style", "open_canvas"]
-
 Float32: TypeAlias = NDArray[np.float32]
 Layers: TypeAlias = tuple[Float32, Float32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Opened:
-    """A canvas that was made or found.
-
-    Attributes
-    ----------
-    key : str
-        Style that was asked for; empty for nothing.
-    canvas : Canvas
-        As it was left, or fresh.
-    look : HeadLook
-        Of the head.
-    path : Path
-        Where its draft is kept.
-    start : str
-        Style whose weights "Restore" goes back to.
-    title : str
-        Of the style so far.
-    style : UserStyle or None
-        The user's style that is changed.
-    restored : bool
-        Whether it is a draft.
-    notes : tuple of str
-        What the user should know of it.
-    """
+    """A canvas that was made or found."""
 
     key: str
     canvas: Canvas
@@ -90,23 +66,7 @@ def named_style(
 
 
 def open_canvas(folder: Path, key: str, head: Head, own: Sequence[UserStyle]) -> Opened:
-    """Find the draft begun from a style, or begin anew.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the drafts.
-    key : str
-        Name of the style; empty for nothing. One that is gone is nothing.
-    head : Head
-        That is painted on.
-    own : sequence of UserStyle
-        The user's styles.
-
-    Returns
-    -------
-    Opened
-    """
+    """Find the draft begun from a style, or begin anew."""
     built_in, mine = named_style(head, own, key)
     path, draft, notes = find_draft(folder, key)
     look = head_look(head.transport)
@@ -132,28 +92,7 @@ def open_canvas(folder: Path, key: str, head: Head, own: Sequence[UserStyle]) ->
 
 
 class Easel:
-    """A canvas under way.
-
-    Parameters
-    ----------
-    opened : Opened
-        What is painted on.
-    head : Head
-        That it belongs to.
-    table : LightTable, optional
-        Of the place and the head.
-    settings : Settings
-        For the objective and the limits of reach.
-    front_deg : float
-        Azimuth at which the photographer stands.
-
-    Attributes
-    ----------
-    key, start, title, style, look, path
-        As in `Opened`.
-    session : PaintSession
-        Takes strokes and answers.
-    """
+    """A canvas under way."""
 
     def __init__(
         self,
@@ -206,15 +145,7 @@ class Easel:
         return Draft(self.session.canvas, self.title, self.start, name, self.head.name)
 
     def saved_as(self, style: UserStyle, path: Path) -> None:
-        """Note that it was saved, and go on as that style.
-
-        Parameters
-        ----------
-        style : UserStyle
-            As it was written.
-        path : Path
-            Where its drafts are kept from now on.
-        """
+        """Note that it was saved, and go on as that style."""
         self.key, self.title, self.style, self.path = style.name, style.title, style, path
         self._saved = (style.weights, style.ignore)
 

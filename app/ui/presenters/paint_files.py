@@ -30,30 +30,11 @@ if TYPE_CHECKING:
     from app.ui.presenters.paint_state import NameWish, PaintView
     from app.ui.presenters.services import Services
 
-__all__ = ["PaintFiles"]
-
 _ABOUT: Final = "style"  # of messages that saving mends
 
 
 class PaintFiles:
-    """Does with the painted style what is done with files.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    desk : Desk
-        Reads the user's styles again.
-    keeper : DraftKeeper
-        Of the drafts.
-    changed : callable
-        Told when something to be shown changed.
-
-    Attributes
-    ----------
-    saving : bool
-        Whether the style is being written.
-    """
+    """Does with the painted style what is done with files."""
 
     def __init__(
         self, services: Services, desk: Desk, keeper: DraftKeeper, changed: Callable[[], None]
@@ -111,15 +92,7 @@ class PaintFiles:
             self._view.ask_name("rename", self._easel.title)
 
     def named(self, wish: NameWish, title: str) -> None:
-        """Take the name that was asked for.
-
-        Parameters
-        ----------
-        wish : {"save", "save-as", "rename"}
-            What for.
-        title : str
-            Any text; why it cannot be taken is said beside it.
-        """
+        """Take the name that was asked for."""
         easel = self._easel
         if easel is None or self.saving:
             return
@@ -245,13 +218,7 @@ class PaintFiles:
             self._view.ask_file("export", f"{plain_name(self._easel.title)}{EXPORT_ENDING}")
 
     def export(self, path: Path) -> None:
-        """Write what is on the canvas to one file, saved or not.
-
-        Parameters
-        ----------
-        path : Path
-            The user has agreed that it is replaced.
-        """
+        """Write what is on the canvas to one file, saved or not."""
         easel = self._easel
         if easel is None:
             return
@@ -267,13 +234,7 @@ class PaintFiles:
             self._view.ask_file("import_style", "")
 
     def import_style(self, path: Path) -> None:
-        """Take in a style that somebody exported.
-
-        Parameters
-        ----------
-        path : Path
-            Left as it is.
-        """
+        """Take in a style that somebody exported."""
         self._own_styles.take_in(path, lambda style: self._offer(style, f"{style.title} imported."))
 
     # -- helpers -------------------------------------------------------------------------------

@@ -15,26 +15,11 @@ if TYPE_CHECKING:
     from app.core.transport import Transport
     from app.ui.presenters.services import Services
 
-__all__ = ["LightOnHead"]
-
 _JOB: Final = "paint-light"
 
 
 class LightOnHead:
-    """Keeps one light table; has another made in a job when light or head are others.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    ready : callable
-        Told when the table that is wanted is there, or cannot be made.
-
-    Attributes
-    ----------
-    trouble : str
-        Why the table that is wanted cannot be made; empty when it can.
-    """
+    """Keeps one light table; has another made in a job when light or head are others."""
 
     def __init__(self, services: Services, ready: Callable[[], None]) -> None:
         self._services = services

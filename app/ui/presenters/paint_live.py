@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 
     Size: TypeAlias = tuple[int, int]
 
-__all__ = ["live_state", "origin_words"]
-
 NO_LIGHT: Final = "No light measured yet."
 PREPARING: Final = "Preparing the light of this place…"
 NOTHING: Final = "Paint where the face should be brighter, and where darker."
@@ -35,20 +33,8 @@ def live_state(easel: Easel, answer: Answer, model: Model, size: Size, trouble: 
 
     Parameters
     ----------
-    easel : Easel
-        What is painted on.
-    answer : Answer
-        What its canvas comes to now.
-    model : Model
-        The window's.
     size : tuple of int
         Rows and columns of the portrait.
-    trouble : str
-        Why the place's light cannot be used; empty while it is being prepared.
-
-    Returns
-    -------
-    LiveState
     """
     light, result = model.light, answer.result
     state = LiveState(
@@ -77,22 +63,7 @@ def live_state(easel: Easel, answer: Answer, model: Model, size: Size, trouble: 
 
 
 def origin_words(model: Model, head: Head, start: str) -> str:
-    """Say what the style that painting began from reaches here: "Rembrandt itself: 96, at 96°".
-
-    Parameters
-    ----------
-    model : Model
-        With the answers of all styles.
-    head : Head
-        That is painted on.
-    start : str
-        Name of the style.
-
-    Returns
-    -------
-    str
-        Empty without one.
-    """
+    """Say what the style that painting began from reaches here: "Rembrandt itself: 96, at 96°"."""
     result = next((one for one in model.results if one.name == start), None)
     if result is None or model.head is not head:
         return ""

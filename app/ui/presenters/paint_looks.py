@@ -12,8 +12,6 @@ from app.core import colour
 from app.core.transport import Transport, render, to_image
 from app.ui.presenters.paint_state import HeadLook
 
-__all__ = ["coverage_of", "head_look", "head_picture"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 
@@ -30,17 +28,7 @@ def coverage_of(transport: Transport) -> Float32:
 
 
 def head_look(transport: Transport) -> HeadLook:
-    """Light a head softly, so that its form is seen and no side is favoured.
-
-    Parameters
-    ----------
-    transport : Transport
-        Of the head.
-
-    Returns
-    -------
-    HeadLook
-    """
+    """Light a head softly, so that its form is seen and no side is favoured."""
     rows, columns = transport.environment_shape
     elevation = np.pi * (0.5 - (np.arange(rows) + 0.5) / rows)[:, None]
     azimuth = 2 * np.pi * ((np.arange(columns) + 0.5) / columns - 0.5)[None, :]

@@ -14,18 +14,6 @@ from app.core.painting import Brush
 if TYPE_CHECKING:
     from app.core.painting import Canvas, Region
 
-__all__ = [
-    "FileWish",
-    "HeadLook",
-    "LiveState",
-    "NameWish",
-    "PaintState",
-    "PaintView",
-    "Point",
-    "Shown",
-    "Way",
-]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Way: TypeAlias = Literal["clockwise", "counter-clockwise", "none", ""]
@@ -69,42 +57,20 @@ class LiveState:
 
     Attributes
     ----------
-    sentence : str
-        In place of the numbers: what is missing or under way; empty when there are numbers.
-    offers_probe : bool
-        Whether measuring the light is what helps.
     turn, direction : str
         Best turn in whole degrees, and its direction in words.
-    way : str
-        Direction for the icon.
-    match : str
-        Of 100, rounded down; empty where there is none.
-    match_value, limit : float
-        For the meter and its tick.
-    origin : str
-        What the style it came from reaches here.
     picture : (h, w, 3) uint8 or None
         Portrait, sRGB.
-    picture_tag : str
-        What the portrait shows.
     panorama : (h, w, 3) uint8 or None
         Of the place, sRGB.
     front : float
         Panorama azimuth at which the photographer stands, deg.
     weights : (H, W) float32 or None
         Pre-integrated target at turn 0.
-    turn_deg : float
-        Best turn, refined.
-    curve : tuple of float
-        Match at 64 turns; empty for a bare dial.
     arc : tuple of float or None
         Tolerance arc, deg.
     peaks : tuple of float
         Turns of second peaks, deg.
-    good : str
-        Arc and limit in words, or why it is out of reach.
-    in_reach : bool
-        Whether match and strength suffice.
     """
 
     sentence: str = ""
@@ -135,38 +101,12 @@ class PaintState:
 
     Attributes
     ----------
-    title : str
-        Of the style so far.
     status : str
         "not saved yet", "saved", or empty.
-    notice : str
-        In place of the canvas: what is missing; empty when it can be painted on.
-    brush : Brush
-        What is painted with.
-    shown : Shown
-        What the canvas shows.
-    head : HeadLook or None
-        What lies under the weights.
     picture : (N, N, 3) uint8 or None
         Picture of the head, sRGB, continued beyond its edge, when no weights are shown.
     starts : tuple of (str, str, str)
         Key, title and side of what can be started from.
-    start : str
-        Which of them was.
-    undo, redo : str
-        What they would do; empty when nothing.
-    can_clear : bool
-        Whether there is anything to clear.
-    own : bool
-        Whether it is a style of the user's that is changed.
-    save_words : str
-        On the main button.
-    save_why : str
-        Why it cannot be saved now; empty when it can.
-    saving : bool
-        Whether it is being saved.
-    live : LiveState
-        What comes of it.
     """
 
     title: str = ""
@@ -199,33 +139,15 @@ class PaintView(Protocol):
 
         Parameters
         ----------
-        canvas : Canvas
-            During a stroke its arrays go on changing.
         regions : tuple of Region or None
             What has changed since the last call; None: everything.
         """
 
     def ask_name(self, wish: NameWish, title: str) -> None:
-        """Ask for a name; the answer goes to the presenter's `files.named`.
-
-        Parameters
-        ----------
-        wish : {"save", "save-as", "rename"}
-            What for.
-        title : str
-            Name to offer.
-        """
+        """Ask for a name; the answer goes to the presenter's `files.named`."""
 
     def show_trouble(self, sentence: str) -> None:
         """Say beside the name why it cannot be taken; empty: it was, or is no longer wanted."""
 
     def ask_file(self, what: FileWish, suggested: str) -> None:
-        """Ask for a file; the answer goes to the presenter's `files` method of the same name.
-
-        Parameters
-        ----------
-        what : {"export", "import_style"}
-            What for.
-        suggested : str
-            Name to offer; empty where one is to be opened.
-        """
+        """Ask for a file; the answer goes to the presenter's `files` method of the same name."""

@@ -13,21 +13,12 @@ if TYPE_CHECKING:
     from app.ui.presenters.model import Head
     from app.ui.presenters.paint_easel import Easel
 
-__all__ = ["save_why", "save_words", "starts_of", "status_of"]
-
 ALL_SAVED: Final = "Everything is saved"
 NOTHING: Final = ("", "Nothing", "an empty face")
 
 
 def starts_of(head: Head, own: Sequence[UserStyle]) -> tuple[tuple[str, str, str], ...]:
     """List what painting can start from.
-
-    Parameters
-    ----------
-    head : Head
-        That is painted on.
-    own : sequence of UserStyle
-        The user's styles.
 
     Returns
     -------
@@ -53,15 +44,7 @@ def save_words(easel: Easel) -> str:
 
 
 def save_why(advice: str | None, easel: Easel) -> str:
-    """Say why what is painted cannot be saved now; empty when it can.
-
-    Parameters
-    ----------
-    advice : str or None
-        What the canvas lacks.
-    easel : Easel
-        What is painted on.
-    """
+    """Say why what is painted cannot be saved now; empty when it can."""
     if not easel.unsaved:
         return ALL_SAVED if easel.style is not None else NOTHING_PAINTED
     # Restored to what it began from, yet another than what was saved: that can be saved as well.

@@ -40,8 +40,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.services import Services
     from app.ui.presenters.shelf import ShelfRow
 
-__all__ = ["BEAT_MS", "SLOW_BEAT_MS", "ProbePresenter"]
-
 BEAT_MS: Final = 100
 """How often a capture that is seen is asked for what it has to show."""
 SLOW_BEAT_MS: Final = 1000
@@ -59,15 +57,7 @@ _EMPTY_TABLE: Final = "No lamp stands out: the light comes from everywhere."
 
 
 class ProbePresenter:
-    """Measures the light of a place.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    desk : Desk
-        The open place.
-    """
+    """Measures the light of a place."""
 
     def __init__(self, services: Services, desk: Desk) -> None:
         self._services = services
@@ -255,13 +245,7 @@ class ProbePresenter:
         self.taking.start(settings.plan, self.resolve().timer_s)
 
     def press(self, key: str) -> None:
-        """Do what a button of the notice says.
-
-        Parameters
-        ----------
-        key : str
-            Of `Notice.buttons`.
-        """
+        """Do what a button of the notice says."""
         settings = self._services.model.settings
         if key == "capture-full":
             self.taking.start("full", self.resolve().timer_s)

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from app.devices.found import FoundCamera
     from app.ui.presenters.services import Services
 
-__all__ = ["CameraFinder"]
-
 _NONE: Final = "No camera found. Switch its Wi-Fi on and join it, or type its address."
 _SEVERAL: Final = "Several cameras were found. Choose yours."
 _BOTH: Final = "Type both the user name and the password."
@@ -35,15 +33,7 @@ _LOW_BYTES: Final = 200_000_000
 
 
 class CameraFinder:
-    """Which camera is used.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    changed : callable
-        Called when `block` says something else.
-    """
+    """Which camera is used."""
 
     def __init__(self, services: Services, changed: Callable[[], None]) -> None:
         self._services = services

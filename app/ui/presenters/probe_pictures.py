@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from app.core.colour import FloatImage
     from app.core.places import CaptureFacts
 
-__all__ = ["exposed_picture", "frame_pictures"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 _SIZE: Final = (256, 128)
@@ -33,10 +31,6 @@ def frame_pictures(
 
     Parameters
     ----------
-    folder : Path or None
-        Of the place.
-    facts : CaptureFacts
-        Names the files.
     radiance : NDArray[np.float32], (H, 2 H, 3)
         Linear Rec. 709 of the merge: where a file is elsewhere, what it must have looked like is
         made of it.
@@ -67,8 +61,6 @@ def exposed_picture(radiance: FloatImage, gain: float) -> Bytes:
     ----------
     radiance : NDArray[np.float32], (H, 2 H, 3)
         Linear Rec. 709.
-    gain : float
-        1 / radiance that saturates.
 
     Returns
     -------

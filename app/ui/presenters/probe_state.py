@@ -12,37 +12,13 @@ if TYPE_CHECKING:
     from app.core.probe.findings import Findings
     from app.ui.presenters.shelf import ShelfRow
 
-__all__ = [
-    "CHECKS",
-    "CameraBlock",
-    "CameraRow",
-    "Check",
-    "FrameTile",
-    "LampRow",
-    "Notice",
-    "PlanPart",
-    "ProbeState",
-    "ProbeView",
-    "Running",
-    "StepMark",
-    "StepState",
-]
-
 StepState: TypeAlias = Literal["waiting", "now", "done"]
 Tone: TypeAlias = Literal["advice", "error", "offer", "note"]
 
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """A line of the list before pressing.
-
-    Attributes
-    ----------
-    key : str
-        Also the name of its drawing.
-    words : str
-        What to look after.
-    """
+    """A line of the list before pressing."""
 
     key: str
     words: str
@@ -65,12 +41,8 @@ class LampRow:
     ----------
     letter, name : str
         "A", "Window".
-    where : str
-        Where it is in words, each side named twice.
     azimuth, elevation, share : str
         "47°", "30° up", "at least 64 %".
-    clipped : bool
-        Whether it was too bright for every frame.
     azimuth_deg, elevation_deg : float
         Of the panorama as captured, deg.
     spoken : str
@@ -101,8 +73,6 @@ class FrameTile:
         SRGB, small.
     arrived : float
         Share of its file that is here, 0 to 1.
-    spoken : str
-        All of it, for a screen reader.
     """
 
     ev: str = ""
@@ -126,8 +96,6 @@ class CameraRow:
 
     Attributes
     ----------
-    key : str
-        To choose it by.
     title, second : str
         "RICOH THETA V", "192.168.1.1, password".
     """
@@ -145,30 +113,8 @@ class CameraBlock:
     ----------
     title, second : str
         "RICOH THETA V", "Wi-Fi, battery 82 %, 1.9 GB free".
-    short : str
-        The same for little room: "82 %, 1.9 GB free"; may be empty.
-    warning : str
-        Why it needs looking after; empty when it does not.
-    busy : str
-        "Looking for cameras…"; empty when not.
     missing : bool
         Whether there is no camera; `second` says what to do then.
-    open : bool
-        Whether the panel is open.
-    rows : tuple of CameraRow
-        Cameras found.
-    chosen : str
-        Key of the one in use.
-    note : str
-        What the search said.
-    address_error : str
-        What is wrong with the typed address.
-    asks_password : bool
-        Whether user name and password are asked for.
-    user : str
-        User name that it will want.
-    password_error, password_hint : str
-        What was wrong; what the password may be.
     """
 
     title: str = "No camera"
@@ -205,14 +151,7 @@ class PlanPart:
 
 @dataclass(frozen=True, slots=True)
 class StepMark:
-    """One step of a running capture.
-
-    Attributes
-    ----------
-    words : str
-        "Expose 2 of 3".
-    state : {"waiting", "now", "done"}
-    """
+    """One step of a running capture."""
 
     words: str
     state: StepState
@@ -224,17 +163,10 @@ class Running:
 
     Attributes
     ----------
-    steps : tuple of StepMark
-    message : str
-        What it does now.
-    left : str
-        "4 s left"; empty where nobody knows.
     fraction : float
         0 to 1.
     may_move : bool
         All exposures are made.
-    rough : str
-        A first answer; empty while there is none.
     stopping : bool
         It was asked to stop and is giving the camera its settings back.
     """
@@ -254,10 +186,6 @@ class Notice:
 
     Attributes
     ----------
-    tone : {"advice", "error", "offer", "note"}
-        Chooses the icon.
-    title, body : str
-        One sentence, and the rest.
     buttons : tuple of (str, str)
         Key for `ProbePresenter.press`, and words.
     """
@@ -280,43 +208,8 @@ class ProbeState:
         Its lamps and clip mask; None while they are looked for.
     front_deg : float
         Azimuth at which the photographer stands, deg.
-    marker_words : str
     exposure_ev : float
         Of the picture, stops.
-    show_clipped, show_lamps, show_grid : bool
-    lamps : tuple of LampRow
-    lamps_note : str
-        What stands in the table's place when there are none.
-    opening : str
-        What is being opened; empty while nothing is.
-    recent : tuple of ShelfRow
-        Places to open while none is.
-    age : str
-        How old the light is; empty where that is not known.
-    age_old : bool
-        Whether it should be captured again.
-    watching : str
-        Folder that is watched; empty for none.
-    camera : CameraBlock
-    plans : tuple of PlanPart
-    plan : str
-        Key of the chosen one.
-    timer_s : int
-        0, 2, 5 or 10.
-    ticked : frozenset of str
-        Keys of `CHECKS`.
-    frames : tuple of FrameTile
-        Brightest first.
-    frames_note : str
-        "ISO 100, f/2, taken 14:05".
-    running : Running or None
-        While a capture is under way.
-    notice : Notice or None
-    has_place : bool
-        Whether "See the styles" is the main button.
-    can_capture : bool
-    why_not : str
-        Why it cannot be pressed.
     """
 
     picture: NDArray[np.uint8] | None = field(default=None, repr=False)

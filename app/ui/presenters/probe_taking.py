@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.probe_cameras import CameraFinder
     from app.ui.presenters.services import Services
 
-__all__ = ["Taking"]
-
 KEY: Final = "capture"
 
 _ORDER: Final = (
@@ -64,19 +62,7 @@ class _Carried:
 
 
 class Taking:
-    """The capture that runs, and what is to be said of the last one.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    desk : Desk
-        Takes what was captured.
-    cameras : CameraFinder
-        Knows the camera.
-    changed : callable
-        Called when something else is to be shown.
-    """
+    """The capture that runs, and what is to be said of the last one."""
 
     def __init__(
         self,

@@ -13,8 +13,6 @@ from app.ui.presenters.probe_state import Notice
 if TYPE_CHECKING:
     from app.ui.presenters.unfinished import Unfinished
 
-__all__ = ["HowFar", "offer_notice", "trouble_notice", "wants_password"]
-
 _LOST: Final = frozenset({"interrupted", "bad-answers"})
 _ORDINALS: Final = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
 _NUMBERS: Final = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
@@ -24,19 +22,7 @@ _AGAIN: Final = ("again", "Try again")
 
 @dataclass(frozen=True, slots=True)
 class HowFar:
-    """How far a capture had come.
-
-    Attributes
-    ----------
-    here : int
-        Frames that are on this computer, whole.
-    total : int
-        Frames that were planned; 0 before there was a plan.
-    exposing : bool
-        The camera may have been shooting.
-    resumable : bool
-        Whether it can be resumed.
-    """
+    """How far a capture had come."""
 
     here: int = 0
     total: int = 0
@@ -50,15 +36,7 @@ def wants_password(error: Exception) -> bool:
 
 
 def trouble_notice(error: Exception, far: HowFar) -> Notice:
-    """Say what went wrong with a capture.
-
-    Parameters
-    ----------
-    error : Exception
-        What ended it.
-    far : HowFar
-        How far it had come.
-    """
+    """Say what went wrong with a capture."""
     if _is_full(error):
         return _disk(far)
     if _is_lost(error):
@@ -73,15 +51,7 @@ def trouble_notice(error: Exception, far: HowFar) -> Notice:
 
 
 def offer_notice(found: Unfinished, when: str) -> Notice:
-    """Offer to finish a place that was interrupted.
-
-    Parameters
-    ----------
-    found : Unfinished
-        Which.
-    when : str
-        When it was begun, in words.
-    """
+    """Offer to finish a place that was interrupted."""
     here, total = found.here, found.total
     whole = bool(found.files) or (total > 0 and here == total)
     frames = f"{here} of {total} frames are here." if total else "It had only just begun."

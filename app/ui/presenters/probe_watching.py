@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.desk import Desk
     from app.ui.presenters.services import Services
 
-__all__ = ["Watching"]
-
 KEY: Final = "watch"
 
 
@@ -42,17 +40,7 @@ class _Relay(Token):
 
 
 class Watching:
-    """One folder at a time.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    desk : Desk
-        Opens what arrives.
-    changed : callable
-        Called when another folder is watched, or none.
-    """
+    """One folder at a time."""
 
     def __init__(self, services: Services, desk: Desk, changed: Callable[[], None]) -> None:
         self._services = services

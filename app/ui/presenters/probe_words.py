@@ -23,22 +23,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.model import CameraSeen
     from app.ui.presenters.probe_state import CameraBlock
 
-__all__ = [
-    "advice_notice",
-    "camera_second",
-    "ev_words",
-    "frame_tile",
-    "frames_note",
-    "is_loopback",
-    "lamp_rows",
-    "metered_of",
-    "plan_parts",
-    "share_words",
-    "shutter_words",
-    "tile_of",
-    "where_words",
-]
-
 _USUAL: Final = Exposure(1.0 / 60.0, 100.0, 2.0)
 """Of a bright room: what is planned with before anything was metered."""
 
@@ -81,15 +65,7 @@ def where_words(azimuth_deg: float, elevation_deg: float) -> str:
 
 
 def lamp_rows(findings: Findings, front_deg: float) -> tuple[LampRow, ...]:
-    """Write the table of lamps.
-
-    Parameters
-    ----------
-    findings : Findings
-        Of the place's light.
-    front_deg : float
-        Azimuth at which the photographer stands; the table counts from there.
-    """
+    """Write the table of lamps."""
     return tuple(_lamp_row(lamp, front_deg) for lamp in findings.lamps)
 
 
@@ -160,8 +136,6 @@ def frame_tile(facts: FrameFacts, picture: object = None) -> FrameTile:
 
     Parameters
     ----------
-    facts : FrameFacts
-        Of the frame.
     picture : (h, 2 h, 3) uint8 or None
         SRGB.
     """
@@ -203,15 +177,7 @@ def frames_note(place: Place, today: datetime) -> str:
 
 
 def plan_parts(camera: CameraSeen | None, metered: Exposure | None) -> tuple[PlanPart, ...]:
-    """Say how many frames and seconds each plan takes.
-
-    Parameters
-    ----------
-    camera : CameraSeen or None
-        Whose limits count; those of a cautious one where there is none.
-    metered : Exposure or None
-        Metered here before; that of a bright room where nothing was.
-    """
+    """Say how many frames and seconds each plan takes."""
     model = camera.found.model if camera is not None else ""
     parts = []
     for kind in ("paper", "full"):
@@ -280,19 +246,7 @@ def camera_second(camera: CameraSeen) -> str:
 def advice_notice(
     place: Place | None, findings: Findings | None, full: PlanPart | None, camera: CameraBlock
 ) -> Notice | None:
-    """Say what could be better about a capture, and offer what is possible.
-
-    Parameters
-    ----------
-    place : Place or None
-        The open one.
-    findings : Findings or None
-        Of its light.
-    full : PlanPart or None
-        The plan with all the range, where it would help.
-    camera : CameraBlock
-        Whether there is one.
-    """
+    """Say what could be better about a capture, and offer what is possible."""
     capture = None if place is None else place.capture
     if capture is None or findings is None:
         return None

@@ -19,20 +19,11 @@ if TYPE_CHECKING:
     from app.ui.presenters.in_turn import InTurn
     from app.ui.presenters.services import Services
 
-__all__ = ["Saving"]
-
 _ABOUT: Final = "keep"
 
 
 class Saving:
     """Writes the open place, and says so when it cannot.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    file_work : InTurn
-        For what changes the user's files.
 
     Attributes
     ----------

@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.undo import UndoStack
     from app.ui.presenters.work import Runner
 
-__all__ = ["Action", "Devices", "Folders", "Kind", "Notifier", "Services"]
-
 Kind: TypeAlias = Literal["info", "done", "warning", "error"]
 Action: TypeAlias = "tuple[str, Callable[[], None]]"
 
@@ -48,16 +46,8 @@ class Notifier(Protocol):
 
         Parameters
         ----------
-        message : str
-            What happened, what is safe and what to do.
-        kind : Kind, optional
-            Chooses the icon.
         actions : sequence of (str, callable), optional
             At most two buttons.
-        about : str, optional
-            What it speaks of, for `mended`; an earlier one about the same goes.
-        stay : bool, optional
-            Whether it stays as errors do.
         """
 
     def tell_error(
@@ -67,12 +57,8 @@ class Notifier(Protocol):
 
         Parameters
         ----------
-        error : Exception
-            Any.
         actions : sequence of (str, callable), optional
             At most two buttons.
-        about : str, optional
-            As of `tell`.
         """
 
     def mended(self, about: str) -> None:
@@ -109,17 +95,7 @@ class Devices(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Folders:
-    """Where the user's things are.
-
-    Attributes
-    ----------
-    home : Path
-        All of it: settings, cameras, logs.
-    places, styles, drafts : Path
-        Parts of it.
-    demo : Path
-        The demo location that came with the program.
-    """
+    """Where the user's things are."""
 
     home: Path
     places: Path
@@ -130,29 +106,7 @@ class Folders:
 
 @dataclass(frozen=True, slots=True)
 class Services:
-    """All that a presenter may use.
-
-    Attributes
-    ----------
-    model : Model
-        The window's.
-    runner : Runner
-        For long work.
-    notify : Notifier
-        For what needs no answer.
-    undo : UndoStack
-        The window's.
-    clock : Clock
-        For waiting and polling.
-    today : callable
-        The time of day with its zone.
-    devices : Devices
-        Real or imitated.
-    folders : Folders
-        The user's.
-    sounds : Sounds
-        The loudspeaker.
-    """
+    """All that a presenter may use."""
 
     model: Model
     runner: Runner

@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.desk import Desk
     from app.ui.presenters.services import Services
 
-__all__ = ["DeletedRow", "ShelfPresenter", "ShelfRow", "ShelfState", "ShelfView"]
-
 T = TypeVar("T")
 
 _MOST_BYTES: Final = 4 << 20
@@ -53,20 +51,8 @@ class ShelfRow:
 
     Attributes
     ----------
-    folder : Path
-        Of the place.
-    name, time : str
-        As it is shown.
-    detail : str
-        What is wrong with the place; may be empty.
-    trouble : bool
-        Whether something is wrong with it.
-    left : Unfinished or None
-        What there is of a place that has no light yet.
     thumbnail : NDArray[np.uint8], (h, w, 3), or None
         Small picture, sRGB.
-    current : bool
-        Whether it is the open one.
     """
 
     folder: Path
@@ -81,17 +67,7 @@ class ShelfRow:
 
 @dataclass(frozen=True, slots=True)
 class DeletedRow:
-    """A deleted place that can be brought back.
-
-    Attributes
-    ----------
-    folder : Path
-        In the trash.
-    name : str
-        As it is shown.
-    detail : str
-        Until when it is kept.
-    """
+    """A deleted place that can be brought back."""
 
     folder: Path
     name: str
@@ -100,17 +76,7 @@ class DeletedRow:
 
 @dataclass(frozen=True, slots=True)
 class ShelfState:
-    """What the list shows.
-
-    Attributes
-    ----------
-    rows : tuple of ShelfRow
-        The newest first.
-    deleted : tuple of DeletedRow
-        The last deleted first.
-    busy : bool
-        Whether the folder is still being read.
-    """
+    """What the list shows."""
 
     rows: tuple[ShelfRow, ...] = field(default=())
     deleted: tuple[DeletedRow, ...] = field(default=())
@@ -125,19 +91,7 @@ class ShelfView(Protocol):
 
 
 class ShelfPresenter:
-    """Reads the folder of places and acts on them.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    desk : Desk
-        Opens places.
-    most : int, optional
-        How many places have pictures.
-    key : str, optional
-        For the runner; nobody else's.
-    """
+    """Reads the folder of places and acts on them."""
 
     def __init__(
         self, services: Services, desk: Desk, most: int = _MOST_PICTURES, key: str = "places"

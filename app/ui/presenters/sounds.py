@@ -8,8 +8,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["Silence", "Sounds", "sound_words"]
-
 
 class Sounds(Protocol):
     """Plays short sounds; never waits for their end and never fails."""
@@ -46,15 +44,7 @@ class Silence:
 
 
 def sound_words(wanted: bool, sounds: Sounds) -> tuple[str, str]:
-    """Say whether the guidance is heard, and with which icon.
-
-    Parameters
-    ----------
-    wanted : bool
-        The setting.
-    sounds : Sounds
-        The loudspeaker; it is looked for only where it is wanted.
-    """
+    """Say whether the guidance is heard, and with which icon."""
     if not wanted:
         return "Sound off", "sound-off"
     if not sounds.available:

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.desk import Desk
     from app.ui.presenters.services import Services
 
-__all__ = ["StylesPresenter"]
-
 _JOB: Final = "styles-pictures"
 _GALLERY: Final = frozenset({"head", "light", "results", "user_styles", "damaged_styles"})
 _SHOWN: Final = frozenset({"chosen", "needle_deg"})
@@ -58,20 +56,7 @@ _MAIN_WORDS: Final[dict[Main | None, tuple[str, str]]] = {
 
 
 class StylesPresenter:
-    """Resolves the gallery and the detail, and takes what the user does there.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    desk : Desk
-        The window's.
-
-    Attributes
-    ----------
-    files : StyleFiles
-        What can be done with the style in front beyond looking at it.
-    """
+    """Resolves the gallery and the detail, and takes what the user does there."""
 
     def __init__(self, services: Services, desk: Desk) -> None:
         self._services = services
@@ -152,13 +137,7 @@ class StylesPresenter:
         self._refresh()
 
     def choose(self, key: str) -> None:
-        """Bring a style to the front, at its best turn.
-
-        Parameters
-        ----------
-        key : str
-            Of a card; another style's goal is no goal for this one.
-        """
+        """Bring a style to the front, at its best turn."""
         if self._snapshot is None or key not in self._snapshot.styles:
             return
         self._services.model.choose(key)
@@ -187,13 +166,7 @@ class StylesPresenter:
         self._refresh(detail=False)
 
     def look_at(self, turn_deg: float) -> None:
-        """Move the needle: pictures, background, weights and numbers follow.
-
-        Parameters
-        ----------
-        turn_deg : float
-            Deg; that of the best turn puts the needle back.
-        """
+        """Move the needle: pictures, background, weights and numbers follow."""
         best = self._best()
         if best is None:
             return
@@ -201,13 +174,7 @@ class StylesPresenter:
         self._services.model.update(needle_deg=None if at_best else self._counted(turn_deg))
 
     def take_peak(self, index: int) -> None:
-        """Move the needle to a second peak.
-
-        Parameters
-        ----------
-        index : int
-            In `DetailState.peaks`.
-        """
+        """Move the needle to a second peak."""
         key = self._front_key()
         result = None if self._snapshot is None else self._snapshot.results.get(key or "")
         peaks = () if result is None else result.peaks[1:]

@@ -45,8 +45,6 @@ if TYPE_CHECKING:
     from app.core.styles import Style
     from app.ui.presenters.styles_gallery import Snapshot
 
-__all__ = ["Detail", "numbers_text"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 T = TypeVar("T")
 
@@ -83,19 +81,8 @@ class Detail:
 
         Parameters
         ----------
-        snapshot : Snapshot
-            The gallery in front.
-        name : str
-            Of a style in it.
         needle_deg : float or None
             Turn that is looked at, deg; None is the best.
-        sizes : Sizes
-            Of the pictures.
-
-        Returns
-        -------
-        DetailState
-            The one and same while nothing has changed.
         """
         return self._once(
             "state",
@@ -283,20 +270,7 @@ def _glare_words(warning: Glare) -> str:
 
 
 def numbers_text(state: DetailState, place: str = "") -> str:
-    """Write down the numbers of a style, to be pasted elsewhere.
-
-    Parameters
-    ----------
-    state : DetailState
-        Resolved.
-    place : str, optional
-        Name of the place.
-
-    Returns
-    -------
-    str
-        A few lines.
-    """
+    """Write down the numbers of a style, to be pasted elsewhere."""
     lines = [f"{state.title}, {state.side[:1].lower()}{state.side[1:]}"]
     if place:
         lines.append(f"Place: {place}")

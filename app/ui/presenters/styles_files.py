@@ -21,23 +21,11 @@ if TYPE_CHECKING:
 
     Front: TypeAlias = Callable[[], tuple[Snapshot | None, DetailState]]
 
-__all__ = ["StyleFiles"]
-
 _SHEET_JOB: Final = "set-sheet"
 
 
 class StyleFiles:
-    """Saves, copies, renames, puts away, hands on and takes in.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    desk : Desk
-        Knows the folder of the user's styles.
-    front : callable
-        Gallery and detail as they are shown.
-    """
+    """Saves, copies, renames, puts away, hands on and takes in."""
 
     def __init__(self, services: Services, desk: Desk, front: Front) -> None:
         self._services = services
@@ -71,13 +59,7 @@ class StyleFiles:
             self._view.ask_file("save_sheet", sheet_name(state, self._place_name()))
 
     def save_sheet(self, path: Path) -> None:
-        """Write the set sheet of the style at the turn that is shown.
-
-        Parameters
-        ----------
-        path : Path
-            Ends in ``.pdf`` or ``.png``; the user has agreed that it is replaced.
-        """
+        """Write the set sheet of the style at the turn that is shown."""
         snapshot, state = self._front()
         if snapshot is None or not self._has_turn():
             return
@@ -114,13 +96,7 @@ class StyleFiles:
             self._view.ask_name(style.title)
 
     def rename(self, title: str) -> None:
-        """Give the user's style in front another name.
-
-        Parameters
-        ----------
-        title : str
-            Any text; why it cannot be taken is said beside it.
-        """
+        """Give the user's style in front another name."""
         style = self._own_style()
         if style is None or " ".join(title.split()) == style.title:
             self._say_trouble("")
@@ -146,13 +122,7 @@ class StyleFiles:
             self._view.ask_file("export", f"{plain_name(style.title)}{EXPORT_ENDING}")
 
     def export(self, path: Path) -> None:
-        """Write the user's style in front to one file.
-
-        Parameters
-        ----------
-        path : Path
-            The user has agreed that it is replaced.
-        """
+        """Write the user's style in front to one file."""
         style = self._own_style()
         if style is not None:
             self._own.export(style, path)
@@ -163,13 +133,7 @@ class StyleFiles:
             self._view.ask_file("import_style", "")
 
     def import_style(self, path: Path) -> None:
-        """Take in a style that somebody exported, and bring it to the front.
-
-        Parameters
-        ----------
-        path : Path
-            Left as it is.
-        """
+        """Take in a style that somebody exported, and bring it to the front."""
 
         def done(style: UserStyle) -> None:
             self._own.add(style)

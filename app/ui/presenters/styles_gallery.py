@@ -29,19 +29,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.model import Head, Model
     from app.ui.presenters.styles_state import Size
 
-__all__ = [
-    "Question",
-    "Snapshot",
-    "cards_of",
-    "filters_of",
-    "front_of",
-    "look",
-    "question_of",
-    "side_line",
-    "verdict_of",
-    "whole_of",
-]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Pair: TypeAlias = "tuple[Bytes | None, Bytes | None]"
 
@@ -65,19 +52,10 @@ class Question:
 
     Attributes
     ----------
-    head : Head
     light : LightHere or None
         None while no light was measured; then there are no results.
-    front_deg : float
-        Azimuth in the panorama at which the photographer stands.
-    results : tuple of StyleResult
-        Seen from `front_deg`.
-    own : tuple of UserStyle
-    damaged : tuple of DamagedStyle
     objective : str
         "picture" or "paper".
-    limits : Limits
-        Least match and strength in reach.
     sun : tuple of float or None
         Azimuth in the panorama and elevation, deg.
     size : tuple of int
@@ -102,20 +80,10 @@ class Snapshot:
 
     Attributes
     ----------
-    question : Question
-        What it was made from.
-    styles : Mapping[str, Style]
-        All styles by name, built in first.
-    results : Mapping[str, StyleResult]
-        By name; empty without light.
-    asking : Mapping[str, Asking]
-        The user's styles on this head.
     targets : Mapping[str, uint8]
         (h, w, 3) target portraits, never grey.
     pictures : Mapping[str, tuple]
         Target and here as the cards show them; here is None without light.
-    version : int
-        Counts up.
     """
 
     question: Question
@@ -138,15 +106,8 @@ def question_of(model: Model, size: Size) -> Question | None:
 
     Parameters
     ----------
-    model : Model
-        The window's.
     size : tuple of int
         Rows and columns of a card's picture.
-
-    Returns
-    -------
-    Question or None
-        None until a head is loaded.
     """
     if model.head is None:
         return None
@@ -170,21 +131,7 @@ def question_of(model: Model, size: Size) -> Question | None:
 
 
 def look(question: Question, known: Snapshot | None, token: Token) -> Snapshot:
-    """Make all cards' pictures; what is known already is taken over.
-
-    Parameters
-    ----------
-    question : Question
-        What to make them from.
-    known : Snapshot or None
-        The one before.
-    token : Token
-        Looked at between the steps.
-
-    Returns
-    -------
-    Snapshot
-    """
+    """Make all cards' pictures; what is known already is taken over."""
     pack, transport = question.head.pack, question.head.transport
     before = known if known is not None and known.question.head is question.head else None
     asking = _prepared(question, before, token)
@@ -248,11 +195,6 @@ def whole_of(value: float) -> int:
 def filters_of(snapshot: Snapshot) -> tuple[tuple[Filter, str], ...]:
     """Words of the filters, with how many cards each would show.
 
-    Parameters
-    ----------
-    snapshot : Snapshot
-        What there is.
-
     Returns
     -------
     tuple of (Filter, str)
@@ -274,17 +216,6 @@ def cards_of(
 ) -> tuple[CardState, ...]:
     """Make the cards of the gallery.
 
-    Parameters
-    ----------
-    snapshot : Snapshot
-        What there is.
-    wanted : Filter
-        Which of it.
-    sort : Sort
-        In which order.
-    chosen : str or None
-        Name of the style in front.
-
     Returns
     -------
     tuple of CardState
@@ -299,20 +230,7 @@ def cards_of(
 
 
 def front_of(snapshot: Snapshot, chosen: str | None) -> str | None:
-    """Say which style is in front: the chosen one, or the first card while that is not there yet.
-
-    Parameters
-    ----------
-    snapshot : Snapshot
-        What there is.
-    chosen : str or None
-        Name of the chosen style.
-
-    Returns
-    -------
-    str or None
-        None when there is no style at all.
-    """
+    """Say which style is in front: the chosen one, or the first card until that is there."""
     if chosen is not None and chosen in snapshot.styles:
         return chosen
     names = sorted(snapshot.styles, key=lambda name: _order(snapshot, name, Sort.MATCH))
@@ -395,13 +313,6 @@ def _sentence(words: str | None) -> str:
 
 def verdict_of(result: StyleResult, snapshot: Snapshot) -> str:
     """Say what the best is that a place can do for a style out of reach.
-
-    Parameters
-    ----------
-    result : StyleResult
-        Of the style.
-    snapshot : Snapshot
-        It belongs to.
 
     Returns
     -------

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.styles_gallery import Snapshot
     from app.ui.presenters.styles_state import DetailState
 
-__all__ = ["plain_name", "save_sheet", "sheet_name"]
-
 _ENDINGS = (".pdf", ".png")
 
 
@@ -35,15 +33,7 @@ def plain_name(text: str) -> str:
 
 
 def sheet_name(state: DetailState, place: str) -> str:
-    """Suggest the name of a file: "Rembrandt left, North studio.pdf".
-
-    Parameters
-    ----------
-    state : DetailState
-        Of the style.
-    place : str
-        Name of the place, may be empty.
-    """
+    """Suggest the name of a file: "Rembrandt left, North studio.pdf"."""
     side = state.key.partition("-")[0]
     parts = [f"{state.title} {side}" if side in ("left", "right") else state.title, place]
     name = ", ".join(part for part in parts if part)
@@ -59,26 +49,6 @@ def save_sheet(
     token: Token,
 ) -> Path:
     """Make a set sheet and write it.
-
-    Parameters
-    ----------
-    path : Path
-        The ending says what it becomes; with any other, a PDF.
-    snapshot : Snapshot
-        The gallery in front; it has light.
-    state : DetailState
-        Of the style, at the turn that the sheet is for.
-    place : Place or None
-        Where it was measured.
-    now : datetime
-        Today.
-    token : Token
-        Looked at before anything is written.
-
-    Returns
-    -------
-    Path
-        The file that was written.
 
     Raises
     ------

@@ -12,19 +12,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from pathlib import Path
 
-__all__ = [
-    "CardState",
-    "DetailState",
-    "FileWish",
-    "Filter",
-    "Main",
-    "Sizes",
-    "Sort",
-    "StylesState",
-    "StylesView",
-    "Way",
-]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Size: TypeAlias = tuple[int, int]
@@ -74,36 +61,10 @@ class CardState:
 
     Attributes
     ----------
-    key : str
-        Name of the style; path of the file of one that is damaged.
-    title, line : str
-        Name on screen, and side or reason below it.
-    brief : str
-        Where there is no room for the reason.
-    tip : str
-        The whole of both, for the tool tip.
-    spoken : str
-        Accessible name.
     turn : str
         "96°"; empty where there is none.
-    way : Way
-        Its direction.
-    match : str
-        "96"; empty where there is none.
     meter : float or None
         The same as the meter shows it, 0 to 100.
-    limit : float
-        Tick of the meter.
-    in_reach : bool
-        False is shown grey with the reason.
-    own : bool
-        One of the user's.
-    chosen : bool
-        The one in front.
-    damaged : Path or None
-        File of a style that cannot be read; it has no pictures.
-    version : int
-        Another number: other pictures.
     target, here : (h, w, 3) uint8 or None
         sRGB, of the size that the view asked for; not compared.
     """
@@ -134,20 +95,12 @@ class DetailState:
 
     Attributes
     ----------
-    key, title, side : str
-        Of the style; the side is named twice.
-    own : bool
-        One of the user's, which can be renamed, duplicated, deleted and exported.
     target, here : (h, w, 3) uint8 or None
         Portraits of equal size, crop and exposure rule, sRGB.
     target_tag, here_tag : str
         "Target", "Here, at 96°".
     curve : tuple of float
         At 64 turns, 0 to 100; empty where no light was measured.
-    curve_name : str
-        What it is: "Match by turn".
-    limit : float
-        Dashed ring.
     arc : tuple of float or None
         Tolerance arc, deg; None out of reach.
     best : float or None
@@ -156,26 +109,14 @@ class DetailState:
         Turns of the second peaks, deg.
     needle : float
         Turn that is shown, deg.
-    at_best : bool
-        Whether that is the best one.
     turn : str
         "96°".
-    way : Way
-        Its direction.
     direction, clock : str
         "clockwise", "toward 3 o’clock".
     good_from, match, strength : str
         "79° to 111°", "96", "62".
-    caution : str
-        That the turn depends on the sitter's own head, as a sentence; empty where it does not.
     ratio, ratio_short, ratio_tip : str
         "2.3 stops", "4.9:1 key + fill : fill", and the whole sentence.
-    glare, glare_tip : str
-        Warning, short and whole; empty when no bright lamp shines into the eyes.
-    glare_strong : bool
-        Whether the sitter will squint.
-    in_reach : bool
-        Whether the style is.
     verdict, reason : str
         For one that is not: "Best match here is 29 at 62° counter-clockwise. The limit is 45.",
         and why.
@@ -187,12 +128,6 @@ class DetailState:
         Pre-integrated target of turn 0; the same object for the same style and head.
     background : (h, w, 3) uint8 or None
         Behind the sitter at the needle's turn, sRGB.
-    main : Main
-        What the main button does.
-    main_words : str
-        And what it says.
-    main_works : bool
-        Whether it can be pressed.
     """
 
     key: str = ""
@@ -243,24 +178,8 @@ class StylesState:
 
     Attributes
     ----------
-    cards : tuple of CardState
-        In the order of reading, damaged ones last.
     filters : tuple of (str, str)
         Key and words of each filter: ("in", "In reach 16").
-    filter, sort : str
-        Which of them are set.
-    places : int
-        Cards there would be without a filter, the one for painting and the key included.
-    empty : str
-        Sentence in place of cards; empty when there are some.
-    measured : bool
-        Whether there is light; else the gallery offers to measure it.
-    busy : bool
-        Numbers are old and new ones are on their way.
-    limit_words : str
-        "Tick at 45", for the key.
-    detail : DetailState
-        Of the chosen style.
     """
 
     cards: tuple[CardState, ...] = ()
@@ -282,39 +201,13 @@ class StylesView(Protocol):
         """Show it."""
 
     def ask_name(self, title: str) -> None:
-        """Ask for another name of the chosen style; the answer goes to the presenter's `rename`.
-
-        Parameters
-        ----------
-        title : str
-            Its present name.
-        """
+        """Ask for another name of the chosen style; the answer goes to the presenter's `rename`."""
 
     def show_trouble(self, sentence: str) -> None:
-        """Say beside the name that was typed why it cannot be taken.
-
-        Parameters
-        ----------
-        sentence : str
-            For the user; empty when the name was taken.
-        """
+        """Say beside the name that was typed why it cannot be taken."""
 
     def ask_file(self, what: FileWish, suggested: str) -> None:
-        """Ask for a file; the answer goes to the presenter's method of the same name.
-
-        Parameters
-        ----------
-        what : {"save_sheet", "export", "import_style"}
-            What for.
-        suggested : str
-            Name to offer; empty where one is to be opened.
-        """
+        """Ask for a file; the answer goes to the presenter's method of the same name."""
 
     def copy(self, text: str) -> None:
-        """Put a text where it can be pasted from.
-
-        Parameters
-        ----------
-        text : str
-            Some lines.
-        """
+        """Put a text where it can be pasted from."""

@@ -48,8 +48,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.services import Services
     from app.ui.presenters.turn_state import Guidance, TurnView
 
-__all__ = ["TurnPresenter"]
-
 _SHOWN: Final = frozenset(
     {
         "place_folder",
@@ -68,22 +66,7 @@ _BESIDE: Final = "Side by side until the background is found"
 
 
 class TurnPresenter:
-    """Guides the turn.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    desk : Desk
-        The open place.
-
-    Attributes
-    ----------
-    drop_words : str
-        What may be dropped on the window while this is in front.
-    sources : SourcesPresenter
-        For whoever chooses another live camera.
-    """
+    """Guides the turn."""
 
     drop_words = DROP_WORDS
 

@@ -11,21 +11,9 @@ if TYPE_CHECKING:
 
     from app.ui.presenters.turn import TurnPresenter
 
-__all__ = ["turn_actions"]
-
 
 def turn_actions(p: TurnPresenter, empty_action: str, with_lamp: bool = False) -> Sequence[Action]:
-    """Give what can be done now.
-
-    Parameters
-    ----------
-    p : TurnPresenter
-        Does it.
-    empty_action : str
-        What fills the screen while there is nothing to turn to; else empty.
-    with_lamp : bool, optional
-        Whether the goal came from the Light screen.
-    """
+    """Give what can be done now."""
     back, hint = ("Back to the lamp", "lamp") if with_lamp else ("Back to the styles", "styles")
     actions = [
         Action(

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.services import Services
     from app.ui.presenters.turn_pictures import Overlay, Scene, Views
 
-__all__ = ["Album"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Size: TypeAlias = tuple[int, int]
 Wish: TypeAlias = tuple[Any, ...]
@@ -38,22 +36,7 @@ _NOW: Final = "turn-now"
 
 
 class Album:
-    """Makes pictures when something they depend on has changed.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    changed : callable
-        Called when a picture was made.
-
-    Attributes
-    ----------
-    pictures : Pictures
-        As they are now.
-    views : Views or None
-        Goal and strip with what they were made for.
-    """
+    """Makes pictures when something they depend on has changed."""
 
     def __init__(self, services: Services, changed: Callable[[], None]) -> None:
         self._services = services

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from app.devices.webcam import SourceView, Webcam, WebcamFrame
     from app.ui.presenters.services import Services
 
-__all__ = ["LiveCamera"]
-
 _LIST: Final = "turn-webcams"
 _KEEP: Final = "turn-camera-password"
 _LOOK_AGAIN_S: Final = 5.0
@@ -27,23 +25,10 @@ _LEARN_DEG: Final = 1.0  # what changes less is the same estimate
 class LiveCamera:
     """Runs one live source while the screen is in front.
 
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    changed : callable
-        Called when webcams were listed or another source was taken.
-    make : callable, optional
-        Makes a source that is no webcam; see `app.devices.webcam.make_source`.
-
     Attributes
     ----------
     listed : tuple of (index, name)
         Webcams of this computer, as found last.
-    frame : WebcamFrame or None
-        The newest picture; it stays when the source goes away.
-    chosen : LiveSource
-        What is in use, or would be.
     """
 
     def __init__(
@@ -89,24 +74,12 @@ class LiveCamera:
         self._keep_views()
 
     def choose(self, index: int) -> None:
-        """Take another webcam from now on.
-
-        Parameters
-        ----------
-        index : int
-            Of one that was listed.
-        """
+        """Take another webcam from now on."""
         if 0 <= index <= _LARGEST_INDEX:
             self.use(LiveSource.webcam(index))
 
     def use(self, source: LiveSource) -> None:
-        """Take another source from now on, and at the next start.
-
-        Parameters
-        ----------
-        source : LiveSource
-            Any; one whose address holds a password is not kept.
-        """
+        """Take another source from now on, and at the next start."""
         same = source == self.chosen and self._webcam is not None
         self._keep_source(source)
         self.chosen = source
@@ -126,13 +99,7 @@ class LiveCamera:
             self._list()
 
     def tick(self) -> bool:
-        """Take the newest picture; look for a webcam from time to time where there is none.
-
-        Returns
-        -------
-        bool
-            Whether a new picture is there.
-        """
+        """Take the newest picture; look for a webcam from time to time where there is none."""
         if not self._wanted:
             return False
         if self._webcam is None:
@@ -240,13 +207,7 @@ class LiveCamera:
             self._views = self._views.with_(self.chosen, learnt_deg=fov_deg)
 
     def sign_in(self, user: str, password: str) -> None:
-        """Try a user name and a password at the network camera in use.
-
-        Parameters
-        ----------
-        user, password : str
-            Kept in the system's keyring, and nowhere else, once pictures come with them.
-        """
+        """Try a user name and a password at the network camera in use."""
         address = self.chosen.address
         if address is not None:
             keys = Credentials(user, password)

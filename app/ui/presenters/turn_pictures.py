@@ -24,18 +24,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.light_pictures import LampPlan
     from app.ui.presenters.model import Head
 
-__all__ = [
-    "STRIP_DEG",
-    "TARGET_WIDTH",
-    "Overlay",
-    "Scene",
-    "Views",
-    "live_picture",
-    "now_portrait",
-    "target_portrait",
-    "views_of",
-]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float64: TypeAlias = NDArray[np.float64]
 
@@ -56,10 +44,6 @@ class Scene:
         Whole degrees of turn.
     front_deg : float
         Panorama azimuth at which the photographer stands at turn 0, deg.
-    looks, mode
-        Which way the camera looks, and who moves.
-    fov_deg, camera_m : float
-        Field of view, and distance from the sitter.
     well, strip : tuple of int
         Rows and columns of the pictures wanted.
     """
@@ -87,10 +71,6 @@ class Views:
 
     Attributes
     ----------
-    light : LightHere
-        Whose panorama it is.
-    scene : Scene
-        What it was made for.
     goal : (h, w, 3) uint8
         What the camera should see, of the well's size; not mirrored.
     shown : (h, w, 3) uint8
@@ -110,19 +90,7 @@ class Views:
 
 
 def views_of(light: LightHere, scene: Scene) -> Views:
-    """Make goal and strip.
-
-    Parameters
-    ----------
-    light : LightHere
-        Of the place.
-    scene : Scene
-        What to show.
-
-    Returns
-    -------
-    Views
-    """
+    """Make goal and strip."""
     rows, columns = scene.well
     goal = _goal(light, scene, (columns, rows))
     target = _goal(light, scene, (TARGET_WIDTH, max(round(TARGET_WIDTH * rows / columns), 1)))
@@ -181,10 +149,6 @@ def live_picture(
         sRGB, as the camera sees it.
     size : tuple of int
         Rows and columns of the well.
-    mode : Mode
-        In selfie mode it is mirrored.
-    overlay : Overlay, optional
-        The goal to lay it over.
 
     Returns
     -------
@@ -226,12 +190,6 @@ def target_portrait(head: Head, own: UserStyle | None, name: str, size: tuple[in
 
     Parameters
     ----------
-    head : Head
-        Who is lit.
-    own : UserStyle or None
-        The style, when it is one of the user's.
-    name : str
-        Of a style that came with the program.
     size : tuple of int
         Rows and columns.
 
@@ -260,16 +218,10 @@ def now_portrait(
 
     Parameters
     ----------
-    head : Head
-        Who is lit.
-    light : LightHere
-        Of the place.
     facing_deg : float
         Azimuth in the panorama that the sitter faces, deg.
     size : tuple of int
         Rows and columns.
-    plan : LampPlan, optional
-        A lamp that is held.
 
     Returns
     -------

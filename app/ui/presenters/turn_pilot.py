@@ -18,27 +18,14 @@ if TYPE_CHECKING:
     from app.ui.presenters.turn_sight import Sight
     from app.ui.presenters.turn_words import Hindrance
 
-__all__ = ["Pilot"]
-
 
 class Pilot:
     """Knows the turn of this moment, and what the guidance needs to remember.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    camera : LiveCamera
-        The live camera.
-    sight : Sight
-        Where it points.
 
     Attributes
     ----------
     guide : Guide or None
         What was said last; None while there is nothing to turn to.
-    hindrance : str
-        Why there is no heading although there may be a live picture.
     asked_deg : float or None
         How far it is to the light, deg, whatever is shown; None where nobody knows.
     """
@@ -87,13 +74,7 @@ class Pilot:
         self._memory, self.asked_deg = FRESH, None
 
     def advance(self, goal: Goal) -> Guide:
-        """Work out what to say now, and remember what the next moment needs.
-
-        Parameters
-        ----------
-        goal : Goal
-            Where to turn.
-        """
+        """Work out what to say now, and remember what the next moment needs."""
         self.hindrance, reading = self._reading()
         if reading.source is not Source.LIVE:
             self.asked_deg = None
@@ -105,18 +86,7 @@ class Pilot:
         return self.guide
 
     def axis_turn(self, shown: Guide) -> float | None:
-        """Where the camera's axis points, as a turn beside the one that is shown, deg.
-
-        Parameters
-        ----------
-        shown : Guide
-            Of this moment.
-
-        Returns
-        -------
-        float or None
-            None where no heading is known.
-        """
+        """Where the camera's axis points, as a turn beside the one that is shown, deg."""
         track, turn = self.track, self._turn()
         if track is None or track.heading_deg is None or turn is None or shown.now is None:
             return None

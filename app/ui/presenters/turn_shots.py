@@ -48,8 +48,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.desk import Desk
     from app.ui.presenters.services import Services
 
-__all__ = ["DROP_WORDS", "PHOTO_FILTER", "Shots"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 DROP_WORDS: Final = "Drop the photo you took, or a panorama"
@@ -79,19 +77,7 @@ class _Asked:
 
 
 class Shots:
-    """The photographs of the open place.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    desk : Desk
-        Opens what is no photograph.
-    index : callable
-        Gives the points of the open panorama where they are known already.
-    changed : callable
-        Called when there is something else to show.
-    """
+    """The photographs of the open place."""
 
     def __init__(
         self,
@@ -165,11 +151,6 @@ class Shots:
 
     def take(self, paths: Sequence[Path]) -> bool:
         """Take photographs that were dropped or chosen; leave everything else.
-
-        Parameters
-        ----------
-        paths : sequence of Path
-            Any; only their names are looked at here.
 
         Returns
         -------

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from app.devices.webcam import WebcamFrame
     from app.ui.presenters.services import Services
 
-__all__ = ["Aligner", "Sight", "locate"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 _INDEX: Final = "turn-index"
@@ -50,10 +48,6 @@ class Circumstances:
     ----------
     fov_deg : float or None
         Horizontal field of view, deg; None when unknown.
-    now_s : float
-        When it was taken.
-    sees_sitter : bool
-        Whether the person in it is the sitter.
     asked_deg : float or None
         How far it still is to the light, deg; None where no turn is asked for.
     """
@@ -71,16 +65,6 @@ def locate(picture: Bytes, index: HeadingIndex, state: Track, about: Circumstanc
     ----------
     picture : (H, W, 3) uint8
         sRGB, not mirrored.
-    index : HeadingIndex
-        Of the panorama.
-    state : Track
-        What the last picture gave.
-    about : Circumstances
-        What else is known.
-
-    Returns
-    -------
-    Track
     """
     return track(
         picture,
@@ -97,21 +81,12 @@ def locate(picture: Bytes, index: HeadingIndex, state: Track, about: Circumstanc
 class Sight:
     """Locates the newest picture, one at a time; pictures that come meanwhile are passed over.
 
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    changed : callable
-        Called when something is known that was not.
-
     Attributes
     ----------
     track : Track or None
         What the last picture gave; None before the first.
     index : HeadingIndex or None
         The panorama's points; None until they are learnt.
-    error : CoreError or None
-        Why no heading will be found in this panorama.
     """
 
     def __init__(self, services: Services, changed: Callable[[], None]) -> None:
@@ -141,13 +116,7 @@ class Sight:
         return self._light is not None and self.index is None and self.error is None
 
     def learn(self, light: LightHere) -> None:
-        """Get to know a panorama; once for each.
-
-        Parameters
-        ----------
-        light : LightHere
-            Of the place.
-        """
+        """Get to know a panorama; once for each."""
         if light is self._light:
             return
         self._light, self.error = light, None
@@ -195,12 +164,8 @@ class Sight:
 
         Parameters
         ----------
-        frame : WebcamFrame
-            The newest.
         fov_deg : float or None
             Horizontal field of view, deg; None when it is unknown, and to be learnt.
-        sees_sitter : bool, optional
-            Whether the person in the picture is the sitter.
         asked_deg : float or None, optional
             How far it still is to the light, deg; None where no turn is asked for.
         """

@@ -12,20 +12,12 @@ if TYPE_CHECKING:
     from app.core.turning.guidance import Guide
     from app.ui.presenters.services import Services
 
-__all__ = ["Beeper"]
-
 _LOOPS: Final = 8  # of the steady tone, one second each, whose end joins its start
 _EARLY_S: Final = 0.04  # rather cut the tone a little than let it fall silent
 
 
 class Beeper:
-    """Plays what a guide asks for, as the settings allow.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    """
+    """Plays what a guide asks for, as the settings allow."""
 
     def __init__(self, services: Services) -> None:
         self._services = services

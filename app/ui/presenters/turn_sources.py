@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.services import Services
     from app.ui.presenters.turn_camera import LiveCamera
 
-__all__ = ["NO_WEBCAMS", "VIDEO_FILES", "SourcesPresenter", "SourcesState", "SourcesView"]
-
 Item: TypeAlias = tuple[str, str, str, str]
 """Key, words, second line, icon: a line of a list field."""
 
@@ -49,36 +47,10 @@ class SourcesState:
 
     Attributes
     ----------
-    items : tuple of Item
-        Webcams by name, then the other kinds.
-    key : str
-        Which of them is shown: ``webcam:0``, ``network``, ``video``, ``stills``, ``panorama``.
-    webcams : bool
-        Whether there is any webcam.
-    address, address_error : str
-        Of a network camera.
-    asks_password : bool
-        It wants one.
-    password_error, password_hint : str
-        What was wrong with it, and where it will be kept.
-    file : str
-        Name of the video or folder in use; empty for none yet.
-    file_error : str
-        Why the one that was chosen cannot be used.
-    adjustable : bool
-        Whether field of view and resolution may be set: what is shown is in use, and open.
-    known_fov : str
-        Field of view that the source knows by itself, in words; empty where it does not.
-    estimate : bool
-        Whether it is estimated.
     fov_deg : float
         Set, or else guessed, deg.
-    fov_words : str
-        What is estimated so far.
     widths : tuple of (key, words)
         Resolutions.
-    width : str
-        Key of the one in use.
     status, status_icon : str
         How the source is; the icon is "check", "error" or empty.
     """
@@ -112,17 +84,7 @@ class SourcesView(Protocol):
 
 
 class SourcesPresenter:
-    """Lets the user choose the live camera.
-
-    Parameters
-    ----------
-    services : Services
-        The window's.
-    camera : LiveCamera
-        The Turn screen's.
-    taken : callable
-        Called when another source, or the same one with other settings, is used from now on.
-    """
+    """Lets the user choose the live camera."""
 
     def __init__(
         self, services: Services, camera: LiveCamera, taken: Callable[[], None] = lambda: None
@@ -161,13 +123,7 @@ class SourcesPresenter:
     # -- what the user does --------------------------------------------------------------------
 
     def show_kind(self, key: str) -> None:
-        """Look at a line of the list; a webcam is used at once.
-
-        Parameters
-        ----------
-        key : str
-            Of a line.
-        """
+        """Look at a line of the list; a webcam is used at once."""
         self._forget()
         kind, _, index = key.partition(":")
         if kind == "webcam":
@@ -181,13 +137,7 @@ class SourcesPresenter:
         self._typed, self._address_error = text[: 2 * LONGEST_ADDRESS], ""
 
     def connect(self, text: str) -> None:
-        """Use a network camera.
-
-        Parameters
-        ----------
-        text : str
-            Its address.
-        """
+        """Use a network camera."""
         self._typed = text[: 2 * LONGEST_ADDRESS]
         try:
             source = LiveSource.network(text)

@@ -10,22 +10,6 @@ from numpy.typing import NDArray
 
 from app.core.turning.guidance import Phase
 
-__all__ = [
-    "ASPECT",
-    "Guidance",
-    "LiveWords",
-    "Pictures",
-    "Scale",
-    "ShotRow",
-    "ShotsState",
-    "Sign",
-    "StyleWords",
-    "Tools",
-    "TurnSizes",
-    "TurnState",
-    "TurnView",
-]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Size: TypeAlias = tuple[int, int]
 """Rows and columns, device pixels."""
@@ -52,10 +36,6 @@ class Guidance:
 
     Attributes
     ----------
-    phase : Phase
-        What it is about.
-    sign : Sign
-        Arrow, check, or nothing.
     number : int or None
         Whole degrees; None where none may be shown.
     number_words : str
@@ -66,16 +46,6 @@ class Guidance:
         "toward 3 o'clock", "Walk to your left", "The sitter turns with you."; may be empty.
     pill, pill_icon : str
         "In the light in 6°"; empty for none.
-    inside : bool
-        In the light: green, with a check.
-    sentence, sentence_icon : str
-        In place of all of that, where there is no number to show.
-    advice : str
-        Under that sentence: what can be done all the same; may be empty.
-    spoken : str
-        All of it in one sentence.
-    announced : str
-        The sentence that a screen reader is told; it changes less often.
     """
 
     phase: Phase = Phase.STARTING
@@ -102,12 +72,8 @@ class StyleWords:
 
     Attributes
     ----------
-    title, side : str
-        The style.
     match, match_at_goal : str
         "Match now 90", "96 at the goal"; may be empty.
-    now_tag : str
-        On the picture.
     """
 
     title: str = ""
@@ -125,16 +91,6 @@ class LiveWords:
     ----------
     live, goal : str
         Behind their headings: "webcam, 60° wide".
-    name : str
-        Of the webcam.
-    message : str
-        Over the live picture; empty for none.
-    tag : str
-        In its corner, while live lies over the goal.
-    dim : bool
-        The picture is an old one.
-    asking : bool
-        Which way the camera looks is asked over the live well.
     aspect : float
         Columns over rows of both wells.
     """
@@ -155,8 +111,6 @@ class Scale:
 
     Attributes
     ----------
-    goal_deg : float
-        Goal.
     now_deg : float or None
         Now; None while it is not known.
     camera_deg : float or None
@@ -168,8 +122,6 @@ class Scale:
         In the light (from, to), clockwise.
     goal_words, now_words, arc_words : str
         "goal 96°", "now 73°", "in the light from 79° to 111°".
-    description : str
-        For a screen reader.
     """
 
     goal_deg: float = 0.0
@@ -189,26 +141,10 @@ class Tools:
 
     Attributes
     ----------
-    aligning : bool
-        Live lies over the goal.
-    can_align : bool
-        There is a live picture.
-    opacity : int
-        Of the live picture, per cent.
-    quality, quality_icon : str
-        How well the heading is known, in words and per cent.
-    quality_bad : bool
-        Something is to be done about it.
     demo_deg : int or None
         Where the demo's camera is, whole degrees of turn; None for a real one.
     webcams : tuple of (index, name)
         Those there are.
-    webcam : int
-        Index of the one in use.
-    looks : str
-        ``sitter``, ``me``, or ``ask``.
-    sounds : bool
-        Whether it is to be heard.
     """
 
     aligning: bool = False
@@ -230,22 +166,8 @@ class ShotRow:
 
     Attributes
     ----------
-    key : str
-        Its own name.
-    name : str
-        Of its file.
     sentence : str
         "Taken at 93°, in the light, 3° short of the best: match 81 of best 82".
-    detail : str
-        Style, time, file, and how sure it is.
-    icon : str
-        Before the sentence.
-    inside : bool
-        In the light.
-    new : bool
-        It was opened just now.
-    pictured : bool
-        Whether there is a picture.
     thumbnail : (h, w, 3) uint8 or None
         sRGB.
     """
@@ -263,15 +185,7 @@ class ShotRow:
 
 @dataclass(frozen=True, slots=True)
 class ShotsState:
-    """The photographs of the open place.
-
-    Attributes
-    ----------
-    rows : tuple of ShotRow
-        The last one first.
-    busy : str
-        What is being done; empty for nothing.
-    """
+    """The photographs of the open place."""
 
     rows: tuple[ShotRow, ...] = ()
     busy: str = ""
@@ -300,15 +214,7 @@ class Pictures:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TurnState:
-    """Everything on the screen.
-
-    Attributes
-    ----------
-    empty, empty_action : str
-        Why there is nothing to turn to, and what fills it; empty when there is.
-    mode : str
-        ``walk`` or ``selfie``.
-    """
+    """Everything on the screen."""
 
     empty: str = ""
     empty_action: str = ""

@@ -9,8 +9,6 @@ if TYPE_CHECKING:
     from app.core.turning.guidance import Phase
     from app.ui.presenters.turn_state import Guidance
 
-__all__ = ["Teller"]
-
 _PAUSE_S: Final = 3.0
 
 
@@ -21,20 +19,7 @@ class Teller:
         self._told: tuple[Phase | None, str, float] = (None, "", -_PAUSE_S)
 
     def tell(self, guidance: Guidance, now_s: float) -> Guidance:
-        """Fill in what is told.
-
-        Parameters
-        ----------
-        guidance : Guidance
-            What the screen shows.
-        now_s : float
-            The moment, on any clock that only goes forward.
-
-        Returns
-        -------
-        Guidance
-            With `announced`.
-        """
+        """Fill in what is told."""
         phase, told, since = self._told
         if guidance.phase is not phase or (guidance.spoken != told and now_s - since >= _PAUSE_S):
             self._told = (guidance.phase, guidance.spoken, now_s)

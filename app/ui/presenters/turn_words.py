@@ -21,23 +21,6 @@ if TYPE_CHECKING:
     from app.devices.errors import DeviceError
     from app.ui.presenters.model import Model
 
-__all__ = [
-    "ASKED",
-    "LEARNING",
-    "Hindrance",
-    "advice_of",
-    "arc_of",
-    "confidence_words",
-    "goal_of",
-    "guidance_of",
-    "live_words",
-    "match_words",
-    "own_style",
-    "quality_words",
-    "scale_of",
-    "style_words",
-]
-
 LEARNING: Final = "Learning the background of this place"
 """While no heading can be found yet."""
 
@@ -94,13 +77,6 @@ _HIDING: Final = 0.55  # of the picture: a sitter who is larger leaves too littl
 
 def arc_of(result: StyleResult | None, goal_deg: float) -> tuple[float, float] | None:
     """Choose the tolerance arc of a goal: that of the peak nearest to it.
-
-    Parameters
-    ----------
-    result : StyleResult or None
-        Of the style; one out of reach has none.
-    goal_deg : float
-        Deg.
 
     Returns
     -------
@@ -191,20 +167,7 @@ def guidance_of(
 
 
 def advice_of(shown: Guide, track: Track | None) -> str:
-    """Say what can be done while the heading is not known: the pictures are there to go by.
-
-    Parameters
-    ----------
-    shown : Guide
-        Without a number.
-    track : Track or None
-        What was found in the last picture.
-
-    Returns
-    -------
-    str
-        Empty where there is nothing to advise.
-    """
+    """Say what can be done while the heading is not known: the pictures are there to go by."""
     if shown.phase is Phase.LEFT:
         return "What it sees does not say how far the sitter has turned."
     if shown.phase is not Phase.LOST:
@@ -261,18 +224,10 @@ def scale_of(shown: Guide, goal: Goal, fov_deg: float, camera_deg: float | None 
 
     Parameters
     ----------
-    shown : Guide
-        What is to be done.
-    goal : Goal
-        Where to.
     fov_deg : float
         How much of the panorama fills the camera's picture, deg.
     camera_deg : float, optional
         Where the camera's axis points, as a turn; None where the sitter is in the middle.
-
-    Returns
-    -------
-    Scale
     """
     arc = goal.arc_deg
     if arc is not None and arc[1] - arc[0] < 360.0:
@@ -338,23 +293,6 @@ def quality_words(
 ) -> tuple[str, str, bool]:
     """Say how well the heading is known.
 
-    Parameters
-    ----------
-    source : Source
-        The webcam.
-    error : CoreError or None
-        Why none can be found in this panorama.
-    learning : bool
-        The panorama is not yet known.
-    lost : str
-        What to do, when none was found for a while; else empty.
-    track : Track or None
-        What was found in the last picture.
-    sees_sitter : bool, optional
-        Whether the sitter should be in the picture.
-    kind : str, optional
-        Of the live source.
-
     Returns
     -------
     tuple
@@ -386,8 +324,6 @@ def match_words(result: StyleResult, goal_deg: float | None, now: int | None) ->
 
     Parameters
     ----------
-    result : StyleResult
-        Of the style.
     goal_deg : float or None
         A goal of one's own, deg; None for the best turn.
     now : int or None
@@ -418,19 +354,7 @@ def own_style(model: Model) -> UserStyle | None:
 
 
 def style_words(model: Model, shown: Guide) -> StyleWords:
-    """Write what stands beside target and picture.
-
-    Parameters
-    ----------
-    model : Model
-        The window's.
-    shown : Guide
-        What is to be done.
-
-    Returns
-    -------
-    StyleWords
-    """
+    """Write what stands beside target and picture."""
     result, own, plan = model.goal_result, own_style(model), model.lamp_plan
     if result is None:
         return StyleWords()

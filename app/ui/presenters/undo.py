@@ -13,8 +13,6 @@ if TYPE_CHECKING:
 
     from app.ui.presenters.in_turn import InTurn
 
-__all__ = ["FileChange", "UndoStack", "Undoable"]
-
 T = TypeVar("T")
 
 _MOST_BYTES: Final = 64 << 20
@@ -28,10 +26,6 @@ class Undoable:
     ----------
     words : str
         What it was, to be read after "Undo": "delete My Rembrandt", "stroke on My Rembrandt".
-    undo, redo : callable
-        Take it back; do it again.
-    size : int
-        Bytes that it keeps.
     place : Path or None
         Folder of the place that has to be open for it; None where any may be, or none.
     kept : callable
@@ -49,17 +43,8 @@ class Undoable:
 class UndoStack:
     """What was done, in order, wherever in the window it was.
 
-    Parameters
-    ----------
-    most_bytes : int, optional
-        Beyond it the oldest are forgotten.
-
     Attributes
     ----------
-    changed : Event
-        Something can be undone or redone that could not be before, or the reverse.
-    told : Event
-        Emits a sentence that says what was just undone or redone.
     give_up : callable
         Gives up what is under way and not yet in the list, as a stroke while the pen is down;
         gives whether there was anything. That comes before all that has been done.
@@ -153,25 +138,6 @@ class FileChange(Generic[T]):
 
     It is in the list from the moment it is asked for: whoever undoes at once undoes this, and
     nothing that came before it.
-
-    Parameters
-    ----------
-    stack : UndoStack
-        The window's.
-    files : InTurn
-        In whose turn files are changed.
-    words : str
-        See `Undoable`.
-    make : callable
-        Changes the files, on another thread; gives what `back` needs.
-    back : callable
-        Takes that back, on another thread.
-    made, undone : callable
-        Told what came of it.
-    failed : callable
-        Told of an error of `make` or `back`; the files are then as before.
-    before : callable, optional
-        Called each time before `make`.
     """
 
     def __init__(

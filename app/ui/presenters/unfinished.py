@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from app.core.places import PlaceSummary
     from app.ui.presenters.capturing import Recording
 
-__all__ = ["Unfinished", "left_over", "tidy", "unfinished"]
-
 _MOST_JOURNAL: Final = 4 << 20
 _OVER: Final = frozenset({"idle"})
 
@@ -32,18 +30,8 @@ class Unfinished:
 
     Attributes
     ----------
-    folder : Path
-        Of the place.
     session : Path or None
         Of the capture in it; None where the photographs were opened from files.
-    name : str
-        Of the place.
-    made_at : datetime
-    here, total : int
-        Frames that are here, and that were planned; 0 where that is not known.
-    plan : {"paper", "full"}
-    files : tuple of Path
-        Photographs that are here; of a capture only where its journal is lost.
     """
 
     folder: Path
@@ -79,15 +67,8 @@ def tidy(recording: Recording, *, given_up: bool = False) -> bool:
 
     Parameters
     ----------
-    recording : Recording
-        Of a capture that has ended.
     given_up : bool, optional
         The user stopped it: a part of a bracket stays on the camera and is not waited for.
-
-    Returns
-    -------
-    bool
-        Whether it was removed.
     """
     folder, session = recording.folder, recording.session
     if not recording.began or folder is None or session is None or session.parent != folder:
@@ -109,11 +90,6 @@ def tidy(recording: Recording, *, given_up: bool = False) -> bool:
 
 def unfinished(places: Path) -> tuple[Unfinished, ...]:
     """Look for places that can be finished; nothing is changed.
-
-    Parameters
-    ----------
-    places : Path
-        Folder of the places.
 
     Returns
     -------

@@ -12,8 +12,6 @@ if TYPE_CHECKING:
 
     from app.core.progress import Report
 
-__all__ = ["ImmediateRunner", "Runner"]
-
 T = TypeVar("T")
 
 
@@ -34,12 +32,6 @@ class Runner(Protocol):
 
         Parameters
         ----------
-        key : str
-            What the work is for.
-        work : callable
-            Takes a cancel token and a report; must not touch anything of the screens.
-        title : str, optional
-            Shown with the progress; work without one is not shown.
         done, failed, cancelled : callable, optional
             Exactly one of them is called, on the thread of the screens. A failure that nobody
             takes is told to the user.
@@ -53,13 +45,7 @@ class Runner(Protocol):
 
 
 class ImmediateRunner:
-    """Does everything at once, in the caller's thread: for tests.
-
-    Attributes
-    ----------
-    ran : list of str
-        Keys in the order of their work.
-    """
+    """Does everything at once, in the caller's thread: for tests."""
 
     def __init__(self) -> None:
         self.ran: list[str] = []

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.model import Model
     from app.ui.presenters.services import Services
 
-__all__ = ["ScreenKey", "ScreenPresenter", "make_presenter", "make_view", "screen_of"]
-
 ScreenKey: TypeAlias = Literal["probe", "styles", "paint", "turn", "light"]
 
 
@@ -41,17 +39,7 @@ class ScreenPresenter(Protocol):
 
 
 def screen_of(model: Model) -> ScreenKey:
-    """Say which screen belongs in front.
-
-    Parameters
-    ----------
-    model : Model
-        The window's.
-
-    Returns
-    -------
-    ScreenKey
-    """
+    """Say which screen belongs in front."""
     if model.step is Step.STYLES and model.painting is not None:
         return "paint"
     keys: dict[Step, ScreenKey] = {
@@ -64,21 +52,7 @@ def screen_of(model: Model) -> ScreenKey:
 
 
 def make_presenter(key: ScreenKey, services: Services, desk: Desk) -> ScreenPresenter:
-    """Make the presenter of a screen; it lives as long as the window.
-
-    Parameters
-    ----------
-    key : ScreenKey
-        Which screen.
-    services : Services
-        The window's.
-    desk : Desk
-        The window's.
-
-    Returns
-    -------
-    ScreenPresenter
-    """
+    """Make the presenter of a screen; it lives as long as the window."""
     if key == "probe":
         from app.ui.presenters.probe import ProbePresenter
 
@@ -101,22 +75,7 @@ def make_presenter(key: ScreenKey, services: Services, desk: Desk) -> ScreenPres
 
 
 def make_view(key: ScreenKey, presenter: Any, compact: bool) -> QWidget:
-    """Make the view of a screen; it is made anew when theme, scale or layout change.
-
-    Parameters
-    ----------
-    key : ScreenKey
-        Which screen.
-    presenter : ScreenPresenter
-        The one of the same key.
-    compact : bool
-        Whether the window is too narrow or too low for the full layout.
-
-    Returns
-    -------
-    QWidget
-        Not yet attached.
-    """
+    """Make the view of a screen; it is made anew when theme, scale or layout change."""
     if key == "probe":
         from app.ui.screens.probe import ProbeScreen
 

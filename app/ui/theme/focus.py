@@ -21,8 +21,6 @@ from PySide6.QtWidgets import QAbstractScrollArea, QApplication, QWidget
 
 from app.ui.theme.theme import theme
 
-__all__ = ["FocusRing", "install"]
-
 _WIDTH: Final = 2
 _GAP: Final = 2
 _MOVES: Final = frozenset(
@@ -79,13 +77,7 @@ def _shape(widget: QWidget) -> tuple[QRect, int]:
 
 
 class FocusRing(QObject):
-    """Moves the ring to where the keyboard is.
-
-    Parameters
-    ----------
-    app : QApplication
-        The application whose focus is followed; it owns this object.
-    """
+    """Moves the ring to where the keyboard is."""
 
     def __init__(self, app: QApplication) -> None:
         super().__init__(app)
@@ -182,11 +174,6 @@ class FocusRing(QObject):
 
 def install(app: QApplication) -> FocusRing:
     """Give the application its focus ring, once.
-
-    Parameters
-    ----------
-    app : QApplication
-        The application.
 
     Returns
     -------

@@ -10,8 +10,6 @@ from PySide6.QtGui import QFont, QFontDatabase
 from app.core.errors import CoreError
 from app.core.paths import resources
 
-__all__ = ["FAMILY", "WEIGHTS", "inter"]
-
 FAMILY: Final = "Inter"
 """Family name of the interface font."""
 
@@ -47,13 +45,6 @@ def inter(pixels: int, weight: int = 400) -> QFont:
     ----------
     pixels : int
         Height of the em in logical pixels, at least 1.
-    weight : int, optional
-        400, 500, 600 or 700.
-
-    Returns
-    -------
-    QFont
-        A copy of its own, with tabular figures.
 
     Raises
     ------

@@ -22,8 +22,6 @@ from app.ui.theme.tokens import DARK
 if TYPE_CHECKING:
     from PySide6.QtCore import QRect
 
-__all__ = ["ICONS", "draw_icon", "icon", "icon_pixmap"]
-
 # fmt: off
 ICONS: Final[tuple[str, ...]] = (
     "align", "arrow-down", "arrow-left", "arrow-right", "arrow-up", "battery", "bell", "brighter",
@@ -77,12 +75,8 @@ def icon_pixmap(name: str, size: int, colour: QColor, dpr: float = 1.0) -> QPixm
 
     Parameters
     ----------
-    name : str
-        One of `ICONS`.
     size : int
         Width and height in logical pixels, already scaled (``theme().px(20)``).
-    colour : QColor
-        Colour of the lines.
     dpr : float, optional
         Device pixels for each logical one.
 
@@ -115,16 +109,8 @@ def draw_icon(
 
     Parameters
     ----------
-    painter : QPainter
-        Where to; its scale decides the resolution.
-    name : str
-        One of `ICONS`.
-    rect : QRect or QRectF
-        Rectangle in the painter's coordinates.
     size : int
         Width and height in logical pixels, already scaled.
-    colour : QColor
-        Colour of the lines.
     """
     # Not the widget's own ratio: a widget may also be painted into a picture of another scale.
     dpr = painter.deviceTransform().m11()
@@ -138,13 +124,6 @@ def draw_icon(
 
 def icon(name: str, colour: QColor | None = None) -> QIcon:
     """Give an icon for Qt's own parts, such as menu entries, with its disabled look.
-
-    Parameters
-    ----------
-    name : str
-        One of `ICONS`.
-    colour : QColor, optional
-        Colour of the lines; the text colour by default.
 
     Returns
     -------

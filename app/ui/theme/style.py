@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from PySide6.QtGui import QPainter
     from PySide6.QtWidgets import QAbstractScrollArea, QApplication, QStyleOption, QWidget
 
-__all__ = ["apply", "bar_sheet", "dress_bars", "menu_sheet", "palette"]
-
 _BARS: Final = """
 QScrollBar:vertical {{ background: transparent; width: {bar}px; margin: 0; border: none; }}
 QScrollBar:horizontal {{ background: transparent; height: {bar}px; margin: 0; border: none; }}
@@ -103,11 +101,6 @@ class _Style(QProxyStyle):
 def palette(t: Theme) -> QPalette:
     """Give the palette that Qt's own parts are painted with.
 
-    Parameters
-    ----------
-    t : Theme
-        The theme to take the colours from.
-
     Returns
     -------
     QPalette
@@ -150,18 +143,7 @@ def _lengths(t: Theme) -> dict[str, int]:
 
 
 def bar_sheet(t: Theme) -> str:
-    """Give the style sheet of a scroll bar.
-
-    Parameters
-    ----------
-    t : Theme
-        The theme to take colours and sizes from.
-
-    Returns
-    -------
-    str
-        Qt style sheet, for the bar alone.
-    """
+    """Give the style sheet of a scroll bar."""
     gap = t.px(2)
     return _BARS.format(
         **_lengths(t),
@@ -175,11 +157,6 @@ def bar_sheet(t: Theme) -> str:
 
 def menu_sheet(t: Theme) -> str:
     """Give the style sheet of a menu.
-
-    Parameters
-    ----------
-    t : Theme
-        The theme to take colours and sizes from.
 
     Returns
     -------
@@ -202,13 +179,7 @@ def menu_sheet(t: Theme) -> str:
 
 
 def dress_bars(area: QAbstractScrollArea) -> None:
-    """Give an area's scroll bars the theme's look.
-
-    Parameters
-    ----------
-    area : QAbstractScrollArea
-        Just made; both its bars are dressed, a horizontal one that never shows is not.
-    """
+    """Give an area's scroll bars the theme's look."""
     sheet, never = bar_sheet(theme()), Qt.ScrollBarPolicy.ScrollBarAlwaysOff
     area.verticalScrollBar().setStyleSheet(sheet)
     if area.horizontalScrollBarPolicy() != never:
@@ -217,11 +188,6 @@ def dress_bars(area: QAbstractScrollArea) -> None:
 
 def apply(app: QApplication) -> None:
     """Give the whole application the current theme's palette, font, tool tips and focus ring.
-
-    Parameters
-    ----------
-    app : QApplication
-        The application; windows that are open are repainted by Qt.
 
     Raises
     ------

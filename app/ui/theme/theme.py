@@ -15,8 +15,6 @@ from PySide6.QtGui import QColor, QFont
 from app.ui.theme.fonts import inter
 from app.ui.theme.tokens import PALETTES, Palette, ThemeName
 
-__all__ = ["LINE_HEIGHTS", "SCALES", "Colours", "Theme", "set_theme", "theme"]
-
 SCALES: Final = (1.0, 2.0)
 """Smallest and largest scale of text and controls."""
 
@@ -73,21 +71,8 @@ class Colours:
 class Theme:
     """One theme at one scale; never changes once made.
 
-    Parameters
-    ----------
-    name : {"dark", "light", "contrast"}, optional
-        Which palette.
-    scale : float, optional
-        Factor on text and controls, held within `SCALES`.
-
     Attributes
     ----------
-    name : str
-        As given.
-    scale : float
-        As given, within the limits.
-    c : Colours
-        Colours by token, for example ``theme().c.amber``.
     line_width : int
         Width of edges and dividers, logical pixels: 2 in "contrast", otherwise 1.
 
@@ -115,11 +100,6 @@ class Theme:
         ----------
         length : float
             Length in logical pixels as designed.
-
-        Returns
-        -------
-        int
-            The length at this scale.
         """
         return int(length * self.scale + 0.5) if length >= 0 else -self.px(-length)
 
@@ -130,13 +110,6 @@ class Theme:
         ----------
         size : int
             Designed height of the em, logical pixels; the scale is applied to it.
-        weight : int, optional
-            400, 500, 600 or 700.
-
-        Returns
-        -------
-        QFont
-            A copy of its own.
         """
         font = inter(self.px(size), weight)
         if size >= _DISPLAY:
@@ -171,20 +144,7 @@ def theme() -> Theme:
 
 
 def set_theme(name: ThemeName, scale: float = 1.0) -> Theme:
-    """Change the current theme; what is already on screen must be rebuilt by its owner.
-
-    Parameters
-    ----------
-    name : {"dark", "light", "contrast"}
-        Which palette.
-    scale : float, optional
-        Factor on text and controls, held within 1 to 2.
-
-    Returns
-    -------
-    Theme
-        The new theme.
-    """
+    """Change the current theme; what is already on screen must be rebuilt by its owner."""
     new = Theme(name, scale)
     _current[:] = [new]
     return new

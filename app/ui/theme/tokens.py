@@ -10,8 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final, Literal, TypeAlias
 
-__all__ = ["CONTRAST", "DARK", "LIGHT", "PALETTES", "Palette", "ThemeName"]
-
 ThemeName: TypeAlias = Literal["dark", "light", "contrast"]
 """Name of a theme, as it stands in the settings."""
 
@@ -24,22 +22,6 @@ class Palette:
     ----------
     bg, panel, raised : str
         Window; rail, bars, columns and cards; what is selected, pressed or typed into.
-    well : str
-        Behind every picture.
-    line, ctl : str
-        Dividers and card edges; control edges and ticks.
-    text, dim, dis : str
-        Text, curves and meter fill; secondary text; disabled icons and labels.
-    amber, amberfill, onamber : str
-        The turn as text; the main button, dots and arcs; what stands on that.
-    sel, ok, err, focus : str
-        Selected edge; inside the arc or done; failed; focus ring.
-    track, track2 : str
-        Slider rail; empty part of a meter.
-    tag, ontag : str
-        Label on a picture, and its text.
-    plus, minus : str
-        Weights; the signs on them are black.
     """
 
     bg: str

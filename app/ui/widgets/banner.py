@@ -16,30 +16,9 @@ from app.ui.widgets.labels import Role, Text
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Banner", "Empty"]
-
 
 class Banner(Frame):
-    """A framed box: icon, bold sentence, text, and buttons.
-
-    Parameters
-    ----------
-    icon : str
-        Icon at the upper left.
-    title : str
-        Bold sentence.
-    text : str, optional
-        What follows from it.
-    actions : sequence of str, optional
-        Words on its buttons.
-    role : str, optional
-        Token of the icon's colour.
-
-    Attributes
-    ----------
-    pressed : Signal(int)
-        Number of the button that was pressed, from 0.
-    """
+    """A framed box: icon, bold sentence, text, and buttons."""
 
     pressed = Signal(int)
 
@@ -81,17 +60,7 @@ class Banner(Frame):
         actions: Sequence[str] = (),
         role: Role = "text",
     ) -> None:
-        """Change what it says; parameters as of the class.
-
-        Parameters
-        ----------
-        icon, title, text : str
-            Icon, bold sentence and text.
-        actions : sequence of str, optional
-            Words on its buttons.
-        role : str, optional
-            Token of the icon's colour.
-        """
+        """Change what it says; parameters as of the class."""
         self._icon.set(icon, role)
         self._title.set_text(title)
         self._text.set_text(text)
@@ -104,16 +73,6 @@ class Banner(Frame):
 
     def button(self, number: int = 0) -> Button:
         """Give one of its buttons, for example to show that it is busy.
-
-        Parameters
-        ----------
-        number : int, optional
-            From 0.
-
-        Returns
-        -------
-        Button
-            The button.
 
         Raises
         ------
@@ -128,19 +87,8 @@ class Empty(QWidget):
 
     Parameters
     ----------
-    sentence : str
-        What is missing.
-    action : str, optional
-        Words on the button; "" for none.
-    icon : str, optional
-        Icon above the sentence.
     second : str, optional
         Words on a second button.
-
-    Attributes
-    ----------
-    pressed : Signal(int)
-        Number of the button that was pressed, from 0.
     """
 
     pressed = Signal(int)
@@ -173,15 +121,7 @@ class Empty(QWidget):
         self.set(sentence, action, second)
 
     def set(self, sentence: str, action: str = "", second: str = "") -> None:
-        """Change what it says.
-
-        Parameters
-        ----------
-        sentence : str
-            What is missing.
-        action, second : str, optional
-            Words on the buttons; "" for none.
-        """
+        """Change what it says."""
         self._sentence.set_text(sentence)
         self.setAccessibleName(sentence)
         words = tuple(each for each in (action, second) if each)
@@ -191,16 +131,6 @@ class Empty(QWidget):
 
     def button(self, number: int = 0) -> Button:
         """Give one of its buttons.
-
-        Parameters
-        ----------
-        number : int, optional
-            From 0.
-
-        Returns
-        -------
-        Button
-            The button.
 
         Raises
         ------

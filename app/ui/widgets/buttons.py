@@ -27,17 +27,6 @@ from app.ui.widgets.tips import describe, set_available
 if TYPE_CHECKING:
     from app.ui.theme import Theme
 
-__all__ = [
-    "Button",
-    "IconButton",
-    "Kind",
-    "Look",
-    "Pressable",
-    "Size",
-    "button_look",
-    "name_step",
-]
-
 Kind: TypeAlias = Literal["outlined", "primary", "quiet"]
 """Outlined is the usual one; primary is amber, one per screen; quiet has no edge."""
 
@@ -58,10 +47,6 @@ class Look:
 
     Attributes
     ----------
-    fill, edge : QColor or None
-        Inside and edge.
-    ink : QColor
-        Text and icon.
     width : int
         Width of the edge, logical pixels.
     """
@@ -73,15 +58,7 @@ class Look:
 
 
 class Pressable(QAbstractButton):
-    """A button that knows its states and paints nothing yet.
-
-    Parameters
-    ----------
-    name : str
-        Accessible name and tool tip.
-    tip : str, optional
-        Tool tip in place of the name; "" for none.
-    """
+    """A button that knows its states and paints nothing yet."""
 
     def __init__(self, name: str, tip: str | None = None) -> None:
         super().__init__()
@@ -95,27 +72,11 @@ class Pressable(QAbstractButton):
         self.setShortcut(QKeySequence())
 
     def set_available(self, available: bool, why: str = "") -> None:
-        """Enable or disable it; while it is disabled, its tool tip says why.
-
-        Parameters
-        ----------
-        available : bool
-            Whether it can be used now.
-        why : str, optional
-            One sentence.
-        """
+        """Enable or disable it; while it is disabled, its tool tip says why."""
         set_available(self, available, why)
 
     def set_tip(self, tip: str, shortcut: str = "") -> None:
-        """Change the tool tip; the accessible name stays.
-
-        Parameters
-        ----------
-        tip : str
-            What it does.
-        shortcut : str, optional
-            Keys that do the same, for example "Ctrl Z".
-        """
+        """Change the tool tip; the accessible name stays."""
         describe(self, self.accessibleName(), shortcut, tip)
 
     def hovered(self) -> bool:
@@ -145,20 +106,7 @@ def _primary_look(t: Theme, button: Pressable) -> Look:
 
 
 def button_look(button: Pressable, kind: Kind = "outlined") -> Look:
-    """Decide how a button looks in its present state.
-
-    Parameters
-    ----------
-    button : Pressable
-        Asked for its state: enabled, checked, under the mouse, pressed.
-    kind : {"outlined", "primary", "quiet"}, optional
-        Which button it is.
-
-    Returns
-    -------
-    Look
-        Its colours.
-    """
+    """Decide how a button looks in its present state."""
     t = theme()
     c = t.c
     if not button.isEnabled():
@@ -177,23 +125,7 @@ def button_look(button: Pressable, kind: Kind = "outlined") -> Look:
 
 
 class Button(Pressable):
-    """A button with words, and an icon before or after them.
-
-    Parameters
-    ----------
-    text : str
-        What it does, or its label.
-    icon : str, optional
-        Icon before the words.
-    kind : {"outlined", "primary", "quiet"}, optional
-        Primary is amber, and there is one on a screen.
-    size : {"normal", "main", "small"}, optional
-        40, 48 or 32 high.
-    trailing : str, optional
-        Icon after the words, such as "chevron-down" where a menu opens.
-    checkable : bool, optional
-        Whether it stays pressed.
-    """
+    """A button with words, and an icon before or after them."""
 
     def __init__(
         self,
@@ -222,8 +154,6 @@ class Button(Pressable):
 
         Parameters
         ----------
-        text : str
-            New words, which are the accessible name as well.
         icon : str, optional
             New icon; None keeps the old one.
         """
@@ -320,23 +250,7 @@ class Button(Pressable):
 
 
 class IconButton(Pressable):
-    """A square button with an icon only; its tool tip says what it does.
-
-    Parameters
-    ----------
-    icon : str
-        Name of the icon.
-    name : str
-        What it does: accessible name and tool tip.
-    checkable : bool, optional
-        Whether it stays pressed.
-    kind : {"outlined", "quiet"}, optional
-        With or without an edge.
-    size : {"normal", "main", "small"}, optional
-        40, 48 or 32 a side.
-    shortcut : str, optional
-        Keys that do the same, shown in the tool tip.
-    """
+    """A square button with an icon only; its tool tip says what it does."""
 
     def __init__(
         self,
@@ -358,13 +272,7 @@ class IconButton(Pressable):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def set_icon(self, icon: str) -> None:
-        """Change the icon.
-
-        Parameters
-        ----------
-        icon : str
-            Name of the new icon.
-        """
+        """Change the icon."""
         if icon != self._icon:
             self._icon = icon
             self.update()

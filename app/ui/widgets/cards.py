@@ -12,23 +12,11 @@ from app.ui.theme import theme
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.paint import box, hover_fill, selected_edge
 
-__all__ = ["Card", "Frame"]
-
 _RADIUS: Final = 8
 
 
 class Frame(QWidget):
-    """A flat rectangle with an edge, to put a layout into; it cannot be pressed.
-
-    Parameters
-    ----------
-    fill : {"panel", "raised", "none"}, optional
-        Surface.
-    edge : {"line", "ctl", "none"}, optional
-        Edge.
-    dashed : bool, optional
-        Whether the edge is dashed, as where something can be dropped.
-    """
+    """A flat rectangle with an edge, to put a layout into; it cannot be pressed."""
 
     def __init__(self, fill: str = "panel", edge: str = "line", dashed: bool = False) -> None:
         super().__init__()
@@ -46,20 +34,7 @@ class Frame(QWidget):
 
 
 class Card(Pressable):
-    """A frame that can be chosen; derive from it and paint what it shows in `paint_content`.
-
-    Parameters
-    ----------
-    name : str
-        What it is, read out when it gets the focus.
-    dashed : bool, optional
-        Whether the edge is dashed, as on "Paint a new style".
-
-    Attributes
-    ----------
-    opened : Signal()
-        A double click, or Enter.
-    """
+    """A frame that can be chosen; derive from it and paint what it shows in `paint_content`."""
 
     opened = Signal()
 
@@ -78,13 +53,7 @@ class Card(Pressable):
         return self._selected
 
     def set_selected(self, selected: bool) -> None:
-        """Show whether it is the chosen one.
-
-        Parameters
-        ----------
-        selected : bool
-            Whether it is.
-        """
+        """Show whether it is the chosen one."""
         if selected != self._selected:
             self._selected = selected
             self.setAccessibleDescription("chosen" if selected else "")
@@ -121,10 +90,4 @@ class Card(Pressable):
         self.paint_content(painter)
 
     def paint_content(self, painter: QPainter) -> None:
-        """Paint what the card shows; nothing here.
-
-        Parameters
-        ----------
-        painter : QPainter
-            On the card, after its frame.
-        """
+        """Paint what the card shows; nothing here."""

@@ -14,8 +14,6 @@ from app.ui.widgets.buttons import Pressable, button_look
 from app.ui.widgets.paint import box, put_text, text_width
 from app.ui.widgets.tips import describe
 
-__all__ = ["Chip"]
-
 _HEIGHT: Final = 32
 _PADDING: Final = 13
 _ICON: Final = 16
@@ -23,17 +21,7 @@ _GAP: Final = 8
 
 
 class Chip(Pressable):
-    """A chip with icon and words; it can be pressed.
-
-    Parameters
-    ----------
-    icon : str
-        Icon before the words; "" for none.
-    text : str
-        What it says.
-    menu : bool, optional
-        Whether it opens a menu, shown by an arrow.
-    """
+    """A chip with icon and words; it can be pressed."""
 
     def __init__(self, icon: str, text: str, menu: bool = False) -> None:
         super().__init__(text, tip="")
@@ -44,17 +32,7 @@ class Chip(Pressable):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def set(self, icon: str, text: str, warning: str = "") -> None:
-        """Change what it says.
-
-        Parameters
-        ----------
-        icon : str
-            Icon before the words.
-        text : str
-            The words.
-        warning : str, optional
-            Words of a warning, shown after the others with a warning icon; "" for none.
-        """
+        """Change what it says."""
         if (icon, text, warning) == (self._icon, self.text(), self._warning):
             return
         self._icon, self._warning = icon, warning

@@ -14,8 +14,6 @@ from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.labels import Text
 from app.ui.widgets.paint import box
 
-__all__ = ["Sheet"]
-
 Side: TypeAlias = Literal["centre", "right", "top"]
 
 _SCRIM: Final = 0.6
@@ -51,23 +49,8 @@ class Sheet(QWidget):
 
     Parameters
     ----------
-    host : QWidget
-        Window that it lies over; it follows its size.
-    title : str
-        Title and accessible name.
-    width : int, optional
-        Width of the panel as designed; narrower where the window is.
     side : {"centre", "right", "top"}, optional
         In the middle, a column at the right edge, or in the middle near the top.
-
-    Attributes
-    ----------
-    body : QVBoxLayout
-        Where the content goes.
-    foot : QHBoxLayout
-        Row of buttons under it, right-aligned; see `add_button`.
-    closed : Signal()
-        After it was closed, however that happened.
     """
 
     closed = Signal()
@@ -108,34 +91,16 @@ class Sheet(QWidget):
         self.hide()
 
     def set_title(self, title: str) -> None:
-        """Change the title.
-
-        Parameters
-        ----------
-        title : str
-            The new one.
-        """
+        """Change the title."""
         self._title.set_text(title)
         self.setAccessibleName(title)
 
     def add_button(self, button: Button) -> None:
-        """Put a button into the foot, to the right of those already there.
-
-        Parameters
-        ----------
-        button : Button
-            Taken over by the sheet.
-        """
+        """Put a button into the foot, to the right of those already there."""
         self.foot.addWidget(button)
 
     def open(self, focus: QWidget | None = None) -> None:
-        """Show it over everything in the window.
-
-        Parameters
-        ----------
-        focus : QWidget, optional
-            Which part gets the keyboard; the first one in the body by default.
-        """
+        """Show it over everything in the window."""
         self._back = self.window().focusWidget()
         self.setGeometry(self._host.rect())
         self.show()

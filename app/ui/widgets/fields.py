@@ -28,8 +28,6 @@ from app.ui.widgets.tips import describe
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["ListField", "TextField"]
-
 _PADDING: Final = 12
 
 
@@ -97,28 +95,7 @@ class _Line(QLineEdit):
 
 
 class TextField(_Labelled):
-    """A line of text with its label.
-
-    Parameters
-    ----------
-    label : str
-        Label above it and accessible name.
-    placeholder : str, optional
-        Example, shown while it is empty.
-    icon : str, optional
-        Icon in front of the text.
-    show_label : bool, optional
-        Whether the label is printed.
-
-    Attributes
-    ----------
-    changed : Signal(str)
-        The text after each key.
-    entered : Signal(str)
-        The text when Enter is pressed.
-    edit : QLineEdit
-        The line itself.
-    """
+    """A line of text with its label."""
 
     changed = Signal(str)
     entered = Signal(str)
@@ -148,24 +125,12 @@ class TextField(_Labelled):
         return self.edit.text()
 
     def set_text(self, text: str) -> None:
-        """Change the text without telling anybody.
-
-        Parameters
-        ----------
-        text : str
-            The new text; the same one leaves the cursor where it is.
-        """
+        """Change the text without telling anybody."""
         if text != self.edit.text():
             self.edit.setText(text)
 
     def set_error(self, sentence: str) -> None:
-        """Show what is wrong with the text.
-
-        Parameters
-        ----------
-        sentence : str
-            One sentence under the line; "" when all is well.
-        """
+        """Show what is wrong with the text."""
         self._error.say(sentence)
         self._line.wrong = bool(sentence)
         self._line.setAccessibleDescription(sentence)
@@ -260,19 +225,8 @@ class ListField(_Labelled):
 
     Parameters
     ----------
-    label : str
-        Label above it and accessible name.
     items : sequence of (key, text, second line) or Entry
         What can be chosen; the first one is. A second line makes the field 56 high.
-    icon : str, optional
-        Icon in front, for entries that have none of their own.
-    show_label : bool, optional
-        Whether the label is printed.
-
-    Attributes
-    ----------
-    chosen : Signal(str)
-        Key of what the user chose; not sent by `choose`.
     """
 
     chosen = Signal(str)
@@ -326,11 +280,6 @@ class ListField(_Labelled):
 
     def choose(self, key: str) -> None:
         """Choose without telling anybody.
-
-        Parameters
-        ----------
-        key : str
-            Key of an entry.
 
         Raises
         ------

@@ -10,8 +10,6 @@ from PySide6.QtWidgets import QFileDialog
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QWidget
 
-__all__ = ["ask_file", "ask_files", "ask_folder", "ask_target"]
-
 # A dialog belongs to the window. A screen may be rebuilt while its dialog is open, and would take
 # it down in the middle of its own event loop.
 

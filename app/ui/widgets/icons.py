@@ -15,23 +15,9 @@ from app.ui.widgets.paint import box
 if TYPE_CHECKING:
     from app.ui.widgets.labels import Role
 
-__all__ = ["Icon", "Sign", "draw_sign"]
-
 
 class Icon(QWidget):
-    """A picture without a function; what it means stands beside it in words.
-
-    Parameters
-    ----------
-    name : str
-        Name of the icon.
-    size : int, optional
-        16, 20, 24 or 28 as designed.
-    role : str, optional
-        Token of its colour.
-    says : str, optional
-        What it means, where no words do.
-    """
+    """A picture without a function; what it means stands beside it in words."""
 
     def __init__(self, name: str, size: int = 20, role: Role = "text", says: str = "") -> None:
         super().__init__()
@@ -47,8 +33,6 @@ class Icon(QWidget):
 
         Parameters
         ----------
-        name : str
-            Name of the icon.
         role : str, optional
             Token of its colour; None keeps the old one.
         """
@@ -69,17 +53,7 @@ class Icon(QWidget):
 
 
 def draw_sign(painter: QPainter, rect: QRect | QRectF, sign: Literal["plus", "minus"]) -> None:
-    """Paint a black plus on orange, or a black minus on blue.
-
-    Parameters
-    ----------
-    painter : QPainter
-        Where to.
-    rect : QRect or QRectF
-        Square that it fills.
-    sign : {"plus", "minus"}
-        Light helps or should be added; light harms or should be taken away.
-    """
+    """Paint a black plus on orange, or a black minus on blue."""
     area = QRectF(rect)
     box(painter, area, area.width() / 5, getattr(theme().c, sign))
     painter.save()
@@ -95,15 +69,7 @@ def draw_sign(painter: QPainter, rect: QRect | QRectF, sign: Literal["plus", "mi
 
 
 class Sign(QWidget):
-    """The sign of a weight in front of what it means.
-
-    Parameters
-    ----------
-    sign : {"plus", "minus"}
-        Which one.
-    size : int, optional
-        Width and height as designed.
-    """
+    """The sign of a weight in front of what it means."""
 
     def __init__(self, sign: Literal["plus", "minus"], size: int = 16) -> None:
         super().__init__()

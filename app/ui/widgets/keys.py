@@ -11,23 +11,13 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from app.ui.theme import theme
 from app.ui.widgets.paint import MIDDLE, box, put_text, text_width
 
-__all__ = ["KeyHint"]
-
 _HEIGHT: Final = 20
 _PADDING: Final = 7
 _GAP: Final = 8
 
 
 class KeyHint(QWidget):
-    """A key in its frame, and what it does.
-
-    Parameters
-    ----------
-    keys : str
-        As printed on it, for example "Ctrl K".
-    words : str
-        What it does.
-    """
+    """A key in its frame, and what it does."""
 
     def __init__(self, keys: str, words: str) -> None:
         super().__init__()
@@ -37,15 +27,7 @@ class KeyHint(QWidget):
         self._describe()
 
     def set(self, keys: str, words: str) -> None:
-        """Change both.
-
-        Parameters
-        ----------
-        keys : str
-            As printed on it.
-        words : str
-            What it does.
-        """
+        """Change both."""
         if (keys, words) != (self._keys, self._words):
             self._keys, self._words = keys, words
             self._describe()

@@ -19,8 +19,6 @@ from PySide6.QtWidgets import QLabel, QSizePolicy
 from app.ui.theme import theme
 from app.ui.widgets.paint import text_width
 
-__all__ = ["Role", "Text"]
-
 Role: TypeAlias = Literal["text", "dim", "amber", "ok", "err"]
 """Token that a text takes its colour from."""
 
@@ -33,21 +31,11 @@ class Text(QLabel):
 
     Parameters
     ----------
-    text : str
-        What it says; line breaks are kept.
-    size : int, optional
-        Type size as designed; the scale is applied.
-    weight : int, optional
-        400, 500, 600 or 700.
     role : str, optional
         "text", "dim", "amber", "ok" or "err".
-    wrap : bool, optional
-        Whether long lines are broken.
     elide : bool, optional
         Whether it may become narrower than it needs and then ends in "…", with the whole text
         as tool tip.
-    align : Qt.AlignmentFlag, optional
-        Horizontal alignment.
     """
 
     def __init__(
@@ -79,13 +67,7 @@ class Text(QLabel):
             self.setSizePolicy(policy)
 
     def set_text(self, text: str) -> None:
-        """Change what it says.
-
-        Parameters
-        ----------
-        text : str
-            The new text; the same one changes nothing.
-        """
+        """Change what it says."""
         if text != self.text():
             self._lines = None
             self.setText(text)

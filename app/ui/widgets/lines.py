@@ -14,29 +14,14 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["PictureLine"]
-
 
 class PictureLine(Frame):
     """A framed line: a picture, words one below the other, and what can be done with it.
 
     Parameters
     ----------
-    name : str
-        What the picture shows.
     picture : (h, w, 3) uint8 or None
         sRGB, as for `Picture.set_picture`; None leaves its place empty.
-    size : tuple of int
-        Width and height of the picture, in units of the theme.
-    raised : bool, optional
-        Whether it stands out of the list.
-
-    Attributes
-    ----------
-    row : QHBoxLayout
-        Of the whole line: what can be done is added to it.
-    words : QVBoxLayout
-        Beside the picture.
     """
 
     def __init__(

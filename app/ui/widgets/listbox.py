@@ -36,8 +36,6 @@ from app.ui.widgets.paint import box, hover_fill, put_text
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Entry", "ListPopup"]
-
 _KEY: Final = Qt.ItemDataRole.UserRole
 _SECOND: Final = Qt.ItemDataRole.UserRole + 1
 _ICON: Final = Qt.ItemDataRole.UserRole + 2
@@ -45,19 +43,7 @@ _MOST_ROWS: Final = 8
 
 
 class Entry(NamedTuple):
-    """One line of a list.
-
-    Attributes
-    ----------
-    key : str
-        What stands for it in the program.
-    text : str
-        First line.
-    second : str
-        Second line; "" for none.
-    icon : str
-        Icon before it; "" for none.
-    """
+    """One line of a list."""
 
     key: str
     text: str
@@ -117,20 +103,7 @@ class _Rows(QStyledItemDelegate):
 
 
 class ListPopup(QFrame):
-    """A list that closes when something is chosen, and on Esc.
-
-    Parameters
-    ----------
-    parent : QWidget
-        What it drops from.
-    name : str
-        What is chosen here, for those who cannot see it.
-
-    Attributes
-    ----------
-    chosen : Signal(str)
-        Key of what was chosen.
-    """
+    """A list that closes when something is chosen, and on Esc."""
 
     chosen = Signal(str)
 
@@ -164,12 +137,6 @@ class ListPopup(QFrame):
 
         Parameters
         ----------
-        under : QWidget
-            Widget whose left edge and width it takes.
-        entries : sequence of Entry
-            What can be chosen.
-        chosen : str
-            Key of what is chosen now; it gets a check.
         width : int, optional
             Least width in logical pixels.
         """

@@ -16,19 +16,9 @@ if TYPE_CHECKING:
 
     from PySide6.QtGui import QAction
 
-__all__ = ["Menu"]
-
 
 class Menu(QMenu):
-    """A menu with round corners; entries have an icon and say why they are disabled.
-
-    Parameters
-    ----------
-    parent : QWidget
-        What it belongs to.
-    name : str, optional
-        What it offers, for those who cannot see it.
-    """
+    """A menu with round corners; entries have an icon and say why they are disabled."""
 
     def __init__(self, parent: QWidget, name: str = "Menu") -> None:
         super().__init__(parent)
@@ -48,26 +38,7 @@ class Menu(QMenu):
         shortcut: str = "",
         why: str = "",
     ) -> QAction:
-        """Add an entry.
-
-        Parameters
-        ----------
-        text : str
-            What it does.
-        do : callable
-            Called when it is chosen.
-        icon_name : str, optional
-            Icon before it.
-        shortcut : str, optional
-            Keys printed at its right; they are not bound here.
-        why : str, optional
-            Why it is disabled; "" when it is not.
-
-        Returns
-        -------
-        QAction
-            The entry.
-        """
+        """Add an entry."""
         # In a title these are letters, not the sign of a key and of a column.
         plain = text.replace("&", "&&").replace("\t", " ")
         action = self.addAction(f"{plain}\t{shortcut}" if shortcut else plain)
@@ -79,11 +50,5 @@ class Menu(QMenu):
         return action
 
     def drop(self, under: QWidget) -> None:
-        """Open it under a widget without waiting for an answer.
-
-        Parameters
-        ----------
-        under : QWidget
-            Usually the button that opens it.
-        """
+        """Open it under a widget without waiting for an answer."""
         self.popup(under.mapToGlobal(QPoint(0, under.height() + theme().px(4))))

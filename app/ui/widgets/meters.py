@@ -11,8 +11,6 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from app.ui.theme import theme
 from app.ui.widgets.paint import box, mix
 
-__all__ = ["Meter", "draw_meter"]
-
 _RAIL: Final = 4
 _TICK: Final = 8
 _GAIN_TONE: Final = 0.45
@@ -31,18 +29,10 @@ def draw_meter(
 
     Parameters
     ----------
-    painter : QPainter
-        Where to.
-    rect : QRect or QRectF
-        Its width is 100; the rail is 4 high in its middle, the tick 8.
     value : float
         0 to 100.
     limit : float or None, optional
         Where the tick stands; None for no tick.
-    before : float, optional
-        Value without the lamp: what is gained above it is painted in 45 % tone.
-    fill : QColor, optional
-        Colour of the filled part; the text colour by default.
     """
     t = theme()
     ink = fill or t.c.text
@@ -72,13 +62,7 @@ def _part(painter: QPainter, rail: QRectF, value: float, colour: QColor) -> None
 
 
 class Meter(QWidget):
-    """A meter 4 high.
-
-    Parameters
-    ----------
-    name : str, optional
-        What is measured, for those who cannot see it.
-    """
+    """A meter 4 high."""
 
     def __init__(self, name: str = "Match") -> None:
         super().__init__()
@@ -96,8 +80,6 @@ class Meter(QWidget):
             0 to 100.
         limit : float or None, optional
             Where the tick stands; None for no tick.
-        before : float, optional
-            Value without the lamp; the gain above it is painted in 45 % tone.
         """
         if (value, limit, before) != self._shown:
             self._shown = (value, limit, before)

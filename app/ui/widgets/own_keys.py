@@ -10,19 +10,11 @@ from PySide6.QtGui import QKeyEvent
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QWidget
 
-__all__ = ["OwnKeys"]
-
 _KEYS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Escape})
 
 
 class OwnKeys(QObject):
-    """Lets Enter and Esc reach a control that has the focus, before they become shortcuts.
-
-    Parameters
-    ----------
-    *widgets : QWidget
-        The controls; the first one owns this object.
-    """
+    """Lets Enter and Esc reach a control that has the focus, before they become shortcuts."""
 
     def __init__(self, *widgets: QWidget) -> None:
         super().__init__(widgets[0])

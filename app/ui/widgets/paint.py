@@ -9,18 +9,6 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 
 from app.ui.theme import Theme, theme
 
-__all__ = [
-    "LEFT",
-    "MIDDLE",
-    "RIGHT",
-    "box",
-    "hover_fill",
-    "mix",
-    "put_text",
-    "selected_edge",
-    "text_width",
-]
-
 LEFT: Final = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 MIDDLE: Final = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignVCenter
 RIGHT: Final = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
@@ -31,15 +19,8 @@ def mix(first: QColor, second: QColor, share: float) -> QColor:
 
     Parameters
     ----------
-    first, second : QColor
-        Opaque colours.
     share : float
         How much of the second, 0 to 1.
-
-    Returns
-    -------
-    QColor
-        Opaque colour.
     """
     pairs = zip(first.getRgb()[:3], second.getRgb()[:3], strict=True)  # type: ignore[index]
     return QColor(*(round(a + (b - a) * share) for a, b in pairs))
@@ -63,18 +44,10 @@ def box(
 
     Parameters
     ----------
-    painter : QPainter
-        Where to.
     rect : QRect or QRectF
         Outer rectangle, logical pixels.
-    radius : float
-        Radius of its outer corners.
     fill, edge : QColor, optional
         None leaves it out.
-    width : float, optional
-        Width of the edge.
-    dashed : bool, optional
-        Dashes of 4 with gaps of 3.
     """
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
@@ -108,23 +81,7 @@ def put_text(
     colour: QColor,
     align: Qt.AlignmentFlag = LEFT,
 ) -> None:
-    """Paint one line of text; what does not fit ends in an ellipsis.
-
-    Parameters
-    ----------
-    painter : QPainter
-        Where to.
-    rect : QRect or QRectF
-        The line is centred in its height.
-    text : str
-        Without line breaks.
-    font : QFont
-        From ``theme().font``.
-    colour : QColor
-        Colour of the letters.
-    align : Qt.AlignmentFlag, optional
-        `LEFT`, `MIDDLE` or `RIGHT`.
-    """
+    """Paint one line of text; what does not fit ends in an ellipsis."""
     area = QRectF(rect)
     shown = QFontMetricsF(font).elidedText(text, Qt.TextElideMode.ElideRight, area.width() + 0.5)
     painter.setFont(font)

@@ -16,8 +16,6 @@ from app.ui.widgets.tags import Anchor, draw_tag, tag_size
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Corner", "Picture", "to_image"]
-
 Corner: TypeAlias = Literal["tl", "tr", "bl", "br"]
 
 _TAG_INSET: Final = 8
@@ -30,11 +28,6 @@ def to_image(picture: NDArray[np.uint8]) -> QImage:
     ----------
     picture : ndarray, (h, w, 3) uint8
         sRGB, row 0 on top.
-
-    Returns
-    -------
-    QImage
-        Same size, independent of the array.
 
     Raises
     ------
@@ -50,15 +43,7 @@ def to_image(picture: NDArray[np.uint8]) -> QImage:
 
 
 class Picture(QWidget):
-    """A picture, cropped to fill the place it has.
-
-    Parameters
-    ----------
-    name : str
-        What it shows, for those who cannot see it.
-    radius : int, optional
-        Radius of the corners as designed.
-    """
+    """A picture, cropped to fill the place it has."""
 
     def __init__(self, name: str, radius: int = 6) -> None:
         super().__init__()
@@ -90,15 +75,7 @@ class Picture(QWidget):
         self._changed()
 
     def set_tag(self, text: str, corner: Corner = "bl") -> None:
-        """Put a label into a corner.
-
-        Parameters
-        ----------
-        text : str
-            The words; "" takes the label away.
-        corner : {"tl", "tr", "bl", "br"}, optional
-            Where it stands.
-        """
+        """Put a label into a corner."""
         if self._tags.get(corner, "") != text:
             self._tags[corner] = text
             self.update()

@@ -10,8 +10,6 @@ from PySide6.QtWidgets import QProgressBar, QSizePolicy, QWidget
 
 from app.ui.theme import theme
 
-__all__ = ["Bar", "Spinner", "draw_ring"]
-
 _STEPS: Final = 1000
 _TICK_MS: Final = 40
 _TURN_DEG: Final = 16
@@ -23,12 +21,6 @@ def draw_ring(painter: QPainter, rect: QRect | QRectF, colour: QColor, phase_deg
 
     Parameters
     ----------
-    painter : QPainter
-        Where to.
-    rect : QRect or QRectF
-        Square that it fills.
-    colour : QColor
-        Colour of the moving part; the rest is the same at a quarter of its strength.
     phase_deg : float
         Where the moving part starts, clockwise from the top.
     """
@@ -49,13 +41,7 @@ def draw_ring(painter: QPainter, rect: QRect | QRectF, colour: QColor, phase_deg
 
 
 class Beat:
-    """A timer that repaints a widget while it is busy and can be seen.
-
-    Parameters
-    ----------
-    widget : QWidget
-        What is repainted; it owns the timer.
-    """
+    """A timer that repaints a widget while it is busy and can be seen."""
 
     def __init__(self, widget: QWidget) -> None:
         self._widget = widget
@@ -81,15 +67,7 @@ class Beat:
 
 
 class Spinner(QWidget):
-    """A ring that turns while something is under way.
-
-    Parameters
-    ----------
-    name : str, optional
-        What is under way, for those who cannot see it.
-    size : int, optional
-        Width and height as designed.
-    """
+    """A ring that turns while something is under way."""
 
     def __init__(self, name: str = "Working", size: int = 16) -> None:
         super().__init__()
@@ -114,13 +92,7 @@ class Spinner(QWidget):
 
 
 class Bar(QProgressBar):
-    """A bar of 160 x 4 in neutral colours.
-
-    Parameters
-    ----------
-    name : str, optional
-        What is under way, for those who cannot see it.
-    """
+    """A bar of 160 x 4 in neutral colours."""
 
     def __init__(self, name: str = "Progress") -> None:
         super().__init__()

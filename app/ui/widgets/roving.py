@@ -12,8 +12,6 @@ from PySide6.QtWidgets import QWidget
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Roving"]
-
 _WAYS = {
     Qt.Key.Key_Left: (-1, 0),
     Qt.Key.Key_Right: (1, 0),
@@ -27,16 +25,6 @@ class Roving(QObject):
 
     Where an arrow leads is decided by where the widgets lie, so that a grid may have any
     number of columns.
-
-    Parameters
-    ----------
-    parent : QWidget
-        What holds the widgets; it owns this object.
-
-    Attributes
-    ----------
-    moved : Signal(QWidget)
-        The widget that the keyboard moved to.
     """
 
     moved = Signal(QWidget)

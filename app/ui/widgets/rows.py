@@ -8,8 +8,6 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.ui.theme import theme
 
-__all__ = ["Divider"]
-
 
 class Divider(QWidget):
     """A line, as wide as edges are.

@@ -16,8 +16,6 @@ from app.ui.widgets.tips import describe
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Segmented"]
-
 Item: TypeAlias = "tuple[str, str] | tuple[str, str, str]"
 
 _INSET: Final = 3
@@ -107,16 +105,9 @@ class Segmented(QWidget):
     ----------
     items : sequence of (key, text) or (key, text, second line)
         The parts, from left to right; the first one is chosen.
-    name : str
-        What is chosen here, for those who cannot see it.
     equal : bool, optional
         Whether all parts are equally wide and fill the width there is; otherwise each is as
         wide as its words.
-
-    Attributes
-    ----------
-    chosen : Signal(str)
-        The key of what the user chose; not sent by `choose`.
     """
 
     chosen = Signal(str)
@@ -150,11 +141,6 @@ class Segmented(QWidget):
     def choose(self, key: str) -> None:
         """Choose a part without telling anybody.
 
-        Parameters
-        ----------
-        key : str
-            Key of a part.
-
         Raises
         ------
         KeyError
@@ -170,10 +156,6 @@ class Segmented(QWidget):
 
         Parameters
         ----------
-        key : str
-            Key of the part.
-        text : str
-            New first line.
         second : str, optional
             New second line; None keeps the old one.
         """

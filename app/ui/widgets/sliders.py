@@ -15,8 +15,6 @@ from app.ui.widgets.paint import RIGHT, put_text, text_width
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-__all__ = ["LabelledSlider"]
-
 _RAIL: Final = 4
 _KNOB: Final = 16
 _HIT: Final = 32
@@ -37,23 +35,8 @@ class LabelledSlider(QSlider):
 
     Parameters
     ----------
-    name : str
-        Label and accessible name.
-    minimum, maximum, value, step : float
-        Ends, first value and distance of neighbouring values, in whatever unit `words` prints.
     words : callable
         Gives the printed value, for example ``lambda v: f"{v:.0f} px"``.
-    default : float, optional
-        Where a double click goes; `value` by default.
-    inline : bool, optional
-        Whether label, rail and value share one line.
-
-    Attributes
-    ----------
-    changed : Signal(float)
-        Each value that the user sets while dragging or stepping; not sent by `set_value`.
-    settled : Signal(float)
-        The value when a drag ends, and after each single step.
 
     Raises
     ------
@@ -97,13 +80,7 @@ class LabelledSlider(QSlider):
         return self._low + self.value() * self._step
 
     def set_value(self, value: float) -> None:
-        """Move the knob without telling anybody.
-
-        Parameters
-        ----------
-        value : float
-            Taken to the nearest step within the ends; while the user drags, nothing happens.
-        """
+        """Move the knob without telling anybody."""
         if not self.isSliderDown() and math.isfinite(value):
             self._put(round((value - self._low) / self._step))
 

@@ -12,21 +12,11 @@ from shiboken6 import isValid
 from app.ui.theme import theme
 from app.ui.theme.style import dress_bars
 
-__all__ = ["Room", "Scroll", "Surface"]
-
 Side: TypeAlias = Literal["left", "right", "top", "bottom"]
 
 
 class Surface(QWidget):
-    """A column or bar: one colour, and a line on the sides that touch others.
-
-    Parameters
-    ----------
-    fill : str, optional
-        Token of its colour.
-    lines : tuple of {"left", "right", "top", "bottom"}, optional
-        Sides with a line, inside the surface.
-    """
+    """A column or bar: one colour, and a line on the sides that touch others."""
 
     def __init__(self, fill: str = "panel", lines: tuple[Side, ...] = ()) -> None:
         super().__init__()
@@ -51,15 +41,7 @@ class Surface(QWidget):
 
 
 class Scroll(QScrollArea):
-    """An area that scrolls up and down with a slim bar, and lets the background through.
-
-    Parameters
-    ----------
-    content : QWidget, optional
-        What is scrolled; it gets the width there is.
-    height : int, optional
-        What it would like to have as designed, where there is room for it.
-    """
+    """An area that scrolls up and down with a slim bar, and lets the background through."""
 
     bar_changed = Signal(int)
     """The bar came or went: its width, logical pixels, 0 without one."""
@@ -105,13 +87,7 @@ class Scroll(QScrollArea):
             self.bar_changed.emit(bar.sizeHint().width() if high > 0 else 0)
 
     def keep_visible(self, widget: QWidget) -> None:
-        """Scroll as little as possible so that a widget inside can be seen.
-
-        Parameters
-        ----------
-        widget : QWidget
-            Somewhere inside the content.
-        """
+        """Scroll as little as possible so that a widget inside can be seen."""
         margin = theme().px(8)
         self.ensureWidgetVisible(widget, margin, margin)
 
@@ -120,13 +96,6 @@ class Room(Scroll):
     """Part of a screen that scrolls both ways once there is less room than it needs.
 
     Only large text in a small window comes to that; nothing then overlaps or is cut off.
-
-    Parameters
-    ----------
-    content : QWidget
-        Fills the room there is.
-    width, height : int
-        Least size of the content as designed; the scale is applied.
     """
 
     def __init__(self, content: QWidget, width: int, height: int) -> None:

@@ -17,8 +17,6 @@ from app.ui.widgets.paint import MIDDLE, box, hover_fill, put_text, selected_edg
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["Cell", "Column", "TableHead", "TableRow", "draw_letter", "places"]
-
 _ROW: Final = 44
 _HEAD: Final = 28
 _LETTER: Final = 24
@@ -32,8 +30,6 @@ class Column:
     ----------
     title : str
         Printed in the head; also names the cell when a row is read out.
-    width : int
-        Width as designed; 0 for the one that takes what is left.
     """
 
     title: str
@@ -42,19 +38,7 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """What stands in one place of a row.
-
-    Attributes
-    ----------
-    text : str
-        The words.
-    icon : str
-        Icon before them.
-    letter : str
-        Letter in a ring before them.
-    strong : bool
-        Whether they are semibold.
-    """
+    """What stands in one place of a row."""
 
     text: str
     icon: str = ""
@@ -67,8 +51,6 @@ def places(columns: Sequence[Column], width: int) -> list[tuple[int, int]]:
 
     Parameters
     ----------
-    columns : sequence of Column
-        From left to right.
     width : int
         Width of the table, logical pixels.
 
@@ -90,19 +72,7 @@ def places(columns: Sequence[Column], width: int) -> list[tuple[int, int]]:
 
 
 def draw_letter(painter: QPainter, rect: QRect | QRectF, letter: str, on_picture: bool) -> None:
-    """Paint a letter in a ring, as it stands in the table and on the panorama.
-
-    Parameters
-    ----------
-    painter : QPainter
-        Where to.
-    rect : QRect or QRectF
-        Square around the ring.
-    letter : str
-        One letter.
-    on_picture : bool
-        Whether it needs a plate of its own.
-    """
+    """Paint a letter in a ring, as it stands in the table and on the panorama."""
     t = theme()
     area = QRectF(rect)
     fill, ink = (t.c.tag, t.c.ontag) if on_picture else (None, t.c.text)
@@ -111,13 +81,7 @@ def draw_letter(painter: QPainter, rect: QRect | QRectF, letter: str, on_picture
 
 
 class TableHead(QWidget):
-    """The titles of the columns, over a line.
-
-    Parameters
-    ----------
-    columns : sequence of Column
-        From left to right.
-    """
+    """The titles of the columns, over a line."""
 
     def __init__(self, columns: Sequence[Column]) -> None:
         super().__init__()
@@ -145,15 +109,7 @@ class TableHead(QWidget):
 
 
 class TableRow(Pressable):
-    """A row of 44 that can be chosen.
-
-    Parameters
-    ----------
-    columns : sequence of Column
-        From left to right.
-    cells : sequence of Cell
-        As many.
-    """
+    """A row of 44 that can be chosen."""
 
     def __init__(self, columns: Sequence[Column], cells: Sequence[Cell] = ()) -> None:
         super().__init__("", tip="")
@@ -181,13 +137,7 @@ class TableRow(Pressable):
         self.update()
 
     def set_selected(self, selected: bool) -> None:
-        """Show whether it is the chosen one.
-
-        Parameters
-        ----------
-        selected : bool
-            Whether it is.
-        """
+        """Show whether it is the chosen one."""
         if selected != self._selected:
             self._selected = selected
             self.setAccessibleDescription("chosen" if selected else "")

@@ -12,8 +12,6 @@ from app.ui.widgets.paint import MIDDLE, box, put_text, text_width
 if TYPE_CHECKING:
     from PySide6.QtGui import QColor, QPainter
 
-__all__ = ["Anchor", "draw_tag", "tag_size"]
-
 Anchor: TypeAlias = Literal["tl", "tr", "bl", "br", "t", "b", "c"]
 """Which point of the tag is given: a corner, the middle of an edge, or the centre."""
 
@@ -23,13 +21,6 @@ _PADDING: Final = 8
 
 def tag_size(text: str, weight: int = 400) -> tuple[int, int]:
     """Give width and height of a tag in logical pixels.
-
-    Parameters
-    ----------
-    text : str
-        What it says.
-    weight : int, optional
-        Weight of its letters.
 
     Returns
     -------
@@ -54,23 +45,10 @@ def draw_tag(
 
     Parameters
     ----------
-    painter : QPainter
-        Where to.
     x, y : float
         The point that `anchor` names, logical pixels.
-    text : str
-        What it says.
     anchor : str, optional
         "tl", "tr", "bl", "br", "t", "b" or "c".
-    fill, ink : QColor, optional
-        Plate and letters; tag and ontag by default.
-    weight : int, optional
-        Weight of the letters.
-
-    Returns
-    -------
-    QRectF
-        Where it lies.
     """
     t = theme()
     width, height = tag_size(text, weight)

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QWidget
 
-__all__ = ["describe", "set_available"]
-
 _LINE: Final = 52
 
 
@@ -20,19 +18,7 @@ def _wrapped(text: str) -> str:
 
 
 def describe(widget: QWidget, name: str, shortcut: str = "", tip: str | None = None) -> None:
-    """Name a control for those who cannot see it, and give it its tool tip.
-
-    Parameters
-    ----------
-    widget : QWidget
-        The control.
-    name : str
-        Accessible name, for example "Undo".
-    shortcut : str, optional
-        Keys that do the same, for example "Ctrl Z"; they follow the name in the tool tip.
-    tip : str, optional
-        Tool tip in place of the name; "" for none.
-    """
+    """Name a control for those who cannot see it, and give it its tool tip."""
     widget.setAccessibleName(name)
     text = name if tip is None else tip
     text = f"{text} ({shortcut})" if shortcut and text else text
@@ -43,17 +29,7 @@ def describe(widget: QWidget, name: str, shortcut: str = "", tip: str | None = N
 
 
 def set_available(widget: QWidget, available: bool, why: str = "") -> None:
-    """Enable or disable a control; a disabled one says why.
-
-    Parameters
-    ----------
-    widget : QWidget
-        The control.
-    available : bool
-        Whether it can be used now.
-    why : str, optional
-        One sentence, shown as the tool tip while it cannot.
-    """
+    """Enable or disable a control; a disabled one says why."""
     widget.setEnabled(available)
     tip = str(widget.property("tip") or "")
     widget.setToolTip(tip if available or not why else _wrapped(why))

@@ -31,8 +31,6 @@ from app.ui.widgets.paint import box
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-__all__ = ["Toasts"]
-
 MessageKind: TypeAlias = Literal["info", "done", "warning", "error"]
 
 _ICONS: Final[dict[str, tuple[str, Role]]] = {
@@ -165,15 +163,6 @@ class Toasts(QObject):
 
     A message stays while the mouse or the keyboard is on it, and an error until it is closed. It
     is read out. It never lies over a button: it moves up until it is clear.
-
-    Parameters
-    ----------
-    parent : QWidget
-        Window that they lie over.
-    bottom : int, optional
-        What to keep free at the foot of the window, as designed: the job line.
-    stay_ms : int, optional
-        How long a message stays, milliseconds.
     """
 
     def __init__(self, parent: QWidget, bottom: int = 40, stay_ms: int = _STAY_MS) -> None:
@@ -204,16 +193,8 @@ class Toasts(QObject):
 
         Parameters
         ----------
-        message : str
-            One sentence.
-        kind : {"info", "done", "warning", "error"}, optional
-            Decides the icon.
         actions : sequence of (words, callable), optional
             At most two; pressing one closes the message.
-        stay : bool, optional
-            Whether it stays until it is closed.
-        closed : callable, optional
-            Called when the user closes it or takes one of its actions.
         """
         # Said again, it is not stacked upon itself.
         self.drop(message)

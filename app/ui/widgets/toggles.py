@@ -13,8 +13,6 @@ from app.ui.theme.icons import draw_icon
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.paint import box, hover_fill, put_text, selected_edge, text_width
 
-__all__ = ["Toggle"]
-
 _SWITCH: Final = (36, 20)
 _KNOB: Final = 14
 _ICON: Final = 20
@@ -22,22 +20,7 @@ _GAP: Final = 10
 
 
 class Toggle(Pressable):
-    """A line with a name, and a switch of 36 x 20 at its right end.
-
-    Parameters
-    ----------
-    name : str
-        What it switches.
-    icon : str, optional
-        Icon before the name.
-    bare : bool, optional
-        Whether the switch stands alone, its name being printed by somebody else.
-
-    Attributes
-    ----------
-    switched : Signal(bool)
-        The new state when the user switches; not sent by `set_on`.
-    """
+    """A line with a name, and a switch of 36 x 20 at its right end."""
 
     switched = Signal(bool)
 
@@ -57,13 +40,7 @@ class Toggle(Pressable):
         return self.isChecked()
 
     def set_on(self, on: bool) -> None:
-        """Switch without telling anybody.
-
-        Parameters
-        ----------
-        on : bool
-            The new state.
-        """
+        """Switch without telling anybody."""
         self.setChecked(on)
 
     def sizeHint(self) -> QSize:

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["degrees", "figure", "paragraph", "percent", "table"]
-
 
 def degrees(value: float) -> str:
     """Write an angle: ``1.90°``."""
@@ -37,10 +35,6 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, first: int = 1)
 
     Parameters
     ----------
-    head : sequence of str
-        Headings; "" for none.
-    rows : sequence of sequence of str
-        As many cells each.
     first : int, optional
         How many columns are words.
     """

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from app.core.evaluation.evaluate import Evaluation, Moved, Row
     from app.core.evaluation.heads import Spread
 
-__all__ = ["PAPER", "Bar", "as_json", "bars_of", "certainty_of", "verdict"]
-
 PAPER: Final[dict[str, tuple[float, ...]]] = {
     "lighting": (6.15, 1.9, 0.0),
     "pictures": (4.95, 2.02, 0.0),
@@ -35,12 +33,8 @@ class Bar:
 
     Attributes
     ----------
-    name : str
-    found, most : float
     unit : str
         "°" or "%".
-    paper : str
-        What the paper has, in words.
     """
 
     name: str

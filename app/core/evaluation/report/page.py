@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from app.core.evaluation.report.pictures import Sheets
     from app.core.evaluation.tables import Tables
 
-__all__ = ["page"]
-
 _STEPS: Final = np.arange(0.0, 45.1, 360.0 / TURNS) - 180.0 / TURNS
 _EXAMPLE: Final = "butterfly"
 _HEADS: Final = {
@@ -34,20 +32,7 @@ _HEADS: Final = {
 
 
 def page(found: Evaluation, tables: Tables, sheets: Sheets) -> str:
-    """Write the report.
-
-    Parameters
-    ----------
-    found : Evaluation
-    tables : Tables
-        The ones it was made with.
-    sheets : Sheets
-
-    Returns
-    -------
-    str
-        A whole page of HTML.
-    """
+    """Write the report."""
     parts = [
         _summary(found),
         _sizes(found),

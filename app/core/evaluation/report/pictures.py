@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from app.core.solve import StyleResult
     from app.core.transport import Transport
 
-__all__ = ["SIZE", "Sheets", "data_uri", "draw_sheets"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 SIZE: Final = (112, 96)
@@ -35,15 +33,7 @@ _QUALITY: Final = 84
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sheets:
-    """Pictures as data URIs.
-
-    Attributes
-    ----------
-    targets : tuple of str
-        One for each style.
-    found : tuple (scene) of tuple (style) of str
-        The head at the turn offered, grey where the style is out of reach.
-    """
+    """Pictures as data URIs."""
 
     targets: tuple[str, ...] = field(repr=False)
     found: tuple[tuple[str, ...], ...] = field(repr=False)
@@ -59,17 +49,6 @@ def draw_sheets(
     token: Token,
 ) -> Sheets:
     """Render the head at every best turn.
-
-    Parameters
-    ----------
-    scenes : sequence of Scene
-    results : sequence of sequence of StyleResult
-        For each scene, of the styles to show.
-    pack : StylePack
-    transport : Transport
-        The one the pack was made from.
-    report, token
-        Progress and cancellation.
 
     Raises
     ------

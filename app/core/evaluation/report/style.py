@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Final
 
-__all__ = ["CSS"]
-
 CSS: Final = """
 :root { color-scheme: light dark; --text: #1d1d1f; --dim: #66666c; --rule: #d8d8dc;
   --ground: #fff; --soft: #f5f5f6; --good: #2f7d4f; --bad: #b8371f; }

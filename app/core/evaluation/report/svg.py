@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["COLOURS", "Series", "bars", "growth_plot", "histogram", "lines"]
-
 COLOURS: Final = ("#2f7d4f", "#c8442d", "#2b62b8", "#8a5fb0", "#b0791a", "#4d8a99")
 _WIDTH: Final = 640
 _LEFT, _RIGHT, _TOP, _BOTTOM = 56, 14, 14, 44
@@ -25,13 +23,7 @@ _LEFT, _RIGHT, _TOP, _BOTTOM = 56, 14, 14, 44
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """One line or group of bars.
-
-    Attributes
-    ----------
-    name : str
-    values : sequence of float
-    """
+    """One line or group of bars."""
 
     name: str
     values: Sequence[float]
@@ -61,10 +53,6 @@ def lines(
     ----------
     x : (n,) float64
         Ascending, deg.
-    series : sequence of Series
-        Of n values each.
-    labels : tuple of str
-        What the axes show.
     height : int, optional
         Of the plot, px.
     """
@@ -95,12 +83,8 @@ def histogram(
 
     Parameters
     ----------
-    series : sequence of Series
-        Values, any number.
     edges : (n + 1,) float64
         Ascending.
-    labels : tuple of str
-        What the axes show.
     height : int, optional
         Of the plot, px.
     """
@@ -119,19 +103,7 @@ def histogram(
 
 
 def bars(names: Sequence[str], series: Sequence[Series], label: str, limit: float = 0.0) -> str:
-    """Draw horizontal bars: for each name one of each series, and a line at a limit.
-
-    Parameters
-    ----------
-    names : sequence of str
-        n of them.
-    series : sequence of Series
-        Of n values; those that are not numbers are left out.
-    label : str
-        What the length shows.
-    limit : float, optional
-        Where the line stands; none at 0.
-    """
+    """Draw horizontal bars: for each name one of each series, and a line at a limit."""
     thick, gap, left, right = 7, 9, 150, 20
     row = thick * len(series) + gap
     height = row * len(names) + _TOP + _BOTTOM
@@ -168,12 +140,6 @@ def growth_plot(
 
     Parameters
     ----------
-    sizes : sequence of float
-        n of them, above 0, ascending.
-    series : sequence of Series
-        Of n values each, above 0.
-    labels : tuple of str
-        What the axes show.
     height : int, optional
         Of the plot, px.
 

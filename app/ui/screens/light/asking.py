@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.light_lamps import Source
     from app.ui.presenters.light_state import CaptureAsk, WordsAsk
 
-__all__ = ["CaptureSheet", "KeysSheet", "WordsSheet"]
-
 _ALONE: Final = "Without a distance the lamp can be held anywhere; measure it if you can."
 
 
@@ -37,17 +35,7 @@ class KeysSheet(Sheet):
 
 
 class WordsSheet(KeysSheet):
-    """A line about a captured lamp.
-
-    Parameters
-    ----------
-    host : QWidget
-        Window that it lies over.
-    presenter : LightPresenter
-        Takes the answer.
-    ask : WordsAsk
-        What is asked.
-    """
+    """A line about a captured lamp."""
 
     def __init__(self, host: QWidget, presenter: LightPresenter, ask: WordsAsk) -> None:
         super().__init__(host, ask.title, 440)
@@ -79,17 +67,7 @@ class WordsSheet(KeysSheet):
 
 
 class CaptureSheet(KeysSheet):
-    """How a lamp is captured, and what is made one now.
-
-    Parameters
-    ----------
-    host : QWidget
-        Window that it lies over.
-    presenter : LightPresenter
-        Takes the answer.
-    ask : CaptureAsk
-        What there is.
-    """
+    """How a lamp is captured, and what is made one now."""
 
     def __init__(self, host: QWidget, presenter: LightPresenter, ask: CaptureAsk) -> None:
         super().__init__(host, "Capture a lamp of your own", 600)

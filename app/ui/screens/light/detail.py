@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.light import LightPresenter
     from app.ui.presenters.light_state import DetailState
 
-__all__ = ["DetailColumn", "portrait_size"]
-
 _MARGIN: Final = 24
 _GAP: Final = 8
 _SHAPE: Final = 176 / 160
@@ -83,15 +81,7 @@ class _MatchTile(Frame):
 
 
 class DetailColumn(Surface):
-    """Everything about the chosen style with the lamp.
-
-    Parameters
-    ----------
-    presenter : LightPresenter
-        Takes what the user does.
-    compact : bool
-        304 wide.
-    """
+    """Everything about the chosen style with the lamp."""
 
     laid = Signal(QSize)
     """Portraits have another size, logical pixels."""

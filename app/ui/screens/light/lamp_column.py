@@ -24,22 +24,12 @@ if TYPE_CHECKING:
     from app.ui.presenters.light import LightPresenter
     from app.ui.presenters.light_state import LightState, Section
 
-__all__ = ["LampColumn"]
-
 _MARGIN: Final = 16
 _NO_LAMP: Final = ("", "Choose a lamp", "phone, panel, flash or your own", "bulb")
 
 
 class LampColumn(Surface):
-    """Lamp, distance, reach and the list of styles.
-
-    Parameters
-    ----------
-    presenter : LightPresenter
-        Takes what the user does.
-    compact : bool
-        All of it scrolls; otherwise only the list does.
-    """
+    """Lamp, distance, reach and the list of styles."""
 
     def __init__(self, presenter: LightPresenter, compact: bool) -> None:
         super().__init__("panel", ("right",))

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from app.ui.presenters.light_mask import MaskEdit, MaskState
 
-__all__ = ["MaskSheet"]
-
 _WHAT: Final = (
     "Amber is lamp. Reflections, other lights and the lit wall are not: take them away, and add "
     "what is missing."
@@ -31,15 +29,7 @@ _TOOLS: Final = (("lamp", "+ Lamp"), ("not", "− Not the lamp"))
 
 
 class MaskSheet(KeysSheet):
-    """Shows a `MaskState` and tells the presenter what the user does.
-
-    Parameters
-    ----------
-    host : QWidget
-        Window that it lies over.
-    edit : MaskEdit
-        Whose state it is; shown from now until the sheet is closed.
-    """
+    """Shows a `MaskState` and tells the presenter what the user does."""
 
     def __init__(self, host: QWidget, edit: MaskEdit) -> None:
         super().__init__(host, "Where the lamp is", 840)

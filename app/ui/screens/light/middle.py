@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.light_state import LightState
     from app.ui.widgets.plots.lamp_plot import LampPlot
 
-__all__ = ["Middle"]
-
 _MARGIN: Final = 24
 _TABS: Final = (("above", "From above"), ("side", "From the side"))
 _WIDEST: Final = 480
@@ -62,15 +60,7 @@ class _Number(QWidget):
 
 
 class Middle(QWidget):
-    """Steps, drawings and map.
-
-    Parameters
-    ----------
-    presenter : LightPresenter
-        Takes what the user does.
-    compact : bool
-        Drawings on two tabs.
-    """
+    """Steps, drawings and map."""
 
     def __init__(self, presenter: LightPresenter, compact: bool) -> None:
         super().__init__()

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.light import LightPresenter
     from app.ui.presenters.light_state import BrightState
 
-__all__ = ["Brightness", "Meter"]
-
 _WIDEST: Final = 520
 _WHY: Final = (
     "What a lamp can do depends on how much light there is besides. Choose what comes nearest, "
@@ -74,13 +72,7 @@ class _Page(QWidget):
 
 
 class Brightness(_Page):
-    """The question how bright the place is, with its usual answers and a field for any other.
-
-    Parameters
-    ----------
-    presenter : LightPresenter
-        Takes the answer.
-    """
+    """The question how bright the place is, with its usual answers and a field for any other."""
 
     def __init__(self, presenter: LightPresenter) -> None:
         super().__init__("How bright is it here?")
@@ -135,13 +127,7 @@ class Brightness(_Page):
 
 
 class Meter(_Page):
-    """The question how bright a captured lamp is whose files do not say so.
-
-    Parameters
-    ----------
-    presenter : LightPresenter
-        Takes the answer.
-    """
+    """The question how bright a captured lamp is whose files do not say so."""
 
     def __init__(self, presenter: LightPresenter) -> None:
         super().__init__("How bright is this lamp?")

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     from app.ui.presenters.light_state import RowState
 
-__all__ = ["HEIGHT", "PICTURE", "RowCard"]
-
 HEIGHT: Final = 76
 """Of a row, logical pixels at scale 1."""
 
@@ -35,13 +33,7 @@ _STALE: Final = 0.42
 
 
 class RowCard(Card):
-    """A style with its match without and with the lamp.
-
-    Parameters
-    ----------
-    state : RowState
-        What it shows.
-    """
+    """A style with its match without and with the lamp."""
 
     def __init__(self, state: RowState) -> None:
         super().__init__(state.spoken)

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.light_state import CaptureAsk, LightState, WordsAsk
     from app.ui.widgets.dialogs import Sheet
 
-__all__ = ["LightScreen", "column_widths"]
-
 _Page = TypeVar("_Page", bound=QWidget)
 
 _FULL: Final = (312, 376)
@@ -48,8 +46,6 @@ def column_widths(width: int, compact: bool) -> tuple[int, int]:
     ----------
     width : int
         Of the screen, logical pixels.
-    compact : bool
-        Whether this is the layout for small windows.
 
     Returns
     -------
@@ -65,20 +61,7 @@ def column_widths(width: int, compact: bool) -> tuple[int, int]:
 
 
 class LightScreen(QWidget):
-    """The view of `app.ui.presenters.light.LightPresenter`.
-
-    Parameters
-    ----------
-    presenter : LightPresenter
-        Its presenter.
-    compact : bool
-        Whether this is the layout for small windows.
-
-    Attributes
-    ----------
-    presenter : LightPresenter
-        The same.
-    """
+    """The view of `app.ui.presenters.light.LightPresenter`."""
 
     def __init__(self, presenter: LightPresenter, compact: bool) -> None:
         super().__init__()

@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from app.core.painting import Canvas
     from app.ui.presenters.paint_state import PaintState
 
-__all__ = ["PaintCanvas"]
-
 _FRAME_MS: Final = 8  # moves that come faster than this are taken together
 _STEP: Final = 1.2  # of the zoom box
 _NOTCH: Final = 120.0
@@ -66,10 +64,6 @@ class PaintCanvas(Plot):
     ----------
     pressed : Signal(object, bool)
         The pen comes down: a `Point`, and whether it is its eraser.
-    drawn : Signal(object)
-        All `Point`s since the last time, once per frame.
-    lifted : Signal()
-        The pen is lifted.
     dabbed : Signal(float, float)
         One dab, canvas pixels.
     """

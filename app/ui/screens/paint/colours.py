@@ -13,8 +13,6 @@ from app.core.painting import Region
 if TYPE_CHECKING:
     from app.core.painting import Canvas
 
-__all__ = ["CanvasColours", "colour_table", "veil_bytes"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Pixels: TypeAlias = NDArray[np.uint32]
@@ -71,8 +69,6 @@ class CanvasColours:
         0xffRRGGBB; always the same array for one size, so that an image may lie on it.
     ignored : (S, S) uint8
         Opacity of the hatch.
-    any_ignored : bool
-        Whether any of it is not 0.
     """
 
     def __init__(self, plus: Colour, minus: Colour) -> None:
@@ -104,8 +100,6 @@ class CanvasColours:
 
         Parameters
         ----------
-        canvas : Canvas
-            Of the size that was set.
         region : Region, optional
             Canvas pixels; everything by default.
         """
@@ -159,8 +153,6 @@ def veil_bytes(
         Device pixels per pixel of the head.
     offset : tuple of float
         Where the head's picture has its upper left corner, device pixels.
-    grey : int
-        Value of the neutral colour outside, 0 to 255.
 
     Returns
     -------

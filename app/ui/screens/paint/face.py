@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.paint_state import Bytes, HeadLook
     from app.ui.screens.paint.viewing import Viewing
 
-__all__ = ["FacePainter"]
-
 _RADIUS: Final = 8
 _TAG_INSET: Final = 12
 _SIGN: Final = 12  # reach of the sign in the middle of the ring
@@ -121,10 +119,6 @@ class FacePainter:
         ----------
         painter : QPainter
             In logical pixels of the widget.
-        area, part : QRect
-            The whole widget, and what of it is to be painted.
-        view : Viewing
-            Which part of the canvas is seen.
         ratio : float
             Device pixels per logical one.
         """
@@ -152,12 +146,6 @@ class FacePainter:
 
         Parameters
         ----------
-        painter : QPainter
-            As in `draw`.
-        places : sequence of QPointF
-            One, or two with a mirror.
-        brush : Brush
-            Its size, softness and tool.
         zoom : float
             Logical pixels per canvas pixel.
         """

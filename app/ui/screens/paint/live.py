@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.actions import Action
     from app.ui.presenters.paint_state import PaintState
 
-__all__ = ["LiveColumn"]
-
 _ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
 _OF_THE_PLOT: Final = " The dashed ring"
 _PORTRAIT: Final = (200, 232)
@@ -120,17 +118,8 @@ class _Numbers(QWidget):
 class LiveColumn(Surface):
     """Picture, turn, match, panorama, plot, and saving.
 
-    Parameters
-    ----------
-    compact : bool
-        For narrow windows: smaller, without the plot.
-    actions : callable
-        What the menu beside the main button offers.
-
     Attributes
     ----------
-    save_asked, probe_asked : Signal()
-        The buttons.
     laid : Signal(QSize)
         Size of the portrait, logical pixels.
     """

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
     from app.ui.presenters.paint_state import NameWish
 
-__all__ = ["NameSheet"]
-
 _TITLES: Final[dict[NameWish, tuple[str, str]]] = {
     "save": ("Save as my style", "Save"),
     "save-as": ("Save as a new style", "Save"),
@@ -26,11 +24,6 @@ _TITLES: Final[dict[NameWish, tuple[str, str]]] = {
 
 class NameSheet(Sheet):
     """A line for the name, and a button that takes it.
-
-    Parameters
-    ----------
-    host : QWidget
-        Window that it lies over.
 
     Attributes
     ----------
@@ -55,15 +48,7 @@ class NameSheet(Sheet):
         self._take.clicked.connect(self._answer)
 
     def ask(self, wish: NameWish, title: str) -> None:
-        """Open it.
-
-        Parameters
-        ----------
-        wish : {"save", "save-as", "rename"}
-            What the name is for.
-        title : str
-            Name to offer.
-        """
+        """Open it."""
         self._wish = wish
         words, button = _TITLES[wish]
         self.set_title(words)

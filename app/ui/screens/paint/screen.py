@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.paint import PaintPresenter
     from app.ui.presenters.paint_state import FileWish, NameWish, PaintState
 
-__all__ = ["PaintScreen"]
-
 _SHOWN: Final = (
     (Shown.WEIGHTS.value, "Weights"),
     (Shown.TARGET.value, "Target"),
@@ -103,15 +101,7 @@ class _Crumbs(QWidget):
 
 
 class PaintScreen(QWidget):
-    """The view of `app.ui.presenters.paint.PaintPresenter`.
-
-    Parameters
-    ----------
-    presenter : PaintPresenter
-        Takes what the user does.
-    compact : bool
-        Whether this is the layout for small windows.
-    """
+    """The view of `app.ui.presenters.paint.PaintPresenter`."""
 
     def __init__(self, presenter: PaintPresenter, compact: bool) -> None:
         super().__init__()

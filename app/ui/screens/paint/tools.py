@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from app.core.painting import Brush
     from app.ui.presenters.paint_state import PaintState
 
-__all__ = ["BrushSliders", "ToolColumn", "ToolStrip"]
-
 _TOOLS: Final = (
     (Tool.BRIGHTER, "Brighter", "B"),
     (Tool.DARKER, "Darker", "D"),
@@ -126,11 +124,6 @@ class _Tools(QWidget):
 class BrushSliders(QWidget):
     """Size, strength and softness.
 
-    Parameters
-    ----------
-    across : bool
-        Side by side, as under the canvas of narrow windows; else one below the other.
-
     Attributes
     ----------
     size_changed, strength_changed, softness_changed : Signal(float)
@@ -170,19 +163,7 @@ def _percent(value: float) -> str:
 
 
 class _Common(Surface):
-    """What both layouts of the tools have in common.
-
-    Attributes
-    ----------
-    tool_chosen : Signal(object)
-        A `Tool`.
-    mirror_switched, pressure_switched : Signal(bool)
-        On or off.
-    start_chosen : Signal(str)
-        Name of a style.
-    undo_asked, redo_asked, clear_asked : Signal()
-        The buttons at the foot.
-    """
+    """What both layouts of the tools have in common."""
 
     tool_chosen = Signal(object)
     mirror_switched = Signal(bool)

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Final
 if TYPE_CHECKING:
     from app.core.painting import Region
 
-__all__ = ["LARGEST", "SMALLEST", "Viewing", "fitting"]
-
 SMALLEST: Final = 0.5
 LARGEST: Final = 8.0
 """Logical pixels per canvas pixel."""
@@ -75,10 +73,6 @@ def fitting(width: float, height: float, size: int) -> Viewing:
         Of the widget, logical pixels.
     size : int
         Side of the canvas, pixels.
-
-    Returns
-    -------
-    Viewing
     """
     room = min(height / (size * _SHOWN_HEIGHT), width / (size * _SHOWN_WIDTH))
     zoom = min(max(int(room * 10 + 1e-9) / 10, SMALLEST), LARGEST)

@@ -13,8 +13,6 @@ from app.ui.theme.icons import draw_icon
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.paint import MIDDLE, box, mix, put_text
 
-__all__ = ["ZoomBox"]
-
 _SIDE: Final = 36
 _WORDS: Final = 44
 
@@ -48,15 +46,7 @@ class _OnTag(Pressable):
 
 
 class ZoomBox(QWidget):
-    """How large the canvas is shown.
-
-    Attributes
-    ----------
-    stepped : Signal(int)
-        1: larger, -1: smaller.
-    fitted : Signal()
-        The head shall fill the canvas.
-    """
+    """How large the canvas is shown."""
 
     stepped = Signal(int)
     fitted = Signal()

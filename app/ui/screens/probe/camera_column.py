@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.probe_state import Notice, ProbeState
     from app.ui.widgets.labels import Role
 
-__all__ = ["CameraColumn"]
-
 _WIDTH: Final = 440
 _COMPACT_WIDTH: Final = 360
 _WIDEST: Final = 560
@@ -37,15 +35,7 @@ _TIMERS: Final = (("0", "Off"), ("2", "2 s"), ("5", "5 s"), ("10", "10 s"))
 
 
 class CameraColumn(Surface):
-    """Everything about making a capture.
-
-    Parameters
-    ----------
-    presenter : ProbePresenter
-        Told what the user does.
-    compact : bool
-        Whether there is little room.
-    """
+    """Everything about making a capture."""
 
     def __init__(self, presenter: ProbePresenter, compact: bool) -> None:
         super().__init__("panel", ("left",))

@@ -22,8 +22,6 @@ from app.ui.widgets.tables import Cell, Column, TableRow
 if TYPE_CHECKING:
     from app.ui.presenters.probe_state import CameraBlock, CameraRow
 
-__all__ = ["CameraHead", "CameraPanel"]
-
 _COLUMNS = (Column("", 12), Column(""), Column("", 150))
 
 
@@ -45,13 +43,7 @@ class _Badge(QWidget):
 
 
 class CameraHead(QWidget):
-    """Name, how it is, and Change.
-
-    Parameters
-    ----------
-    compact : bool
-        Whether there is little room.
-    """
+    """Name, how it is, and Change."""
 
     change_asked = Signal()
 

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.probe import ProbePresenter
     from app.ui.presenters.probe_state import LampRow, ProbeState
 
-__all__ = ["LightColumn"]
-
 _WIDEST: Final = 1200
 _ROW: Final = 44
 _EMPTY: Final = "No panorama yet. Capture one, or drop one here."
@@ -63,15 +61,7 @@ class _Rows(Scroll):
 
 
 class LightColumn(QWidget):
-    """Everything about the light that is there.
-
-    Parameters
-    ----------
-    presenter : ProbePresenter
-        Told what the user does.
-    compact : bool
-        Whether there is little room.
-    """
+    """Everything about the light that is there."""
 
     files_asked = Signal()
     folder_asked = Signal()

@@ -20,22 +20,12 @@ from app.ui.widgets.progress import Bar, Spinner
 if TYPE_CHECKING:
     from app.ui.presenters.probe_state import Check, FrameTile, Running, StepMark
 
-__all__ = ["CheckTile", "FramesGrid", "MoveBand", "StepList"]
-
 _TILE: Final = 48
 _BAND: Final = 64
 
 
 class CheckTile(Pressable):
-    """A line of the list before pressing, with its drawing; it can be ticked.
-
-    Parameters
-    ----------
-    check : Check
-        Which.
-    compact : bool
-        The drawing alone, its words in the tool tip.
-    """
+    """A line of the list before pressing, with its drawing; it can be ticked."""
 
     def __init__(self, check: Check, compact: bool) -> None:
         super().__init__(check.words, tip=check.words if compact else "")

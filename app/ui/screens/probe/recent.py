@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
     from app.ui.presenters.shelf import ShelfRow
 
-__all__ = ["RecentPlaces"]
-
 _HIGH: Final = 64
 _PICTURE: Final = (80, 48)
 _LEAST: Final = 240

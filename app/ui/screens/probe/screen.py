@@ -19,23 +19,13 @@ if TYPE_CHECKING:
     from app.ui.presenters.probe import ProbePresenter
     from app.ui.presenters.probe_state import ProbeState
 
-__all__ = ["ProbeScreen"]
-
 _LEAST = (512, 480)  # of the left side
 
 _FILES = "Panoramas and photographs (*.exr *.hdr *.jpg *.jpeg *.insp *.png *.tif *.tiff *.dng)"
 
 
 class ProbeScreen(QWidget):
-    """Shows a `ProbeState` and tells the presenter what the user does.
-
-    Parameters
-    ----------
-    presenter : ProbePresenter
-        Whose state it is.
-    compact : bool
-        Whether the window is too small for the full layout.
-    """
+    """Shows a `ProbeState` and tells the presenter what the user does."""
 
     def __init__(self, presenter: ProbePresenter, compact: bool) -> None:
         super().__init__()

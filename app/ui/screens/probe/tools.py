@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from app.ui.presenters.probe_state import ProbeState
 
-__all__ = ["Tools"]
-
 _ROOMY = 800  # wide enough for icons beside the words
 _LAYERS = (
     ("clipped", "Clipped", "hatch", "Hatch what was too bright for every frame"),
@@ -32,13 +30,7 @@ _LAYERS = (
 
 
 class Tools(QWidget):
-    """One line of 32.
-
-    Parameters
-    ----------
-    compact : bool
-        Without the words on the layers' buttons.
-    """
+    """One line of 32."""
 
     zoom_asked = Signal(float)
     """Steps, positive is nearer."""

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     from app.ui.presenters.styles_state import CardState
 
-__all__ = ["DamagedCard", "KeyBox", "PaintCard", "StyleCard", "below_pictures", "picture_width"]
-
 _PAD: Final = 8
 _GAP: Final = 2
 _RADIUS: Final = 6
@@ -48,13 +46,7 @@ def below_pictures() -> int:
 
 
 class StyleCard(Card):
-    """A style: target and picture here, name and turn, side and match, meter.
-
-    Parameters
-    ----------
-    state : CardState
-        What it shows.
-    """
+    """A style: target and picture here, name and turn, side and match, meter."""
 
     def __init__(self, state: CardState) -> None:
         super().__init__(state.spoken)
@@ -69,15 +61,7 @@ class StyleCard(Card):
         return self._state
 
     def show_state(self, state: CardState, stale: bool) -> None:
-        """Show something else.
-
-        Parameters
-        ----------
-        state : CardState
-            Of the same style.
-        stale : bool
-            Whether its numbers are old and new ones are on their way.
-        """
+        """Show something else."""
         if stale != self._stale:
             self._stale = stale
             self.update()
@@ -203,13 +187,7 @@ class PaintCard(Card):
 
 
 class DamagedCard(Frame):
-    """A style that cannot be read.
-
-    Parameters
-    ----------
-    state : CardState
-        With `damaged` set.
-    """
+    """A style that cannot be read."""
 
     def __init__(self, state: CardState) -> None:
         super().__init__()
@@ -247,13 +225,7 @@ class KeyBox(QWidget):
         self.show_limit("Tick at 45")
 
     def show_limit(self, words: str) -> None:
-        """Say where the tick of the meters stands.
-
-        Parameters
-        ----------
-        words : str
-            "Tick at 45".
-        """
+        """Say where the tick of the meters stands."""
         rows = (
             ("Left picture", "target"),
             ("Right picture", "here, best turn"),

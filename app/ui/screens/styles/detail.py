@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.actions import Action
     from app.ui.widgets.buttons import Size
 
-__all__ = ["Detail", "panorama_size", "picture_sizes"]
-
 _MARGIN: Final = 24
 _GAP: Final = 8
 _TAB: Final = 176  # height of a tab in the narrow layout
@@ -49,13 +47,6 @@ def panorama_size(width: int) -> QSize:
 
 def picture_sizes(width: int, compact: bool) -> tuple[QSize, QSize]:
     """Sizes of the portraits and of the background in a detail of some width, logical pixels.
-
-    Parameters
-    ----------
-    width : int
-        Of the detail.
-    compact : bool
-        Whether this is the layout for small windows.
 
     Returns
     -------
@@ -173,15 +164,7 @@ class _Warning(QWidget):
 
 
 class Detail(Surface):
-    """Everything about the chosen style.
-
-    Parameters
-    ----------
-    compact : bool
-        344 wide, with panorama and background on tabs of their own.
-    actions : callable
-        Gives the entries of the menu beside the main button.
-    """
+    """Everything about the chosen style."""
 
     looked = Signal(float)
     """The needle was moved to this turn, deg; the latest one, once per turn of the event loop."""

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
     from app.ui.presenters.styles_state import CardState, StylesState
 
-__all__ = ["Gallery", "Layout", "layout_for"]
-
 _GAP: Final = 8
 _TOP: Final = 16
 _TOOLS: Final = 40
@@ -63,10 +61,6 @@ class Layout:
     ----------
     columns : int
         Cards in a row.
-    card : QSize
-        Of a card.
-    margin : int
-        Left and right of the cards.
     """
 
     columns: int
@@ -87,8 +81,6 @@ def layout_for(width: int, height: int, places: int, compact: bool) -> Layout:
     ----------
     width, height : int
         Of the gallery, and of what is visible of the cards, logical pixels.
-    places : int
-        Cards there may be.
     compact : bool
         Whether this is the layout for small windows: three columns that scroll.
 
@@ -144,13 +136,7 @@ class _Grid(QWidget):
 
 
 class Gallery(QWidget):
-    """Filter, order, and cards that are one stop for Tab; arrows move the choice.
-
-    Parameters
-    ----------
-    compact : bool
-        Whether this is the layout for small windows.
-    """
+    """Filter, order, and cards that are one stop for Tab; arrows move the choice."""
 
     chosen = Signal(str)
     """A card was chosen."""

@@ -13,8 +13,6 @@ from app.ui.widgets.labels import Text
 if TYPE_CHECKING:
     from app.ui.presenters.styles_state import DetailState
 
-__all__ = ["Facts", "TurnWords"]
-
 _ICONS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
 _MISSING: Final = "No light measured yet."
 _LABEL: Final = 60
@@ -28,13 +26,7 @@ _FACTS: Final = (
 
 
 class TurnWords(QWidget):
-    """How far, which way, toward which hour; or that it is out of reach.
-
-    Parameters
-    ----------
-    compact : bool
-        Words beside the number instead of below it.
-    """
+    """How far, which way, toward which hour; or that it is out of reach."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__()
@@ -101,13 +93,7 @@ class TurnWords(QWidget):
 
 
 class Facts(QWidget):
-    """Arc, match, strength and lighting ratio.
-
-    Parameters
-    ----------
-    compact : bool
-        Narrow: numbers below their labels, the two of the ratio in the tool tip.
-    """
+    """Arc, match, strength and lighting ratio."""
 
     def __init__(self, compact: bool) -> None:
         super().__init__()

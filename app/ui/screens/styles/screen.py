@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.styles import StylesPresenter
     from app.ui.presenters.styles_state import FileWish, StylesState
 
-__all__ = ["StylesScreen", "detail_width"]
-
 _DETAIL: Final = 456
 _WIDEST: Final = 560
 _COMPACT: Final = 344
@@ -41,8 +39,6 @@ def detail_width(width: int, height: int, compact: bool) -> int:
     ----------
     width, height : int
         Of the screen, logical pixels.
-    compact : bool
-        Whether this is the layout for small windows.
 
     Returns
     -------
@@ -59,15 +55,7 @@ def detail_width(width: int, height: int, compact: bool) -> int:
 
 
 class StylesScreen(QWidget):
-    """The view of `app.ui.presenters.styles.StylesPresenter`.
-
-    Parameters
-    ----------
-    presenter : StylesPresenter
-        Takes what the user does.
-    compact : bool
-        Whether this is the layout for small windows.
-    """
+    """The view of `app.ui.presenters.styles.StylesPresenter`."""
 
     def __init__(self, presenter: StylesPresenter, compact: bool) -> None:
         super().__init__()

@@ -20,8 +20,6 @@ from app.ui.widgets.segmented import Segmented
 if TYPE_CHECKING:
     from app.ui.presenters.turn_state import Guidance, Pictures, StyleWords
 
-__all__ = ["DESIGNED", "GuideColumn"]
-
 DESIGNED: Final = QSize(480, 804)
 """Size that the sizes of type are designed for."""
 
@@ -37,13 +35,7 @@ _LONG_DIRECTION: Final = 11  # letters; longer words are set smaller
 
 
 class GuideColumn(QWidget):
-    """Everything that has to be read from three metres.
-
-    Parameters
-    ----------
-    factor : float
-        Of the designed sizes of type, besides the theme's scale.
-    """
+    """Everything that has to be read from three metres."""
 
     mode_chosen = Signal(str)
 

@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.turn import TurnPresenter
     from app.ui.presenters.turn_state import LiveWords, Pictures, Scale, Tools
 
-__all__ = ["LeftColumn"]
-
 _STRIP: Final = (824, 220)
 _SCALE: Final = 64
 _LOWEST_STRIP: Final = 96
@@ -47,15 +45,7 @@ _LARGE_TEXT: Final = 1.1
 
 
 class LeftColumn(QWidget):
-    """Shows what the camera sees and what it should see.
-
-    Parameters
-    ----------
-    presenter : TurnPresenter
-        Takes what the user does.
-    compact : bool
-        For narrow windows.
-    """
+    """Shows what the camera sees and what it should see."""
 
     arranged = Signal()
     """Pictures have another size now."""
@@ -220,8 +210,6 @@ class LeftColumn(QWidget):
         ----------
         room : QSize
             Logical pixels.
-        bar : int
-            Width of the bar at the side where it has to be scrolled.
         """
         self._room, self._bar = room, bar
         self._fit()

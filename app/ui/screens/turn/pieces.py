@@ -15,8 +15,6 @@ from app.ui.widgets.paint import MIDDLE, box, put_text, text_width
 if TYPE_CHECKING:
     from app.ui.widgets.labels import Role
 
-__all__ = ["LargeWords", "Pill"]
-
 _LEAST: Final = 12
 
 
@@ -29,17 +27,7 @@ def _fitting(size: int, weight: int, text: str, width: int) -> QFont:
 
 
 class LargeWords(QWidget):
-    """One line in the middle, as large as designed or as fits.
-
-    Parameters
-    ----------
-    size, line : int
-        Type size and line height as designed.
-    weight : int, optional
-        Of the letters.
-    role : str, optional
-        Token of the colour.
-    """
+    """One line in the middle, as large as designed or as fits."""
 
     def __init__(self, size: int, line: int, weight: int = 600, role: Role = "text") -> None:
         super().__init__()
@@ -53,8 +41,6 @@ class LargeWords(QWidget):
 
         Parameters
         ----------
-        text : str
-            New words.
         role : str, optional
             New token of the colour; None keeps the old one.
         size : int, optional
@@ -88,13 +74,7 @@ class LargeWords(QWidget):
 
 
 class Pill(QWidget):
-    """When the light begins, or that it has.
-
-    Parameters
-    ----------
-    factor : float
-        Of all sizes.
-    """
+    """When the light begins, or that it has."""
 
     def __init__(self, factor: float) -> None:
         super().__init__()
@@ -104,17 +84,7 @@ class Pill(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def set(self, text: str, icon: str, filled: bool) -> None:
-        """Change it.
-
-        Parameters
-        ----------
-        text : str
-            Words; empty shows nothing.
-        icon : str
-            Name of the icon before them.
-        filled : bool
-            Green, for in the light.
-        """
+        """Change it."""
         if (text, icon, filled) != (self._text, self._icon, self._filled):
             self._text, self._icon, self._filled = text, icon, filled
             self.setAccessibleName(text)

@@ -13,8 +13,6 @@ from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.labels import Text
 from app.ui.widgets.paint import MIDDLE, box, hover_fill, put_text, selected_edge
 
-__all__ = ["LEAST_HEIGHT", "Question"]
-
 LEAST_HEIGHT: Final = 136
 """In less the pictures cannot be read, logical pixels."""
 
@@ -113,13 +111,7 @@ def _paint_camera(
 
 
 class Question(QWidget):
-    """The question with its two answers.
-
-    Attributes
-    ----------
-    answered : Signal(str)
-        ``sitter`` or ``me``.
-    """
+    """The question with its two answers."""
 
     answered = Signal(str)
 

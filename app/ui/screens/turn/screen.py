@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.turn import TurnPresenter
     from app.ui.widgets.dialogs import Sheet
 
-__all__ = ["TurnScreen"]
-
 _TICK_MS: Final = 40
 _OPEN_PHOTO: Final = "Open the photo you took"
 _COLUMN: Final = 480
@@ -36,15 +34,7 @@ _STEPS: Final = 20  # of the factor in 1: the column is not made anew with every
 
 
 class TurnScreen(QWidget):
-    """Guides the turn.
-
-    Parameters
-    ----------
-    presenter : TurnPresenter
-        Its presenter.
-    compact : bool
-        For narrow windows.
-    """
+    """Guides the turn."""
 
     def __init__(self, presenter: TurnPresenter, compact: bool) -> None:
         super().__init__()

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     from app.ui.presenters.turn_state import ShotRow
 
-__all__ = ["ShotsLine", "ShotsSheet"]
-
 _ASK: Final = "How was it? Open the photo"
 _ASK_SHORT: Final = "How was it?"
 _ASK_AGAIN: Final = "Open"
@@ -41,13 +39,7 @@ _ROOM: Final = 640  # below this the button says less
 
 
 class ShotsLine(QWidget):
-    """Asks for the photo, and says how the last one was.
-
-    Attributes
-    ----------
-    asked, listed : Signal()
-        A photo is to be opened; the list is to be shown.
-    """
+    """Asks for the photo, and says how the last one was."""
 
     asked = Signal()
     listed = Signal()
@@ -148,15 +140,7 @@ def _picture(state: ShotsState) -> object:
 
 
 class ShotsSheet(Sheet):
-    """All photos taken here, the last one first.
-
-    Parameters
-    ----------
-    host : QWidget
-        The window.
-    remove : callable
-        Takes one off the list, by its key.
-    """
+    """All photos taken here, the last one first."""
 
     def __init__(self, host: QWidget, remove: Callable[[str], None]) -> None:
         super().__init__(host, _TITLE, _WIDTH, "right")

@@ -30,8 +30,6 @@ from app.ui.widgets.surfaces import Scroll
 if TYPE_CHECKING:
     from app.ui.presenters.turn_sources import SourcesPresenter, SourcesState
 
-__all__ = ["SourceSheet"]
-
 _EXAMPLE: Final = "http://192.168.1.20:8080/video"
 _NARROWEST, _WIDEST, _USUAL = 30.0, 120.0, 65.0
 _RING: Final = 4
@@ -50,15 +48,7 @@ _FILES: Final = {
 
 
 class SourceSheet(Sheet):
-    """Shows a `SourcesState` and tells the presenter what the user does.
-
-    Parameters
-    ----------
-    host : QWidget
-        Window that it lies over.
-    presenter : SourcesPresenter
-        Whose state it is; shown from now until the sheet is closed.
-    """
+    """Shows a `SourcesState` and tells the presenter what the user does."""
 
     def __init__(self, host: QWidget, presenter: SourcesPresenter) -> None:
         super().__init__(host, "Live camera", 520)

@@ -17,8 +17,6 @@ from app.ui.widgets.tags import draw_tag
 if TYPE_CHECKING:
     from PySide6.QtGui import QColor
 
-__all__ = ["Well"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 _RADIUS: Final = 8
@@ -27,15 +25,7 @@ _DIM: Final = 0.42
 
 
 class Well(QWidget):
-    """Shows an array that has its own size in device pixels already.
-
-    Parameters
-    ----------
-    name : str
-        What it shows.
-    edge : str
-        Token of its edge's colour.
-    """
+    """Shows an array that has its own size in device pixels already."""
 
     def __init__(self, name: str, edge: str) -> None:
         super().__init__()
@@ -58,17 +48,7 @@ class Well(QWidget):
             self.update()
 
     def set_words(self, tag: str, message: str, dim: bool) -> None:
-        """Write on the picture.
-
-        Parameters
-        ----------
-        tag : str
-            In the upper left corner.
-        message : str
-            A sentence along the lower edge.
-        dim : bool
-            Whether the picture is an old one.
-        """
+        """Write on the picture."""
         if (tag, message, dim) != (self._tag, self._message, self._dim):
             self._tag, self._message, self._dim = tag, message, dim
             self.setAccessibleDescription(f"{tag} {message}".strip())

@@ -16,8 +16,6 @@ from app.ui.widgets.plots.geometry import arrow_shape
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QWidget
 
-__all__ = ["Sign", "TurnArrow"]
-
 Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]
 """What the arrow shows; "none" shows nothing, while the heading is lost."""
 
@@ -30,13 +28,7 @@ _NAMES = {
 
 
 class TurnArrow(Plot):
-    """A thick curved arrow in amber, or a green check.
-
-    Parameters
-    ----------
-    parent : QWidget, optional
-        Parent widget.
-    """
+    """A thick curved arrow in amber, or a green check."""
 
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__("", parent)
@@ -55,13 +47,7 @@ class TurnArrow(Plot):
         return self._sign
 
     def set_sign(self, sign: Sign) -> None:
-        """Show another sign.
-
-        Parameters
-        ----------
-        sign : {"clockwise", "counter-clockwise", "check", "none"}
-            What to show.
-        """
+        """Show another sign."""
         self._sign = sign
         self.setAccessibleName(_NAMES[sign])
         self.update()

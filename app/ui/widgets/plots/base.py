@@ -20,19 +20,6 @@ if TYPE_CHECKING:
 
     from app.ui.widgets.plots.geometry import Point
 
-__all__ = [
-    "Plot",
-    "TurnPlot",
-    "closed_path",
-    "device_ratio",
-    "draw_label",
-    "draw_text",
-    "label_area",
-    "outlined_line",
-    "polygon",
-    "snap",
-]
-
 _STEPS: Final = {
     Qt.Key.Key_Right: 1.0,
     Qt.Key.Key_Up: 1.0,
@@ -96,18 +83,8 @@ def draw_text(
 
     Parameters
     ----------
-    painter : QPainter
-        Where to.
     middle : Point
         x as `align` says, y of the middle of the capital letters, logical pixels.
-    text : str
-        Words or a number.
-    font : QFont
-        Of the text.
-    colour : QColor
-        Of the text.
-    align : float, optional
-        0: x is the left end, 0.5: the middle, 1: the right end.
 
     Returns
     -------
@@ -139,18 +116,8 @@ def draw_label(
 
     Parameters
     ----------
-    painter : QPainter
-        Where to.
-    place : Point
-        Which point of the label lies here is said by `align`.
-    text : str
-        Its words.
     align : (float, float), optional
         (0, 0): `place` is the upper left corner; (1, 1): the lower right one.
-    fill, ink : QColor, optional
-        Other colours than those of a tag; then it has a dark edge.
-    weight : int, optional
-        Of the text.
 
     Returns
     -------
@@ -178,15 +145,7 @@ def label_area(
 
 
 class Plot(QWidget):
-    """A painted widget that can have the focus and says in words what it shows.
-
-    Parameters
-    ----------
-    name : str
-        Accessible name.
-    parent : QWidget, optional
-        Parent widget.
-    """
+    """A painted widget that can have the focus and says in words what it shows."""
 
     def __init__(self, name: str, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -211,10 +170,6 @@ class Plot(QWidget):
 
         Parameters
         ----------
-        name : str
-            Which picture.
-        key : hashable
-            What it depends on, besides theme, size and ratio.
         size : QSize
             Logical pixels.
         ratio : float
@@ -263,13 +218,6 @@ class TurnPlot(Plot):
     """A plot whose needle is a turn: by mouse or keyboard it can be moved and put back.
 
     Arrows move by 1°, with Shift by 10°, Home goes to the best turn.
-
-    Parameters
-    ----------
-    name : str
-        Accessible name.
-    parent : QWidget, optional
-        Parent widget.
     """
 
     turned = Signal(float)

@@ -14,8 +14,6 @@ from app.ui.widgets.plots.base import Plot
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QWidget
 
-__all__ = ["BigDegrees"]
-
 _FIGURE: Final = 224
 _LINE: Final = 176
 _WORDS: Final = 32
@@ -35,8 +33,6 @@ class BigDegrees(Plot):
     ----------
     size : int, optional
         Type size of the number, logical pixels at scale 1.
-    parent : QWidget, optional
-        Parent widget.
     """
 
     def __init__(self, size: int = _FIGURE, parent: QWidget | None = None) -> None:

@@ -12,8 +12,6 @@ from app.ui.theme.icons import draw_icon
 if TYPE_CHECKING:
     from app.ui.widgets.plots.geometry import Point
 
-__all__ = ["BrushSign", "draw_brush_ring"]
-
 BrushSign: TypeAlias = Literal["plus", "minus", "ignore", "restore"]
 """What the brush does: brighter, darker, ignore, restore."""
 
@@ -37,8 +35,6 @@ def draw_brush_ring(
         Of the brush, logical pixels.
     inner : float
         Radius of full strength, logical pixels; left out where there is no room for it.
-    sign : {"plus", "minus", "ignore", "restore"}
-        Drawn in the middle, unless the ring is too small.
     """
     middle = QPointF(*centre)
     painter.save()

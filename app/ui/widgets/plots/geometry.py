@@ -16,23 +16,6 @@ from app.core.angles import wrap
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = [
-    "ArrowShape",
-    "Cubic",
-    "Dial",
-    "Point",
-    "arc_extent",
-    "arrow_shape",
-    "at_turn",
-    "head_outline",
-    "hit",
-    "sector",
-    "smooth",
-    "spread",
-    "turn_at",
-    "value_at",
-]
-
 Point: TypeAlias = tuple[float, float]
 """(x, y), logical pixels, y downward."""
 
@@ -71,17 +54,10 @@ def at_turn(centre: Point, radius: float, turn_deg: float) -> Point:
 
     Parameters
     ----------
-    centre : Point
-        Of the circle.
     radius : float
         Of the circle, logical pixels.
     turn_deg : float
         Turn, deg; 0 is up, positive is clockwise.
-
-    Returns
-    -------
-    Point
-        On the circle.
 
     Examples
     --------
@@ -94,13 +70,6 @@ def at_turn(centre: Point, radius: float, turn_deg: float) -> Point:
 
 def turn_at(centre: Point, point: Point) -> float:
     """Find the turn toward a point; the inverse of `at_turn`.
-
-    Parameters
-    ----------
-    centre : Point
-        Of the circle.
-    point : Point
-        Any other point; the centre itself counts as 0.
 
     Returns
     -------
@@ -143,8 +112,6 @@ def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[P
 
     Parameters
     ----------
-    centre : Point
-        Of the disc.
     radius : float
         Of the disc, logical pixels.
     arc_deg : tuple of float
@@ -170,11 +137,6 @@ def value_at(curve: Sequence[float], turn_deg: float) -> float:
         Values at evenly spaced turns from 0 on, clockwise; not empty.
     turn_deg : float
         Where, deg.
-
-    Returns
-    -------
-    float
-        In the curve's unit.
     """
     count = len(curve)
     place = (turn_deg / 360.0 * count) % count
@@ -189,8 +151,6 @@ class Dial:
 
     Attributes
     ----------
-    centre : Point
-        Of the circles.
     core, rim : float
         Radius of the values 0 and 100, logical pixels; the head stands within the core.
     """
@@ -215,11 +175,6 @@ class Dial:
 
 def smooth(points: Sequence[Point]) -> list[Cubic]:
     """Lead a closed smooth curve through points.
-
-    Parameters
-    ----------
-    points : sequence of Point
-        At least three, in order; the curve closes itself.
 
     Returns
     -------
@@ -263,8 +218,6 @@ def head_outline(centre: Point, size: float, turn_deg: float) -> list[Point]:
 
     Parameters
     ----------
-    centre : Point
-        Middle of the head.
     size : float
         Half the length of the head, logical pixels.
     turn_deg : float
@@ -289,17 +242,8 @@ def hit(places: Sequence[Point], point: Point, reach: float) -> int | None:
 
     Parameters
     ----------
-    places : sequence of Point
-        Middles of the targets.
-    point : Point
-        Of the pointer.
     reach : float
         Farthest distance that still counts, logical pixels.
-
-    Returns
-    -------
-    int or None
-        Index of the nearest within reach.
     """
     near = [(math.dist(place, point), index) for index, place in enumerate(places)]
     best = min(near, default=(math.inf, -1))
@@ -315,17 +259,6 @@ def spread(
     ----------
     wanted : sequence of float
         Middles that the labels would like to have, logical pixels, in any order.
-    widths : sequence of float
-        Their widths.
-    gap : float
-        Least free room between two.
-    low, high : float
-        Ends of the line; labels stay within where there is room at all.
-
-    Returns
-    -------
-    list of float
-        Their middles, in the order given.
     """
     order = sorted(range(len(wanted)), key=lambda index: wanted[index])
     middles = [wanted[index] for index in order]
@@ -356,14 +289,10 @@ class ArrowShape:
 
     Attributes
     ----------
-    centre : Point
-        Of the band's circles.
     inner, outer : float
         Radii of the band, logical pixels.
     start_deg, stop_deg : float
         Where on the circle the band begins and meets the head, deg; 0 is up.
-    head : tuple of Point
-        Outer corner, tip, inner corner.
     """
 
     centre: Point
@@ -381,13 +310,6 @@ def arrow_shape(width: float, height: float, *, clockwise: bool) -> ArrowShape:
     ----------
     width, height : float
         Of the box, logical pixels; made for 320 x 104, any other is filled in proportion.
-    clockwise : bool
-        Which way the tip points: to the right, or mirrored.
-
-    Returns
-    -------
-    ArrowShape
-        Inside the box.
     """
     unit = min(width / 320.0, height / 104.0)
     side = 1.0 if clockwise else -1.0

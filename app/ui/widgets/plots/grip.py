@@ -15,8 +15,6 @@ from app.ui.widgets.plots.base import draw_text
 if TYPE_CHECKING:
     from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QPaintEvent
 
-__all__ = ["MarkerGrip"]
-
 _HEIGHT: Final = 36
 _ICON: Final = 16
 _PADDING: Final = 15
@@ -27,13 +25,6 @@ class MarkerGrip(QWidget):
     """An amber pill with a person, words, and the sign that it can be dragged.
 
     Arrows step by 1°, with Shift by 10°; Enter keeps the new place, Esc takes the old one.
-
-    Parameters
-    ----------
-    words : str
-        What stands here, while it does not move.
-    parent : QWidget
-        The panorama that it lies on.
     """
 
     dragged = Signal(QPoint)

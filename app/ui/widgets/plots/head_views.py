@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from app.ui.widgets.plots.geometry import Point
     from app.ui.widgets.plots.lamp_plot import Heads
 
-__all__ = ["AboveView", "SideView"]
-
 _DOT: Final = 24
 _RING_SHARE: Final = 0.445  # of the width: room for the dot beside the ring
 _DRAWN_M: Final = (0.24, 0.9)  # a ring nearer or farther is drawn at these

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from app.core.head_shape import HeadShape
     from app.ui.widgets.plots.geometry import Point
 
-__all__ = ["HIGHEST_DEG", "Heads", "LampPlot", "draw_best", "draw_lamp"]
-
 HIGHEST_DEG: Final = 67.5
 """Altitude that a lamp is raised and lowered to."""
 
@@ -45,16 +43,10 @@ class Heads(Protocol):
     ----------
     shape : HeadShape or None
         Outlines of the head; None draws nothing.
-    distance_m : float
-        Of the lamp, from the middle of the head.
-    azimuth_deg, altitude_deg : float
-        Where it is held, positive toward the sitter's left and upward.
     best : tuple of float or None
         Best azimuth and altitude.
     place_light_deg : float or None
         From where the place itself lights the face; None for all around.
-    spoken : str
-        The placement in words.
     """
 
     @property
@@ -92,13 +84,6 @@ class LampPlot(Plot):
     Arrows move it by 1°, with Shift by 10°: right and left around the head toward the sitter's
     left and right, up and down in altitude. Home goes to the best place, Page Up and Page Down
     turn the lamp up and down.
-
-    Parameters
-    ----------
-    name : str
-        Accessible name.
-    parent : QWidget, optional
-        Parent widget.
     """
 
     moved = Signal(float, float)

@@ -14,8 +14,6 @@ from app.core.angles import difference, wrap
 from app.core.turning.words import signed
 from app.ui.widgets.plots.geometry import arc_extent
 
-__all__ = ["SPAN_DEG", "ZOOMS", "StripScale", "Tick", "Viewport", "label_step", "scale_label"]
-
 ZOOMS: Final = (1.0, 8.0)
 """Least and greatest zoom: 1 shows the whole panorama."""
 
@@ -33,8 +31,6 @@ class Tick:
         From the scale's left end, logical pixels.
     value_deg : float
         What it counts, deg, in [-180, 180]; -180 only left of the middle.
-    label : str
-        Its number, or empty.
     """
 
     x: float
@@ -44,11 +40,6 @@ class Tick:
 
 def scale_label(value_deg: float) -> str:
     """Write a number of a scale: as everywhere, except that its left end may be −180°.
-
-    Parameters
-    ----------
-    value_deg : float
-        Deg, in [-180, 180].
 
     Examples
     --------
@@ -85,8 +76,6 @@ class Viewport:
     ----------
     width : float
         Of the window, logical pixels; its height is half of it.
-    zoom : float
-        1 shows the whole panorama, 8 an eighth of its width.
     azimuth_deg : float
         Azimuth in the middle, deg in (-180, 180].
     elevation_deg : float
@@ -159,13 +148,6 @@ class Viewport:
         ----------
         front_deg : float
             Azimuth that the scale counts from, deg.
-        step, labelled : int
-            Degrees between two ticks, and between two that carry a number.
-
-        Returns
-        -------
-        list of Tick
-            From left to right.
         """
         middle = difference(self.azimuth_deg, front_deg)
         half = self.width / 2.0 / self.scale + 1e-9
@@ -254,10 +236,6 @@ class StripScale:
 
         Parameters
         ----------
-        step : int
-            Degrees between two, counted from turn 0.
-        avoid_deg : tuple of float
-            Turns of the markers.
         room_deg : float
             A label makes way when a marker comes nearer than this, deg.
 

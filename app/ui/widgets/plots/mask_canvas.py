@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from app.ui.widgets.plots.geometry import Point
 
-__all__ = ["MaskCanvas"]
-
 _ZOOMS: Final = (1.0, 2.0, 4.0, 8.0)
 _NOTCH: Final = 120
 _TINT: Final = 0.35
@@ -66,11 +64,6 @@ class MaskCanvas(Plot):
 
     The mouse paints, the wheel zooms about the pointer, the right button moves the picture. Arrows
     move the brush by 1°, with Shift by 10°; Enter or Space paints a dab; + and − zoom.
-
-    Parameters
-    ----------
-    parent : QWidget, optional
-        Parent widget.
     """
 
     pressed = Signal(float, float)

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from PySide6.QtGui import QMouseEvent
     from PySide6.QtWidgets import QWidget
 
-__all__ = ["WeightPanorama", "dimmed", "enlarged", "tinted"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 _RADIUS: Final = 6
@@ -114,14 +112,8 @@ class WeightPanorama(TurnPlot):
 
     Parameters
     ----------
-    name : str, optional
-        Accessible name.
     size : (int, int), optional
         Size that it would like to have, logical pixels at scale 1; 2:1.
-    sitter, behind : str, optional
-        Words of the two tags; an empty one takes its line away too.
-    parent : QWidget, optional
-        Parent widget.
     """
 
     def __init__(
@@ -183,8 +175,6 @@ class WeightPanorama(TurnPlot):
         ----------
         turn_deg : float
             Turn, deg: the weights of azimuth a are then shown at a + turn.
-        best_deg : float, optional
-            Where Home leads; stays as it was by default.
         """
         if best_deg is not None:
             self._best = wrap(best_deg)

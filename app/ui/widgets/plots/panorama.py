@@ -43,13 +43,6 @@ class PanoramaView(Plot):
     All azimuths that go in and come out are the panorama's own; the scale underneath counts from
     the photographer. Arrows look around by 1°, with Shift by 10°, plus and minus zoom, 0 shows
     everything, Home looks at the photographer, M takes the marker.
-
-    Parameters
-    ----------
-    name : str, optional
-        Accessible name.
-    parent : QWidget, optional
-        Parent widget.
     """
 
     marker_moved = Signal(float)
@@ -125,13 +118,7 @@ class PanoramaView(Plot):
         self._changed()
 
     def set_lamps(self, lamps: Sequence[SceneLamp]) -> None:
-        """Label lamps.
-
-        Parameters
-        ----------
-        lamps : sequence of SceneLamp
-            In the order in which they are read out.
-        """
+        """Label lamps."""
         self._lamps = tuple(lamps)
         self._changed()
 

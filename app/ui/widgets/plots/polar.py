@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from app.ui.theme import Theme
     from app.ui.widgets.plots.geometry import Point
 
-__all__ = ["PolarPlot"]
-
 _INSET: Final = 18.0  # from the edge of the widget to the rim: room for the numbers
 _CORE: Final = 26.0  # radius of the value 0: the head stands inside it
 _HEAD: Final = 17.0  # half the length of the head
@@ -61,12 +59,8 @@ class PolarPlot(TurnPlot):
 
     Parameters
     ----------
-    name : str, optional
-        Accessible name.
     size : int, optional
         Side of the square that it would like to have, logical pixels at scale 1.
-    parent : QWidget, optional
-        Parent widget.
     """
 
     peak_chosen = Signal(int)
@@ -110,8 +104,6 @@ class PolarPlot(TurnPlot):
         curve : sequence of float
             Match at evenly spaced turns from 0 on, clockwise (64 values), of 100; what lies
             outside 0 to 100 is drawn at its ends. Empty shows the bare dial.
-        limit : float
-            Least match in reach: a dashed ring.
         arc : tuple of float or None
             Tolerance arc (from, to), clockwise, deg; may wrap. None: out of reach, no arc.
         best : float or None

@@ -14,8 +14,6 @@ from app.ui.widgets.plots.base import Plot, draw_text, snap
 if TYPE_CHECKING:
     from PySide6.QtWidgets import QWidget
 
-__all__ = ["WeightLegend", "WeightScale", "draw_sign"]
-
 WeightSign: TypeAlias = Literal["plus", "minus"]
 
 _GREY: Final = QColor(0x6E, 0x6E, 0x6E)
@@ -31,8 +29,6 @@ def draw_sign(painter: QPainter, area: QRectF, sign: WeightSign) -> None:
         Antialiased, in logical pixels.
     area : QRectF
         Of the tile; square, on whole pixels.
-    sign : {"plus", "minus"}
-        Which.
     """
     t = theme()
     painter.setPen(Qt.PenStyle.NoPen)
@@ -49,15 +45,7 @@ def draw_sign(painter: QPainter, area: QRectF, sign: WeightSign) -> None:
 
 
 class WeightScale(Plot):
-    """A bar from blue over grey to orange, with words and tiles at its ends.
-
-    Parameters
-    ----------
-    less, more : str, optional
-        Words at the blue and at the orange end.
-    parent : QWidget, optional
-        Parent widget.
-    """
+    """A bar from blue over grey to orange, with words and tiles at its ends."""
 
     def __init__(
         self,
@@ -104,15 +92,7 @@ class WeightScale(Plot):
 
 
 class WeightLegend(Plot):
-    """Two tiles with words: what orange and blue on a panorama mean.
-
-    Parameters
-    ----------
-    helps, harms : str, optional
-        Words of orange and of blue.
-    parent : QWidget, optional
-        Parent widget.
-    """
+    """Two tiles with words: what orange and blue on a panorama mean."""
 
     def __init__(
         self,

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from app.ui.widgets.plots.mapping import Viewport
     from app.ui.widgets.plots.tiles import Layers
 
-__all__ = ["Marks", "SceneLamp", "TileStore", "draw_marks", "draw_scale"]
-
 _TILE: Final = 256
 _MOST: Final = 160  # tiles kept: 40 MB, twice a large window at 2x
 _HATCH: Final = 8.0
@@ -35,8 +33,6 @@ class SceneLamp:
 
     Attributes
     ----------
-    letter : str
-        In its tag: "A".
     azimuth_deg, elevation_deg : float
         Of its middle in the panorama as captured, deg.
     """
@@ -56,8 +52,6 @@ class Marks:
         Azimuth that the scale counts from, deg.
     marker_deg : float or None
         Azimuth of the photographer's marker, deg.
-    lamps : tuple of SceneLamp
-    grid : bool
     """
 
     front_deg: float
@@ -92,14 +86,6 @@ class TileStore:
             In logical pixels.
         ratio : float
             Device pixels per logical one.
-        area : QRect
-            The window, 2:1.
-        view : Viewport
-            What it shows.
-        layers : Layers
-            The panorama.
-        hatched : bool
-            Whether clipped areas are hatched.
         """
         width = max(round(area.width() * view.zoom * ratio / 2.0) * 2, 2)
         whole = (width, width // 2)
@@ -164,12 +150,6 @@ def draw_marks(painter: QPainter, ratio: float, area: QRect, view: Viewport, mar
         Antialiased, in logical pixels.
     ratio : float
         Device pixels per logical one.
-    area : QRect
-        Where the picture lies.
-    view : Viewport
-        What it shows.
-    marks : Marks
-        What to paint.
     """
     painter.save()
     painter.setClipRect(area)
@@ -241,12 +221,6 @@ def draw_scale(painter: QPainter, ratio: float, area: QRect, view: Viewport, mar
         Antialiased, in logical pixels.
     ratio : float
         Device pixels per logical one.
-    area : QRect
-        Where the picture lies.
-    view : Viewport
-        What it shows.
-    marks : Marks
-        From where the scale counts, and where the marker is.
     """
     t = theme()
     left, top = area.left(), float(area.bottom() + 1)

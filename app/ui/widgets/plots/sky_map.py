@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from app.ui.widgets.plots.geometry import Point
 
-__all__ = ["Sky", "SkyMap"]
-
 _LABELS: Final = 24  # height of the line of words below
 _ABOVE: Final = 6  # room for the dot where the lamp is raised as far as it goes
 _RADIUS: Final = 6
@@ -48,8 +46,6 @@ class Sky(Protocol):
         Where the lamp may not be held.
     line : (n, 4) float32
         Pieces of a line: azimuth and altitude of both ends, deg.
-    half_height_deg : float
-        Altitude of the upper edge.
     """
 
     @property

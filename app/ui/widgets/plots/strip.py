@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     from app.ui.theme import Theme
 
-__all__ = ["BackgroundStrip", "StripState"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 _HEIGHT: Final = 220
@@ -55,10 +53,6 @@ class StripState:
         Turns inside the light (from, to), clockwise, deg.
     goal_words, now_words : str
         On the scale: "goal 96°", "now 73°".
-    goal_tag, now_tag : str
-        On the frames.
-    description : str
-        What a screen reader says.
     camera_deg : float or None
         Turn at which the camera's axis would have the sitter in the middle, deg; None for
         `now_deg`.
@@ -84,15 +78,7 @@ class StripState:
 
 
 class BackgroundStrip(Plot):
-    """150° of background centred on the goal, with the scale of turns underneath.
-
-    Parameters
-    ----------
-    name : str, optional
-        Accessible name.
-    parent : QWidget, optional
-        Parent widget.
-    """
+    """150° of background centred on the goal, with the scale of turns underneath."""
 
     stepped = Signal(float)
     """An arrow key was pressed: by so many degrees, positive clockwise; 10 with Shift."""

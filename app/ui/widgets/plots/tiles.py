@@ -14,8 +14,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Layers", "cut", "hatch", "make_layers"]
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 _SMALLEST: Final = 512  # columns below which no smaller copy is made
@@ -51,11 +49,6 @@ def make_layers(picture: Bytes, clipped: NDArray[Any] | None = None) -> Layers:
         sRGB.
     clipped : (H, W) bool or float, optional
         Where it is clipped: true, or the share of the texel, 0 to 1. Any size.
-
-    Returns
-    -------
-    Layers
-        Copies; the arrays given may change afterwards.
     """
     pictures = [np.ascontiguousarray(picture)]
     while pictures[-1].shape[1] >= 2 * _SMALLEST:
@@ -104,8 +97,6 @@ def cut(layers: Layers, whole: tuple[int, int], place: tuple[int, int, int, int]
 
     Parameters
     ----------
-    layers : Layers
-        The panorama.
     whole : (width, height)
         Size of the whole panorama, device pixels.
     place : (x, y, width, height)
@@ -156,10 +147,6 @@ def hatch(
     ----------
     piece : NDArray[np.uint8], (height, width, 3)
         From `cut`; changed in place.
-    layers : Layers
-        The same.
-    whole, place
-        The same as for `cut`.
     period : float
         From one white line to the next along a row, device pixels.
     """
