@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, NoReturn
 
 from app import __version__
-from app.commands.stopping import imports_whole
+from app.commands.interrupt import imports_whole
 from app.commands.streams import one_line, plain_streams
-from app.core.errors import Cancelled, CoreError
+from app.core.base.errors import Cancelled, CoreError
 from app.devices.errors import DISK, DeviceError
 
 if TYPE_CHECKING:
@@ -203,9 +203,9 @@ def _command_in(arguments: list[str]) -> str | None:
 def _open_window(parser: argparse.ArgumentParser, args: argparse.Namespace) -> int:
     if args.screenshots is not None and not args.demo:
         parser.error("--screenshots goes with --demo")
-    from app.desktop import Wishes, start
+    from app.desktop import LaunchOptions, start
 
-    return start(Wishes(args.demo, args.screenshots, args.theme, args.scale))
+    return start(LaunchOptions(args.demo, args.screenshots, args.theme, args.scale))
 
 
 def _sentence(error: OSError) -> str:

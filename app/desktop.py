@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 
 from app.ui.display import check_display, missing_library
+from app.ui.launch_options import LaunchOptions
 from app.ui.memory import reading_in
-from app.ui.wishes import Wishes
 
-__all__ = ["Wishes", "start"]
+__all__ = ["LaunchOptions", "start"]
 
 
-def start(wishes: Wishes) -> int:
+def start(wishes: LaunchOptions) -> int:
     """Show the window until it is closed.
 
     Returns
@@ -43,12 +43,12 @@ def start(wishes: Wishes) -> int:
         if ".so" not in str(error):
             raise
         raise missing_library(str(error)) from error
-    from app.devices.at_hand import DevicesAtHand
     from app.devices.clock import SystemClock
+    from app.devices.real_devices import DevicesAtHand
 
     clock = SystemClock()
     if wishes.demo:
-        from app.core.paths import resources
+        from app.core.base.paths import resources
         from app.devices.demo import DemoDevices
 
         devices = DemoDevices(clock, resources() / "demo" / "location")

@@ -28,17 +28,17 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from app.core.errors import CoreError  # noqa: E402
-from app.core.progress import Token  # noqa: E402
+from app.core.base.errors import CoreError  # noqa: E402
+from app.core.base.progress import Token  # noqa: E402
 from app.devices.capture.machine import Capture, CaptureResult  # noqa: E402
 from app.devices.capture.session import Session  # noqa: E402
 from app.devices.clock import SystemClock  # noqa: E402
 from app.devices.errors import DeviceError  # noqa: E402
-from app.devices.osc.client import OscClient  # noqa: E402
-from app.devices.osc.endpoint import Endpoint  # noqa: E402
-from app.devices.osc.link import Link  # noqa: E402
 from app.devices.simulated.camera import SimulatedCamera  # noqa: E402
 from app.devices.simulated.server import CameraServer  # noqa: E402
+from app.devices.theta.client import OscClient  # noqa: E402
+from app.devices.theta.endpoint import Endpoint  # noqa: E402
+from app.devices.theta.link import Link  # noqa: E402
 from tests.helpers.bad_line import KINDS, BadLine  # noqa: E402
 from tests.helpers.cameras import Rig, lit_room, pack  # noqa: E402
 from tests.helpers.captures import (  # noqa: E402

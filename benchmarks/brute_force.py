@@ -23,13 +23,13 @@ from stock import INDOORS, ROOT, as_placed, generic_head, read_light, stock_pict
 from typing import TYPE_CHECKING
 
 from app.core.baking.backend import select_variant
-from app.core.colour import luminance
-from app.core.environment import rotate
-from app.core.files import atomic_write_text
-from app.core.pack import StylePack, load_named_pack
-from app.core.solve import solve_all
-from app.core.transport import Transport, load_named, load_transport, render
-from app.core.weights import target_weights
+from app.core.base.colour import luminance
+from app.core.base.files import atomic_write_text
+from app.core.solver.environment import rotate
+from app.core.solver.solve import solve_all
+from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.solver.transport import Transport, load_named, load_transport, render
+from app.core.solver.weights import target_weights
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

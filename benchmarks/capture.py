@@ -23,17 +23,17 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from app.core.pack import load_named_pack  # noqa: E402
-from app.core.probe import probe as measuring  # noqa: E402
-from app.core.probe.arriving import ArrivingFrames  # noqa: E402
-from app.core.progress import Token  # noqa: E402
+from app.core.base.progress import Token  # noqa: E402
+from app.core.hdr import pipeline as measuring  # noqa: E402
+from app.core.hdr.arriving import ArrivingFrames  # noqa: E402
+from app.core.solver.style_pack import load_named_pack  # noqa: E402
 from app.devices.capture import check, fetching, machine, shooting  # noqa: E402
 from app.devices.capture.machine import Capture  # noqa: E402
 from app.devices.capture.session import Session  # noqa: E402
 from app.devices.clock import SystemClock  # noqa: E402
-from app.devices.osc.client import OscClient  # noqa: E402
-from app.devices.osc.endpoint import Endpoint  # noqa: E402
-from app.devices.osc.link import Link  # noqa: E402
+from app.devices.theta.client import OscClient  # noqa: E402
+from app.devices.theta.endpoint import Endpoint  # noqa: E402
+from app.devices.theta.link import Link  # noqa: E402
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

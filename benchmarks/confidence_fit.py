@@ -1,4 +1,4 @@
-"""Fit the weights of `app/core/turning/confidence.py`, and say how they hold in rooms left out.
+"""Fit the weights of `app/core/localization/confidence.py`, and how they hold in rooms left out.
 
     python benchmarks/locate_photos.py FOLDER --make --draw 1000      (only for this)
     python benchmarks/confidence_fit.py FOLDER KEPT.pkl           (gathers evidence; resumes)
@@ -27,9 +27,9 @@ from heading_cases import (  # isort: skip
 )  # fmt: skip
 from locate_cases import SPOTS_M  # isort: skip
 
-from app.core.angles import difference
-from app.core.turning import shot
-from app.core.turning.confidence import (
+from app.core.base.angles import difference
+from app.core.localization import photo_check
+from app.core.localization.confidence import (
     CLOSE_DEG,
     LEAST_CONFIDENCE,
     LINE_SIGNS,
@@ -38,8 +38,8 @@ from app.core.turning.confidence import (
     line_signs,
     place_signs,
 )  # fmt: skip
-from app.core.turning.heading import HeadingIndex, Sight, compare, see
-from app.core.turning.shot import read_photo
+from app.core.localization.heading import HeadingIndex, Sight, compare, see
+from app.core.localization.photo_check import read_photo
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -75,15 +75,15 @@ def of_photo(path: Path, maps: dict[str, HeadingIndex]) -> list[Row]:
     asked = [(place, kind, told["heading_deg"])]
     if kind == "beside" and number % 3 == 0:
         asked.append((names[7 * number % len(names)], "elsewhere", None))
-    assumed = shot._assumed_fov(photo.picture)
-    sitter = shot._sitter_in(photo.picture, photo.fov_deg or assumed)
+    assumed = photo_check._assumed_fov(photo.picture)
+    sitter = photo_check._sitter_in(photo.picture, photo.fov_deg or assumed)
     rows = []
     for who in dict.fromkeys((sitter, None)):
-        sight = shot._sight_of(photo.picture, who)
+        sight = photo_check._sight_of(photo.picture, who)
         for name, what, heading in asked:
             # Cut, and looked for with the lens of the whole: right or not, it is no example.
             for fov in (None,) if kind == "cropped" else (photo.fov_deg, None):
-                angle = shot._angle(who, fov or assumed)
+                angle = photo_check._angle(who, fov or assumed)
                 rows.append(row(what, place, compare(sight, maps[name], fov, None, angle), heading))
     return [one for one in rows if one is not None]
 
@@ -117,14 +117,14 @@ def live(maps: dict[str, HeadingIndex]) -> list[Row]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Weights:
-    """What is fitted: as in `app.core.turning.confidence`."""
+    """What is fitted: as in `app.core.localization.confidence`."""
 
     place: NDArray[np.float64]
     line: NDArray[np.float64]
     factor: float
 
     def trusted(self, one: Row) -> float:
-        """As `app.core.turning.confidence.trust`."""
+        """As `app.core.localization.confidence.trust`."""
         evidence, result = one["evidence"], 1.0
         for weights, told in ((self.place, place_signs), (self.line, line_signs)):
             z = float(np.clip(np.dot(weights, told(evidence)), -50.0, 50.0))

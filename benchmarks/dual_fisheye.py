@@ -33,22 +33,22 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from app.core.colour import luminance  # noqa: E402
-from app.core.environment import (  # noqa: E402
+from app.core.base.colour import luminance  # noqa: E402
+from app.core.base.images import write_png  # noqa: E402
+from app.core.base.sphere import direction, directions, positions  # noqa: E402
+from app.core.hdr.display import display_panorama  # noqa: E402
+from app.core.hdr.finish import MergeOptions  # noqa: E402
+from app.core.hdr.frame import Merged  # noqa: E402, TC001
+from app.core.hdr.lights import find_lights  # noqa: E402
+from app.core.hdr.pipeline import Probe, measure  # noqa: E402
+from app.core.hdr.whatif import choose, given_up  # noqa: E402
+from app.core.solver.environment import (  # noqa: E402
     read_environment,
     reduce_radiance,
     solid_angles,
 )
-from app.core.images import write_png  # noqa: E402
-from app.core.pack import StylePack, load_named_pack  # noqa: E402
-from app.core.probe.display import display_panorama  # noqa: E402
-from app.core.probe.finish import Wishes  # noqa: E402
-from app.core.probe.frame import Merged  # noqa: E402, TC001
-from app.core.probe.lights import find_lights  # noqa: E402
-from app.core.probe.probe import Probe, measure  # noqa: E402
-from app.core.probe.whatif import choose, given_up  # noqa: E402
-from app.core.solve import solve_all  # noqa: E402
-from app.core.sphere import direction, directions, positions  # noqa: E402
+from app.core.solver.solve import solve_all  # noqa: E402
+from app.core.solver.style_pack import StylePack, load_named_pack  # noqa: E402
 from tests.helpers.fisheye import Rig, bracket  # noqa: E402
 
 STOPS = (2.0, -1.0, -4.0, -7.0, -10.0)
@@ -150,7 +150,7 @@ def try_one(name: str, light: Any, rig: Rig, pack: StylePack, keep: Path | None)
     with tempfile.TemporaryDirectory() as folder:
         files = bracket(Path(folder), shot, STOPS, rig)
         started = time.process_time()
-        probe = measure(files, pack, Wishes(sun="leave"))
+        probe = measure(files, pack, MergeOptions(sun="leave"))
         seconds = time.process_time() - started
     assert probe.stitching is not None
     # The middle frame saturates at 2^4.

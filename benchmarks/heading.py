@@ -26,11 +26,11 @@ from heading_cases import (  # isort: skip
 )  # fmt: skip
 from heading_turn import turn_rows, turn_table  # isort: skip
 
-from app.core.angles import difference
-from app.core.files import atomic_write_text
-from app.core.turning.confidence import LEAST_CONFIDENCE, trust
-from app.core.turning.heading import Found, HeadingIndex, Sight, compare, find_heading, see
-from app.core.turning.headings import offset_angle
+from app.core.base.angles import difference
+from app.core.base.files import atomic_write_text
+from app.core.localization.confidence import LEAST_CONFIDENCE, trust
+from app.core.localization.heading import Found, HeadingIndex, Sight, compare, find_heading, see
+from app.core.localization.heading_conversion import offset_angle
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

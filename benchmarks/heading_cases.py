@@ -18,17 +18,17 @@ from numpy.typing import NDArray
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from app.core import sphere  # noqa: E402
-from app.core.colour import srgb_encode, to_bytes  # noqa: E402
-from app.core.environment import read_environment  # noqa: E402
-from app.core.paths import resources  # noqa: E402
-from app.core.probe.display import display_gain, display_panorama  # noqa: E402
+from app.core.base import sphere  # noqa: E402
+from app.core.base.colour import srgb_encode, to_bytes  # noqa: E402
+from app.core.base.paths import resources  # noqa: E402
+from app.core.hdr.display import display_gain, display_panorama  # noqa: E402
+from app.core.localization.field_of_view import ASSUMED_DEG  # noqa: E402
+from app.core.localization.heading import HeadingIndex, build_index  # noqa: E402
+from app.core.localization.views import Lens  # noqa: E402
 from app.core.simulation.phone import Disturbance, disturbed, random_disturbance  # noqa: E402
 from app.core.simulation.scene_files import probe_environment  # noqa: E402
 from app.core.simulation.scene_views import SceneViews, Stand  # noqa: E402
-from app.core.turning.field import ASSUMED_DEG  # noqa: E402
-from app.core.turning.heading import HeadingIndex, build_index  # noqa: E402
-from app.core.turning.views import Lens  # noqa: E402
+from app.core.solver.environment import read_environment  # noqa: E402
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -25,7 +25,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from app.core.files import atomic_write_text  # noqa: E402
+from app.core.base.files import atomic_write_text  # noqa: E402
 from tests.helpers.hostile_files import make_corpus  # noqa: E402
 from tests.helpers.hostile_runs import (  # noqa: E402
     MOST_RSS,

@@ -20,14 +20,14 @@ from numpy.typing import NDArray
 
 from heading_cases import LOCATION, ROOT, demo_spots, demo_views, scenes  # isort: skip
 
-from app.core import sphere
-from app.core.angles import difference, wrap
-from app.core.colour import srgb_decode, srgb_encode, to_bytes
-from app.core.paths import resources
+from app.core.base import sphere
+from app.core.base.angles import difference, wrap
+from app.core.base.colour import srgb_decode, srgb_encode, to_bytes
+from app.core.base.paths import resources
+from app.core.localization.views import Lens
 from app.core.simulation.phone import disturbed, random_disturbance, tone_mapped
 from app.core.simulation.scene_files import EYE_M, SceneFiles, shown
 from app.core.simulation.scene_views import Stand
-from app.core.turning.views import Lens
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

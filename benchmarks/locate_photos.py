@@ -27,13 +27,13 @@ from locate_cases import (  # isort: skip
 )  # fmt: skip
 from heading_cases import LOCATION, ROOT, demo_spots, learnt, scenes  # isort: skip
 
-from app.core.angles import difference
-from app.core.files import atomic_write_text
-from app.core.turning.shot import read_photo, search_photo
+from app.core.base.angles import difference
+from app.core.base.files import atomic_write_text
+from app.core.localization.photo_check import read_photo, search_photo
 
 if TYPE_CHECKING:
-    from app.core.turning.heading import HeadingIndex
-    from app.core.turning.picture_file import PictureFile
+    from app.core.localization.heading import HeadingIndex
+    from app.core.localization.picture_file import PictureFile
 
 SETS: Final = (  # world, kind, photographs, seed
     ("views", "at", 300, 16),

@@ -31,24 +31,24 @@ sys.path.insert(0, str(ROOT))
 
 from memorial_map import read_map  # noqa: E402
 
-from app.core.colour import luminance, srgb_decode  # noqa: E402
-from app.core.environment import read_environment, reduce_radiance  # noqa: E402
-from app.core.paths import resources  # noqa: E402
-from app.core.probe.agreement import doubts  # noqa: E402
-from app.core.probe.frame import Bracket, Exposure, Frame, Merged  # noqa: E402
-from app.core.probe.half_size import anchors  # noqa: E402
-from app.core.probe.merge import SIZE, merge  # noqa: E402
-from app.core.probe.pixels import open_frames  # noqa: E402
+from app.core.base.colour import luminance, srgb_decode  # noqa: E402
+from app.core.base.paths import resources  # noqa: E402
+from app.core.hdr.agreement import doubts  # noqa: E402
+from app.core.hdr.frame import Bracket, Exposure, Frame, Merged  # noqa: E402
+from app.core.hdr.half_size import anchors  # noqa: E402
+from app.core.hdr.merge import SIZE, merge  # noqa: E402
+from app.core.hdr.pixels import open_frames  # noqa: E402
 from app.core.simulation.bracket_maker import make_bracket, meter  # noqa: E402
 from app.core.simulation.cameras import CameraModel, camera_named  # noqa: E402
 from app.core.simulation.view import enlarged  # noqa: E402
+from app.core.solver.environment import read_environment, reduce_radiance  # noqa: E402
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
-    from app.core.probe.weighting import Scheme
+    from app.core.hdr.weighting import Scheme
 
     Bytes = NDArray[np.uint8]
     Float64 = NDArray[np.float64]
@@ -176,7 +176,7 @@ def usable(pictures: Sequence[Bytes]) -> NDArray[np.bool_]:
 
 def ours(bracket: Bracket, scheme: Scheme, size: tuple[int, int] | None) -> Merged:
     """Merge as the program does."""
-    # As `app.core.probe.probe`: what is reduced anyway is decoded at half its size where it may be.
+    # As `app.core.hdr.pipeline`: what is reduced anyway is decoded at half size where it may be.
     halves = [not whole for whole in anchors(bracket.stops)] if size else ()
     with open_frames(bracket, halves=halves) as stack:
         return merge(stack, SrgbCurve(), stack.stops, scheme=scheme, size=size)
@@ -288,7 +288,7 @@ def memorial(folder: Path) -> dict[str, float]:
     scale, over the three channels of all pixels inside the pictures' common area (shifted borders
     are marked by pure blue) whose published value is not 0.
     """
-    from app.core.probe.response import choose_response
+    from app.core.hdr.response import choose_response
 
     listed = [
         line.split()

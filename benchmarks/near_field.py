@@ -39,13 +39,13 @@ from app.core.baking.walk import (
     trace_pixels,
     trace_profile,
 )
-from app.core.files import atomic_write, atomic_write_text
-from app.core.head_shape import load_shape_of
-from app.core.pack import load_named_pack
+from app.core.base.files import atomic_write, atomic_write_text
+from app.core.second_light.lamp_presets import NumbersLamp, parse
 from app.core.second_light.near import near_picture, prepare_near
-from app.core.second_light.numbers import NumbersLamp, parse
 from app.core.second_light.placements import direction
-from app.core.transport import Transport, load_named
+from app.core.solver.head_shape import load_shape_of
+from app.core.solver.style_pack import load_named_pack
+from app.core.solver.transport import Transport, load_named
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -25,12 +25,12 @@ from numpy.typing import NDArray
 from stock import ROOT  # isort: skip
 from truth_in_place import OBJECTIVES, ROUNDS, SEEDS, TURNS, grey_of, light_at, pictures_file  # isort: skip
 
-from app.core.colour import srgb_encode
-from app.core.environment import read_environment, reduce, rotate
-from app.core.files import atomic_write_text
-from app.core.pack import StylePack, load_named_pack
-from app.core.solve import solve_all
-from app.core.transport import Transport, load_named, render
+from app.core.base.colour import srgb_encode
+from app.core.base.files import atomic_write_text
+from app.core.solver.environment import read_environment, reduce, rotate
+from app.core.solver.solve import solve_all
+from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.solver.transport import Transport, load_named, render
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -19,12 +19,12 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from app.core.angles import TURNS, difference, wrap  # noqa: E402
-from app.core.files import atomic_write_text  # noqa: E402
-from app.core.lamps import far_lamp  # noqa: E402
-from app.core.pack import StylePack, load_named_pack  # noqa: E402
-from app.core.solve import Objective, solve_all  # noqa: E402
-from app.core.styles import Style, StyleLamp  # noqa: E402
+from app.core.base.angles import TURNS, difference, wrap  # noqa: E402
+from app.core.base.files import atomic_write_text  # noqa: E402
+from app.core.solver.lamps import far_lamp  # noqa: E402
+from app.core.solver.solve import Objective, solve_all  # noqa: E402
+from app.core.solver.style_pack import StylePack, load_named_pack  # noqa: E402
+from app.core.solver.styles import Style, StyleLamp  # noqa: E402
 
 LAMPS = 4 * TURNS  # azimuths tried: on texels, between them, and half-way
 DIAMETER_DEG = 5.0

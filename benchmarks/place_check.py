@@ -23,8 +23,8 @@ from stock import ROOT, generic_head  # isort: skip
 from app.core.baking.backend import select_variant
 from app.core.baking.scene import build_scene
 from app.core.baking.skin import find_skin
-from app.core.files import atomic_write_text
-from app.core.transport import Transport, load_named
+from app.core.base.files import atomic_write_text
+from app.core.solver.transport import Transport, load_named
 
 if TYPE_CHECKING:
     from place_light import Portrait, Sitting

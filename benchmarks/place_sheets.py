@@ -21,13 +21,13 @@ from numpy.typing import NDArray
 from stock import ROOT  # isort: skip
 from truth_in_place import OBJECTIVES, ROUNDS, SEEDS, TURNS, light_at, pictures_file  # isort: skip
 
-from app.core.environment import rotate
-from app.core.pack import load_named_pack
-from app.core.sheet.canvas import Canvas
-from app.core.sheet.lettering import Lettering
-from app.core.sheet.pictures import portrait
-from app.core.sheet.theme import BG, DIM, SCALE, TEXT
-from app.core.transport import load_named, render, to_image
+from app.core.solver.environment import rotate
+from app.core.solver.pictures import portrait
+from app.core.solver.style_pack import load_named_pack
+from app.core.solver.transport import load_named, render, to_image
+from app.export.result_sheet.canvas import Canvas
+from app.export.result_sheet.lettering import Lettering
+from app.export.result_sheet.theme import BG, DIM, SCALE, TEXT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

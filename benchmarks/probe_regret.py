@@ -24,20 +24,20 @@ sys.path.insert(0, str(ROOT))
 
 from sun_restored import SUNS, load  # noqa: E402
 
-from app.core.environment import read_environment, reduce_radiance  # noqa: E402
-from app.core.files import atomic_write_text  # noqa: E402
-from app.core.pack import StylePack, load_named_pack  # noqa: E402
-from app.core.probe.audit import audit  # noqa: E402
-from app.core.probe.finish import Wishes, still_clipped  # noqa: E402
-from app.core.probe.lights import light_grid  # noqa: E402
-from app.core.probe.planner import plan  # noqa: E402
-from app.core.probe.probe import measure  # noqa: E402
-from app.core.probe.sky import SkyWord, direct_normal_lux  # noqa: E402
-from app.core.probe.theta_limits import theta_limits  # noqa: E402
-from app.core.probe.whatif import choose, given_up  # noqa: E402
+from app.core.base.files import atomic_write_text  # noqa: E402
+from app.core.hdr.audit import audit  # noqa: E402
+from app.core.hdr.finish import MergeOptions, still_clipped  # noqa: E402
+from app.core.hdr.lights import light_grid  # noqa: E402
+from app.core.hdr.pipeline import measure  # noqa: E402
+from app.core.hdr.planner import plan  # noqa: E402
+from app.core.hdr.sky import SkyWord, direct_normal_lux  # noqa: E402
+from app.core.hdr.theta_limits import theta_limits  # noqa: E402
+from app.core.hdr.whatif import choose, given_up  # noqa: E402
 from app.core.simulation.bracket_maker import meter, write_bracket  # noqa: E402
 from app.core.simulation.cameras import THETA_V  # noqa: E402
-from app.core.solve import OBJECTIVES  # noqa: E402
+from app.core.solver.environment import read_environment, reduce_radiance  # noqa: E402
+from app.core.solver.solve import OBJECTIVES  # noqa: E402
+from app.core.solver.style_pack import StylePack, load_named_pack  # noqa: E402
 
 # Exposure value (ISO 100) that a meter would read in each scene without a sun.
 EV100 = {"courtyard": 13.0, "forest": 11.0, "interior": 8.0, "night": 4.0, "studio": 9.0}
@@ -64,7 +64,7 @@ def try_scene(path: Path, kind: str, pack: StylePack, folder: Path) -> dict[str,
     place = folder / f"{path.stem}-{kind}"
     place.mkdir()
     write_bracket(place, light, THETA_V, [shot.exposure for shot in wanted.shots], seed=1)
-    probe = measure([place], pack, Wishes(sun=word))
+    probe = measure([place], pack, MergeOptions(sun=word))
     true = reduce_radiance(light, pack.header.environment)
     held = reduce_radiance(probe.merged.radiance, pack.header.environment)
     remaining = still_clipped(probe.finished.lights, light_grid(probe.merged))

@@ -28,12 +28,12 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from app.core.environment import read_environment  # noqa: E402
-from app.core.pack import load_named_pack  # noqa: E402
-from app.core.paths import resources  # noqa: E402
-from app.core.probe.bracket import read_bracket  # noqa: E402
-from app.core.probe.handheld import laid  # noqa: E402
-from app.core.probe.probe import Probe, Wishes, measure  # noqa: E402
+from app.core.base.paths import resources  # noqa: E402
+from app.core.hdr.bracket import read_bracket  # noqa: E402
+from app.core.hdr.handheld import laid  # noqa: E402
+from app.core.hdr.pipeline import MergeOptions, Probe, measure  # noqa: E402
+from app.core.solver.environment import read_environment  # noqa: E402
+from app.core.solver.style_pack import load_named_pack  # noqa: E402
 from tests.helpers.odd_brackets import (  # noqa: E402
     Made,
     Way,
@@ -168,7 +168,9 @@ def ours(one: Set, folder: Path) -> tuple[Float32, list[Bytes], int, Probe]:
         paths[-1].write_bytes(
             cv2.imencode(".png", frame[..., ::-1], [cv2.IMWRITE_PNG_COMPRESSION, 1])[1].tobytes()
         )
-    probe = measure(paths, load_named_pack("generic"), Wishes(times=tuple(one.times), full=True))
+    probe = measure(
+        paths, load_named_pack("generic"), MergeOptions(times=tuple(one.times), full=True)
+    )
     names = [frame.path for frame in probe.bracket.frames]
     frames, home = [], len(one.frames) // 2
     for index, (path, frame) in enumerate(zip(paths, one.frames, strict=True)):

@@ -20,20 +20,20 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from app.core.environment import read_environment, reduce  # noqa: E402
-from app.core.files import atomic_write_text  # noqa: E402
-from app.core.head_shape import load_shape_of  # noqa: E402
-from app.core.pack import load_named_pack, load_transport_of  # noqa: E402
+from app.core.base.files import atomic_write_text  # noqa: E402
 from app.core.second_light.added import from_numbers  # noqa: E402
 from app.core.second_light.contrast import prepare_face  # noqa: E402
 from app.core.second_light.dimming import FULL, powers_of  # noqa: E402
 from app.core.second_light.greedy import GreedyReport, compare  # noqa: E402
+from app.core.second_light.lamp_presets import parse  # noqa: E402
 from app.core.second_light.lamp_tables import lamp_tables  # noqa: E402
 from app.core.second_light.near import prepare_near  # noqa: E402
-from app.core.second_light.numbers import parse  # noqa: E402
 from app.core.second_light.scale import illuminance  # noqa: E402
 from app.core.second_light.search import place_all  # noqa: E402
-from app.core.solve import OBJECTIVES  # noqa: E402
+from app.core.solver.environment import read_environment, reduce  # noqa: E402
+from app.core.solver.head_shape import load_shape_of  # noqa: E402
+from app.core.solver.solve import OBJECTIVES  # noqa: E402
+from app.core.solver.style_pack import load_named_pack, load_transport_of  # noqa: E402
 
 # Vertical illuminance at the face, lux: night, cellar, interiors, studio, overcast, sun.
 LUX = {

@@ -28,15 +28,15 @@ from stock import ROOT, generic_head, read_light, stock_picture  # isort: skip
 
 from typing import TYPE_CHECKING
 
-from app.core.angles import difference
 from app.core.baking.backend import select_variant
-from app.core.colour import luminance
-from app.core.environment import rotate
-from app.core.files import atomic_write_text
-from app.core.pack import load_named_pack
-from app.core.solve import Objective, solve_all
-from app.core.transport import Transport, load_named, render
-from app.core.weights import target_weights
+from app.core.base.angles import difference
+from app.core.base.colour import luminance
+from app.core.base.files import atomic_write_text
+from app.core.solver.environment import rotate
+from app.core.solver.solve import Objective, solve_all
+from app.core.solver.style_pack import load_named_pack
+from app.core.solver.transport import Transport, load_named, render
+from app.core.solver.weights import target_weights
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

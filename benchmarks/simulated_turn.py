@@ -24,8 +24,8 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from app.core.angles import difference  # noqa: E402
-from app.core.files import atomic_write_text  # noqa: E402
+from app.core.base.angles import difference  # noqa: E402
+from app.core.base.files import atomic_write_text  # noqa: E402
 from app.core.simulation.turn_runs import Run, demo_world, draw, run_turn  # noqa: E402
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ sys.path.insert(0, str(ROOT))
 
 from app.core.baking.scene import Camera, HeadMesh, build_scene, frame_head, load_head  # noqa: E402
 from app.core.baking.skin import find_skin  # noqa: E402
-from app.core.environment import enlarge, read_environment, reduce  # noqa: E402
+from app.core.solver.environment import enlarge, read_environment, reduce  # noqa: E402
 
 Float32 = NDArray[np.float32]
 

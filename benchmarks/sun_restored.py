@@ -25,26 +25,26 @@ from numpy.typing import NDArray
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
-from app.core.colour import luminance, srgb_encode  # noqa: E402
-from app.core.environment import (  # noqa: E402
+from app.core.base.colour import luminance, srgb_encode  # noqa: E402
+from app.core.base.sphere import direction, directions_at  # noqa: E402
+from app.core.hdr.frame import Exposure, Merged  # noqa: E402
+from app.core.hdr.lights import find_lights  # noqa: E402
+from app.core.hdr.pipeline import MergeOptions, measure  # noqa: E402
+from app.core.hdr.planner import CameraLimits, plan  # noqa: E402
+from app.core.hdr.sky import SkyWord, direct_normal_lux  # noqa: E402
+from app.core.hdr.sun import restore  # noqa: E402
+from app.core.hdr.theta_limits import THETA_MODELS  # noqa: E402
+from app.core.hdr.whatif import choose, given_up  # noqa: E402
+from app.core.simulation.bracket_maker import meter as meter_with  # noqa: E402
+from app.core.simulation.bracket_maker import write_bracket  # noqa: E402
+from app.core.simulation.cameras import camera_named  # noqa: E402
+from app.core.solver.environment import (  # noqa: E402
     read_environment,
     reduce_radiance,
     solid_angles,
 )
-from app.core.pack import StylePack, load_named_pack  # noqa: E402
-from app.core.probe.frame import Exposure, Merged  # noqa: E402
-from app.core.probe.lights import find_lights  # noqa: E402
-from app.core.probe.planner import CameraLimits, plan  # noqa: E402
-from app.core.probe.probe import Wishes, measure  # noqa: E402
-from app.core.probe.sky import SkyWord, direct_normal_lux  # noqa: E402
-from app.core.probe.sun import restore  # noqa: E402
-from app.core.probe.theta_limits import THETA_MODELS  # noqa: E402
-from app.core.probe.whatif import choose, given_up  # noqa: E402
-from app.core.simulation.bracket_maker import meter as meter_with  # noqa: E402
-from app.core.simulation.bracket_maker import write_bracket  # noqa: E402
-from app.core.simulation.cameras import camera_named  # noqa: E402
-from app.core.solve import OBJECTIVES  # noqa: E402
-from app.core.sphere import direction, directions_at  # noqa: E402
+from app.core.solver.solve import OBJECTIVES  # noqa: E402
+from app.core.solver.style_pack import StylePack, load_named_pack  # noqa: E402
 
 Float32 = NDArray[np.float32]
 
@@ -142,7 +142,7 @@ def photograph(cd_m2: Float32, camera: str, pack: StylePack, seed: int) -> Merge
     exposures = [shot.exposure for shot in shots]
     with tempfile.TemporaryDirectory() as folder:
         paths = write_bracket(folder, cd_m2, model, exposures, seed=seed, shape=(1024, 2048))
-        return measure(paths, pack, Wishes(sun="leave")).merged
+        return measure(paths, pack, MergeOptions(sun="leave")).merged
 
 
 def try_sun(

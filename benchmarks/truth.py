@@ -28,8 +28,8 @@ from app.core.baking.reduction import texel_noise
 from app.core.baking.scene import build_scene
 from app.core.baking.skin import find_skin
 from app.core.baking.walk import scene_tables, trace_plainly
-from app.core.files import atomic_write_text
-from app.core.transport import Transport, load_named, load_transport, render
+from app.core.base.files import atomic_write_text
+from app.core.solver.transport import Transport, load_named, load_transport, render
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -25,20 +25,20 @@ from brute_force import band_limited, curves  # isort: skip
 from stock import ROOT  # isort: skip
 
 from app.core.baking.backend import select_variant
-from app.core.colour import luminance
-from app.core.environment import read_environment, reduce, rotate
-from app.core.files import atomic_write_text
-from app.core.pack import StylePack, load_named_pack
-from app.core.solve import solve_all
-from app.core.transport import Transport, load_named, render
-from app.core.weights import target_weights
+from app.core.base.colour import luminance
+from app.core.base.files import atomic_write_text
+from app.core.solver.environment import read_environment, reduce, rotate
+from app.core.solver.solve import solve_all
+from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.solver.transport import Transport, load_named, render
+from app.core.solver.weights import target_weights
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from place_light import Portrait, Sitting
 
-    from app.core.solve import Objective
+    from app.core.solver.solve import Objective
 
 TURNS: Final = 64
 SEEDS: Final = 2

@@ -100,8 +100,8 @@ class _Camera:
 def build(out: Path, samples: int, spots: int) -> None:
     """Render every place and write the table."""
     from app.core.baking.backend import select_variant
-    from app.core.environment import reduce_radiance
     from app.core.evaluation.offsets import Offsets, save_offsets
+    from app.core.solver.environment import reduce_radiance
 
     select_variant("llvm")
     from demo_location.frame import EYE_HEIGHT, SPOTS, direction, to_world

@@ -1,4 +1,4 @@
-"""Teach the network of `app.core.turning.sitter` to find heads, and write ``heads.npz``.
+"""Teach the network of `app.core.localization.sitter` to find heads, and write ``heads.npz``.
 
 Usage::
 
@@ -31,10 +31,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.environment import read_environment
-from app.core.probe.display import display_panorama
-from app.core.turning.sitter import likely_places, prepared
-from app.core.turning.views import Lens, look
+from app.core.hdr.display import display_panorama
+from app.core.localization.sitter import likely_places, prepared
+from app.core.localization.views import Lens, look
+from app.core.solver.environment import read_environment
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]

@@ -10,19 +10,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.commands.outputs import check_ending, check_outputs
-from app.core.errors import CoreError
-from app.core.images import write_png
-from app.core.turning.align import align, laid_over
-from app.core.turning.picture_file import read_picture
-from app.core.turning.sitter import background_mask, find_sitter
-from app.core.turning.words import direction_of
+from app.core.base.errors import CoreError
+from app.core.base.images import write_png
+from app.core.guidance.words import direction_of
+from app.core.localization.align import align, laid_over
+from app.core.localization.picture_file import read_picture
+from app.core.localization.sitter import background_mask, find_sitter
 
 if TYPE_CHECKING:
     import argparse
 
-    from app.core.turning.align import Alignment
-    from app.core.turning.picture_file import PictureFile
-    from app.core.turning.sitter import Sitter
+    from app.core.localization.align import Alignment
+    from app.core.localization.picture_file import PictureFile
+    from app.core.localization.sitter import Sitter
 
 _LONGEST: Final = 4096  # pixels of the longer side; points are found in far smaller pictures
 _USUAL_FOV_DEG: Final = 60.0

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.commands.outputs import check_outputs
-from app.commands.telling import Teller
-from app.core.errors import BakeError
-from app.core.head_shape import save_shape, shape_path
-from app.core.pack import pack_path, save_pack
-from app.core.paths import resources
-from app.core.progress import Token
+from app.commands.progress_printer import ProgressPrinter
+from app.core.base.errors import BakeError
+from app.core.base.paths import resources
+from app.core.base.progress import Token
+from app.core.solver.head_shape import save_shape, shape_path
+from app.core.solver.style_pack import pack_path, save_pack
 
 if TYPE_CHECKING:
     import argparse
@@ -144,9 +144,9 @@ def _bake(
 ) -> dict[str, object]:
     from app.core.baking.bake import bake
     from app.core.baking.skin import find_skin
-    from app.core.pack_build import build_pack
-    from app.core.styles import load_styles
-    from app.core.transport import load_transport, save_transport
+    from app.core.solver.style_pack_build import build_pack
+    from app.core.solver.styles import load_styles
+    from app.core.solver.transport import load_transport, save_transport
 
     styles = load_styles()
     started = time.monotonic()
@@ -159,7 +159,7 @@ def _bake(
         quality=quality,
         seed=args.seed,
         work=args.output.with_name(args.output.stem + ".bake"),
-        report=Teller(),
+        report=ProgressPrinter(),
         token=Token(),
     )
     # The pack is made from the transport as it was rounded for the file, and names its checksum.

@@ -7,16 +7,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from app.commands.bench_start import start_case
+from app.commands.interrupt import stopping
 from app.commands.outputs import check_outputs, head_files
-from app.commands.stopping import stopping
-from app.commands.telling import Teller
+from app.commands.progress_printer import ProgressPrinter
+from app.core.base.errors import CoreError
+from app.core.base.files import atomic_write_text
+from app.core.base.progress import Token
 from app.core.bench.bars import BARS
 from app.core.bench.rows import MEMORY
 from app.core.bench.run import as_json, run_all
-from app.core.errors import CoreError
-from app.core.files import atomic_write_text
-from app.core.pack import load_named_pack, load_transport_of
-from app.core.progress import Token
+from app.core.solver.style_pack import load_named_pack, load_transport_of
 from app.devices.bench import preview_case
 
 if TYPE_CHECKING:
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from app.core.bench.growth import Growth
     from app.core.bench.rows import Case, Row
     from app.core.bench.run import Bench
-    from app.core.pack import StylePack
-    from app.core.transport import Transport
+    from app.core.solver.style_pack import StylePack
+    from app.core.solver.transport import Transport
 
 _SPEED: Final = "speed.json"
 _GROWTH: Final = "growth.json"
@@ -94,7 +94,9 @@ def run(args: argparse.Namespace) -> int:
 
 def _bench(args: argparse.Namespace, transport: Transport, pack: StylePack, token: Token) -> int:
     peers = not args.no_peers
-    found = run_all(transport, pack, Teller(), token, peers=peers, only=args.only, more=_more)
+    found = run_all(
+        transport, pack, ProgressPrinter(), token, peers=peers, only=args.only, more=_more
+    )
     values = as_json(found, args.head)
     # Said first: minutes of measuring are not lost to a full disk.
     print(json.dumps(values) if args.json else _table(found))
@@ -107,7 +109,7 @@ def _grow(args: argparse.Namespace, transport: Transport, pack: StylePack, token
     # Only this needs its drawing.
     from app.core.bench.growth import grow, growth_json, growth_svg
 
-    found = grow(transport, pack, Teller(), token)
+    found = grow(transport, pack, ProgressPrinter(), token)
     values = growth_json(found, args.head)
     print(json.dumps(values) if args.json else "\n\n".join(_growth_table(one) for one in found))
     if args.output is not None:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Final
 
 import app
 from app import commands
+from app.core.base.errors import Cancelled, CoreError
+from app.core.base.paths import resources
 from app.core.bench.rows import Case
-from app.core.errors import Cancelled, CoreError
-from app.core.paths import resources
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

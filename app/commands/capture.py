@@ -8,36 +8,36 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from app.commands.camera_args import find_camera, given_password, keep, kept_password
+from app.commands.interrupt import stopping
 from app.commands.outputs import check_outputs
 from app.commands.probe_words import PARTS, frame_rows, lamp_rows, probe_facts
-from app.commands.reaching import find_camera, given_password, keep, kept_password
-from app.commands.stopping import stopping
-from app.core.environment import reduce
-from app.core.errors import CoreError
-from app.core.pack import load_named_pack
-from app.core.paths import user_data
-from app.core.progress import Token
-from app.core.solve import solve_all
+from app.core.base.errors import CoreError
+from app.core.base.paths import user_data
+from app.core.base.progress import Token
+from app.core.solver.environment import reduce
+from app.core.solver.solve import solve_all
+from app.core.solver.style_pack import load_named_pack
 from app.devices.capture.debts import FILE as OWED
 from app.devices.capture.debts import Debts
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import JOURNAL, Session
 from app.devices.clock import SystemClock
 from app.devices.errors import DeviceError
-from app.devices.osc.client import OscClient
-from app.devices.osc.endpoint import ACCESS_POINT
-from app.devices.osc.link import Link
+from app.devices.theta.client import OscClient
+from app.devices.theta.endpoint import ACCESS_POINT
+from app.devices.theta.link import Link
 
 if TYPE_CHECKING:
     import argparse
 
-    from app.core.pack import StylePack
-    from app.core.probe.rough import Rough
-    from app.core.solve import StyleResult
+    from app.core.hdr.rough import Rough
+    from app.core.solver.solve import StyleResult
+    from app.core.solver.style_pack import StylePack
     from app.devices.capture.status import Status
     from app.devices.clock import Clock
     from app.devices.found import FoundCamera
-    from app.devices.osc.link import Credentials
+    from app.devices.theta.link import Credentials
 
 _STOPPING: Final = "Stopping; the camera gets its settings back. Once more to end at once."
 _MOST_DELAY_S: Final = 10

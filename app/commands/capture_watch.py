@@ -8,24 +8,24 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from app.commands.interrupt import stopping
 from app.commands.outputs import check_outputs
 from app.commands.probe_words import PARTS, frame_rows, lamp_rows, probe_facts
-from app.commands.stopping import stopping
-from app.commands.telling import Teller
-from app.core.errors import CoreError
-from app.core.files import check_target
-from app.core.images import write_exr
-from app.core.pack import load_named_pack
-from app.core.probe.arriving import ArrivingFrames
-from app.core.probe.metadata import ENDINGS
-from app.core.progress import Token
+from app.commands.progress_printer import ProgressPrinter
+from app.core.base.errors import CoreError
+from app.core.base.files import check_target
+from app.core.base.images import write_exr
+from app.core.base.progress import Token
+from app.core.hdr.arriving import ArrivingFrames
+from app.core.hdr.metadata import ENDINGS
+from app.core.solver.style_pack import load_named_pack
 from app.devices.clock import SystemClock
 from app.devices.watch import WatchedFolder
 
 if TYPE_CHECKING:
     import argparse
 
-    from app.core.probe.probe import Probe
+    from app.core.hdr.pipeline import Probe
     from app.devices.watch import IncomingBracket
 
 _NAME: Final = "environment.exr"
@@ -53,7 +53,7 @@ def watch_folder(args: argparse.Namespace) -> int:
         with ArrivingFrames(len(bracket.paths)) as frames:
             for path in bracket.paths:
                 frames.add(path)
-            probe = frames.measure(bracket.paths, pack, token=token, report=Teller())
+            probe = frames.measure(bracket.paths, pack, token=token, report=ProgressPrinter())
     radiance, white = probe.merged.radiance, probe.merged.cd_m2
     write_exr(target, radiance, white)
     seconds = time.perf_counter() - began

@@ -10,28 +10,28 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.commands.outputs import check_ending, check_outputs
-from app.commands.telling import Teller
-from app.core.errors import CoreError, HeadError
+from app.commands.progress_printer import ProgressPrinter
+from app.core.base.errors import CoreError, HeadError
+from app.core.base.files import atomic_write_text
+from app.core.base.paths import resources
+from app.core.base.progress import Token, span
 from app.core.evaluation.evaluate import GENERIC, evaluate
 from app.core.evaluation.offsets import load_offsets
 from app.core.evaluation.report.numbers import as_json, bars_of, certainty_of, verdict
 from app.core.evaluation.scenes import default_scenes, find_scenes, read_scenes
 from app.core.evaluation.tables import load_tables, save_tables, tables_path
-from app.core.files import atomic_write_text
-from app.core.pack import load_named_pack, load_transport_of, pack_names
-from app.core.paths import resources
-from app.core.progress import Token, span
-from app.core.solve import OBJECTIVES
+from app.core.solver.solve import OBJECTIVES
+from app.core.solver.style_pack import load_named_pack, load_transport_of, pack_names
 
 if TYPE_CHECKING:
     import argparse
 
     from app.core.baking.evaluation_tables import HeadFiles
+    from app.core.base.progress import Report
     from app.core.evaluation.evaluate import Evaluation
     from app.core.evaluation.scenes import Scene
     from app.core.evaluation.tables import Tables
-    from app.core.pack import StylePack
-    from app.core.progress import Report
+    from app.core.solver.style_pack import StylePack
 
 _OFFSETS: Final = "offsets.npz"
 _CERTAINTY: Final = "certainty.json"
@@ -93,7 +93,7 @@ def run(args: argparse.Namespace) -> int:
     folder = default_scenes() if args.scenes is None else args.scenes
     files = find_scenes(folder)
     _check_targets(args, files)
-    teller, token = Teller(), Token()
+    teller, token = ProgressPrinter(), Token()
     tables = _tables(args, teller, token)
     scenes, said = read_scenes(files, span(teller, 0.0, 0.4), token)
     for line in said:
@@ -151,7 +151,7 @@ def _tables(args: argparse.Namespace, report: Report, token: Token) -> Tables:
         return load_tables(path)
     from app.core.baking.backend import select_variant
     from app.core.baking.evaluation_tables import HeadFiles, bake_tables
-    from app.core.styles import load_styles
+    from app.core.solver.styles import load_styles
 
     select_variant("llvm")
     heads = resources() / "heads"

@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.commands.outputs import check_outputs, mask_files
-from app.commands.telling import Teller
-from app.core.errors import CoreError
-from app.core.pack import load_named_pack
-from app.core.probe.finish import Wishes
-from app.core.probe.masks import parse_mask
+from app.commands.progress_printer import ProgressPrinter
+from app.core.base.errors import CoreError
+from app.core.hdr.finish import MergeOptions
+from app.core.hdr.masks import parse_mask
 from app.core.second_light.captured import centroid
 from app.core.second_light.comparable import compare, with_lux
 from app.core.second_light.dark_room import GUIDE, capture_lamp
@@ -29,6 +28,7 @@ from app.core.second_light.library import (
     update_lamp,
 )
 from app.core.second_light.mask import edit_mask
+from app.core.solver.style_pack import load_named_pack
 
 if TYPE_CHECKING:
     import argparse
@@ -133,14 +133,14 @@ def _add(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
         check_distance(distance)  # Before the pictures are merged.
     lux = None if args.lux is None else _positive(args.lux, "illuminance in lux")
     times = args.times and tuple(_positive(t, "exposure time") for t in args.times.split(","))
-    wishes = Wishes(times=times or None, response=args.response, sun="leave")
+    wishes = MergeOptions(times=times or None, response=args.response, sun="leave")
     found = capture_lamp(
         args.images,
         load_named_pack("generic"),
         wishes,
         title=args.name,
         distance_m=distance,
-        report=Teller(),
+        report=ProgressPrinter(),
     )
     lamp = _edited(found.lamp, args)
     lamp = lamp if lux is None else with_lux(lamp, lux)

@@ -9,13 +9,13 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from app.commands.telling import Teller
-from app.core.turning.heading import build_index
-from app.core.turning.panorama_file import read_shown_panorama
-from app.core.turning.shot import read_photo, search_photo
+from app.commands.progress_printer import ProgressPrinter
+from app.core.localization.heading import build_index
+from app.core.localization.panorama_file import read_shown_panorama
+from app.core.localization.photo_check import read_photo, search_photo
 
 if TYPE_CHECKING:
-    from app.core.turning.shot import Sought
+    from app.core.localization.photo_check import Sought
 
 _FOV_DEG: Final = (10.0, 150.0)
 
@@ -68,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
     """
     start = time.perf_counter()
     photo = read_photo(args.photo)
-    index = build_index(read_shown_panorama(args.panorama), report=Teller())
+    index = build_index(read_shown_panorama(args.panorama), report=ProgressPrinter())
     sought = search_photo(photo, index, args.fov)
     seconds = time.perf_counter() - start
     if args.json:

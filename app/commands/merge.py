@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 from app.commands.outputs import check_ending, check_outputs, mask_files
 from app.commands.probe_words import clutter_facts, frame_rows, lamp_rows, probe_facts
-from app.commands.telling import Teller
-from app.core.errors import ProbeError
-from app.core.images import write_exr, write_hdr, write_png
-from app.core.pack import load_named_pack
-from app.core.probe.clutter import Clutter, suggest
-from app.core.probe.masks import check_picture_mask, parse_mask
-from app.core.probe.metadata import ENDINGS
-from app.core.probe.preview import preview
-from app.core.probe.probe import Probe, Wishes, measure
+from app.commands.progress_printer import ProgressPrinter
+from app.core.base.errors import ProbeError
+from app.core.base.images import write_exr, write_hdr, write_png
+from app.core.hdr.masks import check_picture_mask, parse_mask
+from app.core.hdr.metadata import ENDINGS
+from app.core.hdr.pipeline import MergeOptions, Probe, measure
+from app.core.hdr.tripod_detection import Clutter, suggest
+from app.core.solver.style_pack import load_named_pack
+from app.export.merge_preview import preview
 
 if TYPE_CHECKING:
     import argparse
@@ -124,7 +124,7 @@ def run(args: argparse.Namespace) -> int:
     started = time.perf_counter()
     wishes = _wishes(args)
     _check_targets(args, wishes)
-    probe = measure(args.images, load_named_pack("generic"), wishes, report=Teller())
+    probe = measure(args.images, load_named_pack("generic"), wishes, report=ProgressPrinter())
     for line in (*probe.warnings, *probe.notes):
         print(line, file=sys.stderr)
     suggested = _suggested(probe, args)
@@ -145,7 +145,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _check_targets(args: argparse.Namespace, wishes: Wishes) -> None:
+def _check_targets(args: argparse.Namespace, wishes: MergeOptions) -> None:
     """Refuse what cannot be written, and masks that cannot be read, before anything is merged."""
     if abs(args.exposure) > _MOST_STOPS:
         raise ProbeError(f"--exposure is from -{_MOST_STOPS} to {_MOST_STOPS} stops.")
@@ -158,8 +158,8 @@ def _check_targets(args: argparse.Namespace, wishes: Wishes) -> None:
         check_picture_mask(mask)
 
 
-def _wishes(args: argparse.Namespace) -> Wishes:
-    return Wishes(
+def _wishes(args: argparse.Namespace) -> MergeOptions:
+    return MergeOptions(
         times=None if args.times is None else tuple(_number(t) for t in args.times.split(",")),
         response=args.response,
         weights=args.weights,

@@ -8,15 +8,15 @@ import unicodedata
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from app.core.errors import CoreError
-from app.core.files import check_target
-from app.core.head_shape import shape_path
-from app.core.pack import pack_path
+from app.core.base.errors import CoreError
+from app.core.base.files import check_target
+from app.core.solver.head_shape import shape_path
+from app.core.solver.style_pack import pack_path
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from app.core.probe.masks import MaskSpec
+    from app.core.hdr.masks import MaskSpec
 
 _Key: TypeAlias = tuple[int, int, str]
 

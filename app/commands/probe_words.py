@@ -6,10 +6,10 @@ import math
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from app.core.probe.clutter import Clutter
-    from app.core.probe.frame import Frame
-    from app.core.probe.lights import Light
-    from app.core.probe.probe import Probe
+    from app.core.hdr.frame import Frame
+    from app.core.hdr.lights import Light
+    from app.core.hdr.pipeline import Probe
+    from app.core.hdr.tripod_detection import Clutter
 
 PARTS: Final = ("metering", "exposing", "download", "merge")
 """Parts of a capture whose time is told."""

@@ -8,20 +8,20 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.commands.asking import MOST_DEG
 from app.commands.outputs import check_ending, check_outputs, head_files
-from app.core import colour
-from app.core.angles import wrap
-from app.core.environment import read_environment, reduce
-from app.core.errors import CoreError
-from app.core.images import write_exr, write_png
-from app.core.transport import load_named, render, to_image
+from app.commands.solver_args import MOST_DEG
+from app.core.base import colour
+from app.core.base.angles import wrap
+from app.core.base.errors import CoreError
+from app.core.base.images import write_exr, write_png
+from app.core.solver.environment import read_environment, reduce
+from app.core.solver.transport import load_named, render, to_image
 
 if TYPE_CHECKING:
     import argparse
 
-    from app.core.colour import FloatImage
-    from app.core.transport import Transport
+    from app.core.base.colour import FloatImage
+    from app.core.solver.transport import Transport
 
 _WRITERS: Final = (".png", ".exr")
 

@@ -16,10 +16,10 @@ import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.core.colour import luminance
-from app.core.environment import energy, read_environment
-from app.core.errors import CoreError
-from app.core.paths import resources
+from app.core.base.colour import luminance
+from app.core.base.errors import CoreError
+from app.core.base.paths import resources
+from app.core.solver.environment import energy, read_environment
 from app.devices.clock import SystemClock
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.faults import FAULTS, faults_named
@@ -28,7 +28,7 @@ from app.devices.simulated.scene import Scene
 from app.devices.simulated.server import CameraServer
 
 if TYPE_CHECKING:
-    from app.core.environment import Environment
+    from app.core.solver.environment import Environment
     from app.devices.clock import Clock
 
 MEAN_CD_M2: Final = 400.0

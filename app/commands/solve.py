@@ -9,23 +9,23 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.commands.asking import add_questions, finite
 from app.commands.outputs import check_ending, check_outputs, head_files
-from app.core.environment import Environment, read_environment, reduce, reduce_radiance
+from app.commands.solver_args import add_questions, finite
+from app.core.base.images import write_png
 from app.core.evaluation.certainty import caution
-from app.core.images import write_png
-from app.core.pack import load_named_pack, load_transport_of
-from app.core.solve import StyleResult, solve_all
-from app.core.styles import select
-from app.core.transport import render, to_image
+from app.core.solver.environment import Environment, read_environment, reduce, reduce_radiance
+from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.style_pack import load_named_pack, load_transport_of
+from app.core.solver.styles import select
+from app.core.solver.transport import render, to_image
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Sequence
 
-    from app.core.colour import FloatImage
-    from app.core.pack import StylePack
-    from app.core.transport import Transport
+    from app.core.base.colour import FloatImage
+    from app.core.solver.style_pack import StylePack
+    from app.core.solver.transport import Transport
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -205,7 +205,7 @@ def _write_sheet(
     args: argparse.Namespace,
 ) -> None:
     # Only a sheet needs its drawing.
-    from app.core.sheet import draw_sheet
+    from app.export.result_sheet import draw_sheet
 
     transport = load_transport_of(pack, args.head)
     height, width = transport.environment_shape

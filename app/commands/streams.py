@@ -13,7 +13,7 @@ import os
 import sys
 from typing import TYPE_CHECKING, Any, Final, TextIO, cast
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -6,8 +6,8 @@ import dataclasses
 import json
 from typing import TYPE_CHECKING
 
-from app.core.paths import user_data
-from app.core.styles import Style, StyleLamp, load_styles
+from app.core.base.paths import user_data
+from app.core.solver.styles import Style, StyleLamp, load_styles
 
 if TYPE_CHECKING:
     import argparse

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
+from app.core.base.paths import resources
 from app.core.bench.rows import Case
-from app.core.environment import read_environment
-from app.core.paths import resources
+from app.core.solver.environment import read_environment
 from app.devices.clock import SystemClock
 from app.devices.mjpeg import MjpegParser
 from app.devices.preview import PreviewFrame, decode

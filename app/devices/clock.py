@@ -11,7 +11,7 @@ import time
 from typing import TYPE_CHECKING, Final, Protocol
 
 if TYPE_CHECKING:
-    from app.core.progress import Token
+    from app.core.base.progress import Token
 
 _STEP_S: Final = 0.1  # a cancelled wait ends within this
 

@@ -13,16 +13,16 @@ import sys
 import threading
 from typing import TYPE_CHECKING, Final
 
-from app.devices.at_hand import DevicesAtHand
 from app.devices.discovery import Discovery
 from app.devices.errors import Unreachable
+from app.devices.real_devices import DevicesAtHand
 from app.devices.webcam import SimulatedWebcam
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from app.core.progress import Token
+    from app.core.base.progress import Token
     from app.devices.clock import Clock
     from app.devices.found import FoundCamera
     from app.devices.webcam import Webcam

@@ -14,8 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final, Protocol
 
-from app.core.progress import Token
-from app.devices.announced import Advert, browse_network
+from app.core.base.progress import Token
 from app.devices.clock import wait
 from app.devices.errors import (
     LOSSES,
@@ -26,16 +25,17 @@ from app.devices.errors import (
 )
 from app.devices.found import FoundCamera, Source, described, is_near, merged, same_camera
 from app.devices.last_camera import last_camera
-from app.devices.osc.endpoint import ACCESS_POINT, Endpoint
-from app.devices.osc.link import Link, Timeouts
-from app.devices.osc.messages import Info, parse_info
-from app.devices.osc.refusals import BUSY
+from app.devices.mdns_discovery import Advert, browse_network
+from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
+from app.devices.theta.link import Link, Timeouts
+from app.devices.theta.messages import Info, parse_info
+from app.devices.theta.refusals import BUSY
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from app.devices.clock import Clock
-    from app.devices.osc.untrusted import JsonValue
+    from app.devices.theta.untrusted import JsonValue
 
 __all__ = [
     "CONNECT_S",

@@ -7,14 +7,14 @@ import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
-from app.devices.osc.messages import Info
-from app.devices.osc.untrusted import words
 from app.devices.profiles import profile_for
+from app.devices.theta.messages import Info
+from app.devices.theta.untrusted import words
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from app.devices.osc.endpoint import Endpoint
+    from app.devices.theta.endpoint import Endpoint
 
 Source: TypeAlias = Literal["access point", "network", "remembered", "typed"]
 """Where an address came from: a camera's own Wi-Fi, an announcement, last time, the user."""

@@ -8,21 +8,21 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import ProbeError
-from app.core.files import open_file
-from app.core.image_input import open_image
-from app.core.probe.bracket import EQUAL_STOPS, MAX_FRAMES
-from app.core.probe.decoding import READ_ROWS, FileRows, row_bands
-from app.core.probe.metadata import ENDINGS, read_header
-from app.core.probe.words import listed
-from app.devices.capture.whole import sha256_of, whole_file
-from app.devices.osc.untrusted import words
+from app.core.base.errors import ProbeError
+from app.core.base.files import open_file
+from app.core.base.image_input import open_image
+from app.core.hdr.bracket import EQUAL_STOPS, MAX_FRAMES
+from app.core.hdr.decoding import READ_ROWS, FileRows, row_bands
+from app.core.hdr.metadata import ENDINGS, read_header
+from app.core.hdr.words import listed
+from app.devices.capture.file_integrity import sha256_of, whole_file
+from app.devices.theta.untrusted import words
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from app.core.probe.frame import Exposure, Frame
+    from app.core.hdr.frame import Exposure, Frame
 
 MAX_BYTES: Final = 2_000_000_000
 """Largest file that is looked into; a JPEG must be a quarter of that."""

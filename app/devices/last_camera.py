@@ -11,14 +11,14 @@ import re
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import CoreError
-from app.core.files import atomic_write_text
-from app.core.paths import user_data
+from app.core.base.errors import CoreError
+from app.core.base.files import atomic_write_text
+from app.core.base.paths import user_data
 from app.devices.errors import BadReply, DeviceError
 from app.devices.found import FoundCamera, described, is_near
-from app.devices.osc.endpoint import Endpoint
-from app.devices.osc.messages import Info
-from app.devices.osc.untrusted import parse_json, table, whole, words
+from app.devices.theta.endpoint import Endpoint
+from app.devices.theta.messages import Info
+from app.devices.theta.untrusted import parse_json, table, whole, words
 
 if TYPE_CHECKING:
     from pathlib import Path

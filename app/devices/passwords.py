@@ -12,7 +12,7 @@ import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Final, Protocol
 import cv2
 import numpy as np
 
-from app.core.errors import Cancelled
-from app.core.progress import Token
+from app.core.base.errors import Cancelled
+from app.core.base.progress import Token
 from app.devices.clock import wait
 from app.devices.errors import BadReply, CameraRefused, DeviceError, PasswordNeeded, Unreachable
 from app.devices.mjpeg import MjpegParser, boundary_of, jpeg_size
@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 
     from app.devices.clock import Clock
     from app.devices.mailbox import Mailbox
-    from app.devices.osc.client import OscClient
-    from app.devices.osc.untrusted import JsonValue
     from app.devices.profiles import ModelProfile
+    from app.devices.theta.client import OscClient
+    from app.devices.theta.untrusted import JsonValue
 
 __all__ = ["LOST_S", "MAX_SHAPE", "MjpegParser", "PreviewFrame", "PreviewState", "PreviewStream"]
 __all__ += ["decode", "opened_preview"]

@@ -15,11 +15,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
-from app.core.probe.planner import CameraLimits
-from app.core.probe.theta_limits import theta_limits
+from app.core.hdr.planner import CameraLimits
+from app.core.hdr.theta_limits import theta_limits
 
 if TYPE_CHECKING:
-    from app.devices.osc.messages import Info
+    from app.devices.theta.messages import Info
 
 KELVIN: Final = 5000
 """Colour temperature that white balance is locked to."""

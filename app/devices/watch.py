@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from app.core.progress import Token
+from app.core.base.progress import Token
 from app.devices.clock import wait
 from app.devices.errors import CaptureFailed, Unreachable
 from app.devices.incoming import (

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QPoint
 
-from app.core.errors import CoreError
-from app.core.settings import FILE, write_settings
+from app.core.base.errors import CoreError
+from app.core.storage.settings import FILE, write_settings
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.widgets.file_dialogs import ask_files, ask_folder
@@ -17,9 +17,9 @@ from app.ui.widgets.menus import Menu
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from app.core.settings import Settings
+    from app.core.storage.settings import Settings
     from app.ui.notify import Message, Notify
-    from app.ui.presenters.desk import Desk
+    from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
     from app.ui.widgets.dialogs import Sheet
     from app.ui.window import Window
@@ -43,7 +43,7 @@ _FILES: Final = (
 class Commands:
     """The actions of the window as a whole."""
 
-    def __init__(self, services: Services, desk: Desk, notify: Notify) -> None:
+    def __init__(self, services: Services, desk: PlaceController, notify: Notify) -> None:
         self.services = services
         self.desk = desk
         self._window: Window | None = None

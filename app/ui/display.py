@@ -12,7 +12,7 @@ import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 from app.devices.errors import DeviceError
 
 if TYPE_CHECKING:

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from PySide6.QtCore import QObject, QRunnable, Qt, QThreadPool, Signal, Slot
 
-from app.core.errors import Cancelled
-from app.core.progress import Token
+from app.core.base.errors import Cancelled
+from app.core.base.progress import Token
 from app.ui.memory import give_back
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from app.core.progress import Report
+    from app.core.base.progress import Report
 
 T = TypeVar("T")
 
@@ -128,7 +128,7 @@ class QtRunner(QObject):
         failed: Callable[[Exception], None] | None = None,
         cancelled: Callable[[], None] | None = None,
     ) -> None:
-        """Start work; see `app.ui.presenters.work.Runner.submit`."""
+        """Start work; see `app.ui.presenters.job_runner.Runner.submit`."""
         if self._closed:
             return
         self.cancel(key)

@@ -7,9 +7,9 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 from app.devices.errors import DeviceError
-from app.ui.presenters.observe import Event
+from app.ui.presenters.event import Event
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -9,7 +9,7 @@ from PySide6.QtCore import QBuffer, QCoreApplication, QEventLoop, QPoint, Qt, QT
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QWidget
 
-from app.core.files import atomic_write_bytes
+from app.core.base.files import atomic_write_bytes
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QSize, Qt, QTimer
 
-from app.core.errors import CoreError
-from app.core.second_light.numbers import NumbersLamp
+from app.core.base.errors import CoreError
+from app.core.second_light.lamp_presets import NumbersLamp
 from app.ui.presenters.light_words import rescued
 from app.ui.presenters.model import Step
 from app.ui.robot import Lost, Robot

@@ -12,16 +12,16 @@ from PySide6.QtCore import QByteArray, QEvent, QObject, QSettings, Qt, QTimer
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QApplication
 
-from app.core.paths import resources, user_data
-from app.core.settings import FILE, read_settings
+from app.core.base.paths import resources, user_data
+from app.core.storage.settings import FILE, read_settings
 from app.ui.commands import Commands
 from app.ui.hooks import caught_errors, log_to
 from app.ui.jobs import QtRunner
 from app.ui.memory import keep_little
 from app.ui.notify import Notify
-from app.ui.presenters.desk import Desk
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.model import Model
+from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo import UndoStack
 from app.ui.speaker import Speaker
@@ -31,16 +31,16 @@ from app.ui.window import Window
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from app.core.settings import Settings
+    from app.core.storage.settings import Settings
     from app.devices.clock import Clock
+    from app.ui.launch_options import LaunchOptions
     from app.ui.presenters.services import Devices
     from app.ui.theme import ThemeName
-    from app.ui.wishes import Wishes
 
 _GEOMETRY = "geometry"
 
 
-def run(wishes: Wishes, devices: Devices, clock: Clock) -> int:
+def run(wishes: LaunchOptions, devices: Devices, clock: Clock) -> int:
     """Show the window until it is closed.
 
     Returns
@@ -70,7 +70,7 @@ class App:
     def __init__(
         self,
         application: QApplication,
-        wishes: Wishes,
+        wishes: LaunchOptions,
         devices: Devices,
         clock: Clock,
         home: Path,
@@ -94,7 +94,7 @@ class App:
             folders=_folders(home, settings),
             sounds=Speaker(),
         )
-        self.desk = Desk(self.services)
+        self.desk = PlaceController(self.services)
         self._warned = False
         self._worn = self._wanted(settings)
         set_theme(*self._worn)

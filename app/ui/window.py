@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from app.ui.jobs import JobLine, QtRunner
     from app.ui.notify import Notify
     from app.ui.presenters.actions import Action
-    from app.ui.presenters.desk import Desk
     from app.ui.presenters.frame import FrameState
+    from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
     from app.ui.screens.registry import ScreenPresenter
     from app.ui.theme import ThemeName
@@ -82,7 +82,7 @@ class Window(QWidget):
         self,
         application: QApplication,
         services: Services,
-        desk: Desk,
+        desk: PlaceController,
         runner: QtRunner,
         notify: Notify,
         actions: Sequence[Action] = (),

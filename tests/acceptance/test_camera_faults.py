@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
-from app.core.errors import CoreError
-from app.core.probe.bracket import read_bracket
+from app.core.base.errors import CoreError
+from app.core.hdr.bracket import read_bracket
 from app.devices.capture.session import Session
 from app.devices.errors import DeviceError
 from app.devices.simulated.faults import FAULTS

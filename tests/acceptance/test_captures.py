@@ -13,11 +13,11 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 
-from app.core.colour import luminance
-from app.core.environment import reduce_radiance
-from app.core.probe.metadata import read_frame
-from app.core.probe.probe import Wishes
+from app.core.base.colour import luminance
+from app.core.hdr.metadata import read_frame
+from app.core.hdr.pipeline import MergeOptions
 from app.core.simulation.view import enlarged
+from app.core.solver.environment import reduce_radiance
 from app.devices.simulated.personality import PERSONALITIES
 from app.devices.simulated.scene import Scene
 from tests.acceptance.test_probe import light
@@ -44,7 +44,9 @@ def truth() -> Any:
 @pytest.mark.parametrize("plan", ["paper", "full"])
 @pytest.mark.parametrize("model", MODELS)
 def test_every_model_and_plan(model: str, plan: Literal["paper", "full"], tmp_path: Path) -> None:
-    rig = Rig(tmp_path / "session", model, shape=SHAPE, scene=place(), wishes=Wishes(sun="leave"))
+    rig = Rig(
+        tmp_path / "session", model, shape=SHAPE, scene=place(), wishes=MergeOptions(sun="leave")
+    )
     before = dict(rig.camera.options)
     result = rig.shoot(plan)
 

@@ -21,10 +21,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from app.devices.errors import DeviceError
-from app.devices.osc.client import OscClient
-from app.devices.osc.endpoint import Endpoint
-from app.devices.osc.link import Credentials, Incoming
-from app.devices.osc.messages import (
+from app.devices.simulated.exchange import Drop, Pause, Piece
+from app.devices.theta.client import OscClient
+from app.devices.theta.endpoint import Endpoint
+from app.devices.theta.link import Credentials, Incoming
+from app.devices.theta.messages import (
     Command,
     FileEntry,
     Info,
@@ -35,8 +36,7 @@ from app.devices.osc.messages import (
     parse_state,
     safe_name,
 )
-from app.devices.osc.untrusted import MAX_BYTES, parse_json
-from app.devices.simulated.exchange import Drop, Pause, Piece
+from app.devices.theta.untrusted import MAX_BYTES, parse_json
 from tests.helpers.osc_wire import (
     FOLDER,
     INFO,

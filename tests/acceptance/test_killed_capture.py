@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.environment import read_environment
+from app.core.solver.environment import read_environment
+from app.devices.capture.file_integrity import sha256_of, whole_picture
 from app.devices.capture.journal import SessionJournal
 from app.devices.capture.session import Session
-from app.devices.capture.whole import sha256_of, whole_picture
 from app.devices.clock import ScaledClock
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.personality import personality_named

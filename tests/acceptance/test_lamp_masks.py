@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.environment import energy, read_environment, reduce_radiance
-from app.core.pack import load_named_pack
-from app.core.paths import resources
+from app.core.base.paths import resources
 from app.core.second_light.dark_room import capture_lamp
 from app.core.second_light.mask import find_mask
 from app.core.simulation.cameras import camera_named
+from app.core.solver.environment import energy, read_environment, reduce_radiance
+from app.core.solver.style_pack import load_named_pack
 from tests.helpers.dark_room import Form, Lamp, bracket, overlap, phone, room
 
 BAR = 0.9

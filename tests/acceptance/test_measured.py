@@ -11,11 +11,11 @@ from typing import Any
 
 import pytest
 
-from app.core.angles import difference
-from app.core.environment import read_environment, reduce
-from app.core.pack import load_named_pack
-from app.core.solve import Objective, solve_all
-from app.core.transport import load_named
+from app.core.base.angles import difference
+from app.core.solver.environment import read_environment, reduce
+from app.core.solver.solve import Objective, solve_all
+from app.core.solver.style_pack import load_named_pack
+from app.core.solver.transport import load_named
 from tests.helpers.shared import SHARED, needs_shared
 
 PEERS = (

@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.head_shape import load_shape_of
-from app.core.pack import load_named_pack
+from app.core.second_light.lamp_presets import parse
 from app.core.second_light.near import NearField, near_picture, prepare_near
-from app.core.second_light.numbers import parse
-from app.core.transport import load_named
+from app.core.solver.head_shape import load_shape_of
+from app.core.solver.style_pack import load_named_pack
+from app.core.solver.transport import load_named
 
 ROOT = Path(__file__).resolve().parents[2]
 BAR = 10.0  # per cent

@@ -13,24 +13,24 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core import sphere
-from app.core.angles import difference
-from app.core.colour import luminance
-from app.core.environment import read_environment, reduce_radiance
-from app.core.errors import ProbeError
-from app.core.pack import StylePack, load_named_pack
-from app.core.paths import resources
-from app.core.probe.frame import Exposure, Pose
-from app.core.probe.planner import plan
-from app.core.probe.probe import Probe, Wishes, measure
-from app.core.probe.theta_limits import theta_limits
-from app.core.probe.whatif import choose, given_up
+from app.core.base import sphere
+from app.core.base.angles import difference
+from app.core.base.colour import luminance
+from app.core.base.errors import ProbeError
+from app.core.base.paths import resources
+from app.core.hdr.frame import Exposure, Pose
+from app.core.hdr.pipeline import MergeOptions, Probe, measure
+from app.core.hdr.planner import plan
+from app.core.hdr.theta_limits import theta_limits
+from app.core.hdr.whatif import choose, given_up
 from app.core.simulation.bracket_maker import meter, write_bracket
 from app.core.simulation.cameras import THETA_S, THETA_V
 from app.core.simulation.curves import FILMIC, GAMMA_18, GAMMA_26, LOG, SHOULDER, Curve
 from app.core.simulation.people import with_person
 from app.core.simulation.view import enlarged
-from app.core.solve import solve_all
+from app.core.solver.environment import read_environment, reduce_radiance
+from app.core.solver.solve import solve_all
+from app.core.solver.style_pack import StylePack, load_named_pack
 
 SCENES = tuple(sorted(p.stem for p in (resources() / "demo" / "scenes").glob("*.exr")))
 EV100 = 10.0
@@ -60,7 +60,7 @@ def shoot(folder: Path, radiance: Any, kind: Any = "paper", **options: Any) -> l
 
 
 def merged(files: list[Path], **wishes: Any) -> Probe:
-    return measure(files, pack(), Wishes(sun="leave", **wishes))
+    return measure(files, pack(), MergeOptions(sun="leave", **wishes))
 
 
 def errors(probe: Probe, radiance: Any) -> Any:

@@ -8,15 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.angles import wrap
-from app.core.environment import read_environment, reduce
-from app.core.head_shape import load_shape_of
-from app.core.light_table import normalised
-from app.core.pack import StylePack, load_named_pack, load_transport_of
+from app.core.base.angles import wrap
 from app.core.second_light.added import AddedLight, from_captured, from_numbers
 from app.core.second_light.captured import make_lamp, placed
 from app.core.second_light.contrast import FaceBasis, prepare_face
 from app.core.second_light.dimming import powers_of
+from app.core.second_light.lamp_presets import parse
 from app.core.second_light.lamp_tables import (
     LampTables,
     lamp_alone,
@@ -25,12 +22,15 @@ from app.core.second_light.lamp_tables import (
     see_place,
 )
 from app.core.second_light.near import prepare_near
-from app.core.second_light.numbers import parse
 from app.core.second_light.placements import placement
 from app.core.second_light.scale import illuminance
 from app.core.second_light.search import Placed, place_all
-from app.core.transport import Transport, render
-from app.core.weights import target_weights
+from app.core.solver.environment import read_environment, reduce
+from app.core.solver.head_shape import load_shape_of
+from app.core.solver.relighting_cache import normalised
+from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of
+from app.core.solver.transport import Transport, render
+from app.core.solver.weights import target_weights
 from tests.helpers.second_light import answers_per_steradian, composite, full_targets, plain_near
 from tests.helpers.shared import SHARED, needs_shared
 

@@ -17,9 +17,9 @@ from pathlib import Path
 
 import pytest
 
+from app.core.base.paths import resources
 from app.core.bench.bars import BARS
 from app.core.bench.rows import Row
-from app.core.paths import resources
 
 ROOT = Path(__file__).resolve().parents[2]
 SLACK = 4.0

@@ -22,12 +22,12 @@ from app.core.baking.backend import select_variant
 from app.core.baking.bake import Quality, bake
 from app.core.baking.scene import load_head
 from app.core.baking.skin import find_skin
-from app.core.colour import luminance
-from app.core.pack import StylePack, load_named_pack
-from app.core.paths import resources
-from app.core.progress import Token
-from app.core.styles import NAMES, Style, StyleLamp, mirror_name
-from app.core.transport import to_image
+from app.core.base.colour import luminance
+from app.core.base.paths import resources
+from app.core.base.progress import Token
+from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.solver.styles import NAMES, Style, StyleLamp, mirror_name
+from app.core.solver.transport import to_image
 from tests.helpers.looks import (
     Look,
     extreme,

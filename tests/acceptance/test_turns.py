@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.angles import TURNS, difference, wrap
-from app.core.colour import luminance
-from app.core.environment import from_radiance, read_environment, reduce
-from app.core.lamps import far_lamp
-from app.core.pack import StylePack, load_named_pack, load_transport_of, pack_names
-from app.core.paths import resources
-from app.core.search import build_tables, curves, quality_curves
-from app.core.solve import OBJECTIVES, Objective, StyleResult, match_and_strength, solve_all
-from app.core.styles import Style, StyleLamp, mirror_name
-from app.core.transport import preintegrate, render
-from app.core.weights import target_weights
+from app.core.base.angles import TURNS, difference, wrap
+from app.core.base.colour import luminance
+from app.core.base.paths import resources
+from app.core.solver.environment import from_radiance, read_environment, reduce
+from app.core.solver.lamps import far_lamp
+from app.core.solver.search import build_tables, curves, quality_curves
+from app.core.solver.solve import OBJECTIVES, Objective, StyleResult, match_and_strength, solve_all
+from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of, pack_names
+from app.core.solver.styles import Style, StyleLamp, mirror_name
+from app.core.solver.transport import preintegrate, render
+from app.core.solver.weights import target_weights
 
 Float = NDArray[np.float64]
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from app.cli import main
 from app.commands import align as command
-from app.core.image_input import upright
-from app.core.turning.picture_file import read_picture
-from app.core.turning.views import Lens, look
+from app.core.base.image_input import upright
+from app.core.localization.picture_file import read_picture
+from app.core.localization.views import Lens, look
 from tests.helpers.demo_place import demo_panorama
 
 Bytes = NDArray[np.uint8]
@@ -169,7 +169,7 @@ def test_other_kinds_of_files(
 def test_the_sitter_beside_the_axis(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from app.core.turning.sitter import Sitter
+    from app.core.localization.sitter import Sitter
 
     column = 0.5 + 0.5 * np.tan(np.radians(12.0)) / np.tan(np.radians(30.0))
     sitter = Sitter(float(column), 12.0, (column - 0.05, 0.4, column + 0.05, 0.6))

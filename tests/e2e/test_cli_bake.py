@@ -9,8 +9,8 @@ import pytest
 
 from app.cli import main
 from app.core.baking.backend import find_llvm
-from app.core.pack import load_pack, pack_path
-from app.core.transport import load_transport
+from app.core.solver.style_pack import load_pack, pack_path
+from app.core.solver.transport import load_transport
 from tests.helpers.meshes import sphere, write_obj, write_ply
 
 if TYPE_CHECKING:

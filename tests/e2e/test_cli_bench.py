@@ -14,13 +14,13 @@ import pytest
 
 from app.cli import main
 from app.commands import bench as command
+from app.core.base.errors import Cancelled
 from app.core.bench import growth, merge
 from app.core.bench.bars import BARS
 from app.core.bench.rows import Case, Peer, Row
 from app.core.bench.run import Bench, run_all
-from app.core.errors import Cancelled
-from app.core.pack import pack_path, save_pack
-from app.core.transport import save_transport
+from app.core.solver.style_pack import pack_path, save_pack
+from app.core.solver.transport import save_transport
 from tests.helpers.synthetic import lambert_sphere_transport, synthetic_pack
 
 NAMES = [

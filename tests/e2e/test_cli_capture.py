@@ -19,24 +19,24 @@ import numpy as np
 import pytest
 
 from app.cli import main
+from app.commands import camera_args
 from app.commands import capture as command
-from app.commands import reaching
-from app.core.environment import from_radiance, read_environment
-from app.core.images import write_exr
-from app.core.pack import load_named_pack
-from app.core.paths import resources
-from app.core.probe.frame import Exposure
-from app.core.probe.rough import Rough
-from app.core.progress import Token
+from app.core.base.images import write_exr
+from app.core.base.paths import resources
+from app.core.base.progress import Token
+from app.core.hdr.frame import Exposure
+from app.core.hdr.rough import Rough
 from app.core.simulation.bracket_maker import meter, write_bracket
 from app.core.simulation.cameras import THETA_V
+from app.core.solver.environment import from_radiance, read_environment
+from app.core.solver.style_pack import load_named_pack
 from app.devices.capture.session import Session
 from app.devices.capture.status import Status
 from app.devices.clock import VirtualClock
 from app.devices.errors import Unreachable
 from app.devices.found import FoundCamera
-from app.devices.osc.endpoint import ACCESS_POINT
-from app.devices.osc.link import Credentials
+from app.devices.theta.endpoint import ACCESS_POINT
+from app.devices.theta.link import Credentials
 
 ROOT = Path(__file__).resolve().parents[2]
 TURNLIGHT = [sys.executable, "-m", "app"]
@@ -205,8 +205,8 @@ def test_bad_usage_is_one_sentence(capsys: pytest.CaptureFixture[str], tmp_path:
 def test_the_second_interrupt_ends_at_once() -> None:
     program = (
         "import os, signal, time\n"
-        "from app.commands.stopping import stopping\n"
-        "from app.core.progress import Token\n"
+        "from app.commands.interrupt import stopping\n"
+        "from app.core.base.progress import Token\n"
         "token = Token()\n"
         "with stopping(token):\n"
         "    os.kill(os.getpid(), signal.SIGINT)\n"
@@ -223,7 +223,7 @@ def test_the_second_interrupt_ends_at_once() -> None:
 
 
 def test_signals_are_as_before_afterwards() -> None:
-    from app.commands.stopping import stopping
+    from app.commands.interrupt import stopping
 
     before = signal.getsignal(signal.SIGINT)
     with stopping(Token()):
@@ -283,11 +283,11 @@ def test_only_a_password_that_the_camera_wanted_is_kept(
 ) -> None:
     kept: list[str] = []
     keyring = SimpleNamespace(set=lambda user, password: kept.append(user))
-    monkeypatch.setattr(reaching, "Passwords", lambda say: keyring)
-    monkeypatch.setattr(reaching, "remember", lambda camera: None)
+    monkeypatch.setattr(camera_args, "Passwords", lambda say: keyring)
+    monkeypatch.setattr(camera_args, "remember", lambda camera: None)
     found = FoundCamera("V", ACCESS_POINT, "V", "1", "typed", needs_password=asks)
-    reaching.keep(found, None, Credentials("me", "secret"))
-    reaching.keep(found, None, None)
+    camera_args.keep(found, None, Credentials("me", "secret"))
+    camera_args.keep(found, None, None)
     assert kept == (["me"] if asks else [])
 
 

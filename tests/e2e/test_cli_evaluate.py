@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from app.cli import main
+from app.core.base.images import write_exr
+from app.core.base.paths import resources
 from app.core.evaluation.tables import load_tables, save_tables, tables_path
-from app.core.images import write_exr
-from app.core.paths import resources
 
 VOID = {"meta", "img", "br"}
 
@@ -99,7 +99,7 @@ def test_the_paper_stands_beside_our_numbers(report: tuple[str, dict[str, Any]])
 def test_an_exposure_does_not_change_anything(
     report: tuple[str, dict[str, Any]], scenes: Path, tmp_path: Path
 ) -> None:
-    from app.core.environment import read_environment
+    from app.core.solver.environment import read_environment
 
     for file in scenes.glob("*.exr"):
         bright = read_environment(file).radiance * np.float32(16)

@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 from app.cli import main
-from app.core.angles import wrap
-from app.core.head_shape import save_shape, shape_path
-from app.core.images import write_exr
-from app.core.pack import pack_path, save_pack
+from app.core.base.angles import wrap
+from app.core.base.images import write_exr
 from app.core.second_light.captured import make_lamp
 from app.core.second_light.lamp_file import read_lamp_file
 from app.core.second_light.library import add_lamp, lamps_folder
-from app.core.transport import save_transport
+from app.core.solver.head_shape import save_shape, shape_path
+from app.core.solver.style_pack import pack_path, save_pack
+from app.core.solver.transport import save_transport
 from tests.helpers.second_light import head_shape
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
 

@@ -13,8 +13,8 @@ import pytest
 from numpy.typing import NDArray
 
 from app.cli import main
-from app.core.paths import resources
-from app.core.turning.views import Lens, look
+from app.core.base.paths import resources
+from app.core.localization.views import Lens, look
 from tests.helpers.demo_place import demo_panorama
 
 Bytes = NDArray[np.uint8]

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from app.cli import main
 from app.commands import locate as command
-from app.core.turning.heading import HeadingIndex
-from app.core.turning.views import Lens, look
+from app.core.localization.heading import HeadingIndex
+from app.core.localization.views import Lens, look
 from tests.helpers.demo_place import demo_panorama
 from tests.helpers.photos import demo_index, photo_bytes
 from tests.helpers.quick import quick_first

@@ -13,14 +13,14 @@ import OpenImageIO as oiio
 import pytest
 
 from app.cli import main
-from app.core.colour import luminance
-from app.core.environment import read_environment, reduce
-from app.core.paths import resources
-from app.core.probe.frame import Exposure
-from app.core.probe.planner import plan
-from app.core.probe.theta_limits import theta_limits
+from app.core.base.colour import luminance
+from app.core.base.paths import resources
+from app.core.hdr.frame import Exposure
+from app.core.hdr.planner import plan
+from app.core.hdr.theta_limits import theta_limits
 from app.core.simulation.bracket_maker import meter, write_bracket
 from app.core.simulation.cameras import THETA_V
+from app.core.solver.environment import read_environment, reduce
 
 EV100 = 9.0
 
@@ -98,7 +98,7 @@ def test_the_environment_is_the_light_that_was_there(
 
 
 def _written(light: Any, folder: Path) -> Path:
-    from app.core.images import write_exr
+    from app.core.base.images import write_exr
 
     write_exr(folder / "true.exr", light)
     return folder / "true.exr"

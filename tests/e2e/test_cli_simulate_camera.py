@@ -18,10 +18,10 @@ import requests
 
 from app.cli import main
 from app.commands.simulate_camera import MEAN_CD_M2, scene_scale
-from app.core.colour import luminance
-from app.core.environment import from_radiance, solid_angles
-from app.core.images import write_exr
-from app.core.paths import resources
+from app.core.base.colour import luminance
+from app.core.base.images import write_exr
+from app.core.base.paths import resources
+from app.core.solver.environment import from_radiance, solid_angles
 from app.devices.simulated.faults import FAULTS
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from app.cli import main
-from app.core.angles import wrap
-from app.core.images import write_exr
-from app.core.pack import pack_path, save_pack
-from app.core.transport import save_transport
+from app.core.base.angles import wrap
+from app.core.base.images import write_exr
+from app.core.solver.style_pack import pack_path, save_pack
+from app.core.solver.transport import save_transport
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
 
 KEYS = {

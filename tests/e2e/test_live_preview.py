@@ -12,9 +12,6 @@ import pytest
 from app.devices.clock import Clock, ScaledClock, SystemClock
 from app.devices.errors import PasswordNeeded
 from app.devices.mailbox import Mailbox
-from app.devices.osc.client import OscClient
-from app.devices.osc.endpoint import Endpoint
-from app.devices.osc.link import Credentials, Link, Timeouts
 from app.devices.preview import (
     LOST_S,
     PreviewFrame,
@@ -31,6 +28,9 @@ from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.live import LOOP, read_number
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.server import CameraServer
+from app.devices.theta.client import OscClient
+from app.devices.theta.endpoint import Endpoint
+from app.devices.theta.link import Credentials, Link, Timeouts
 
 SHAPE = (64, 128)
 

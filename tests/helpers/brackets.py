@@ -10,11 +10,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.environment import read_environment
-from app.core.paths import resources
+from app.core.base.paths import resources
 from app.core.simulation.bracket_maker import meter
 from app.core.simulation.cameras import GENERIC
 from app.core.simulation.curves import SRGB, Curve
+from app.core.solver.environment import read_environment
 
 Float = NDArray[np.float64]
 Bytes = NDArray[np.uint8]

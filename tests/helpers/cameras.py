@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from app.core.pack import StylePack, load_named_pack
-from app.core.paths import resources
-from app.core.probe.probe import Wishes
-from app.core.progress import Token
+from app.core.base.paths import resources
+from app.core.base.progress import Token
+from app.core.hdr.pipeline import MergeOptions
+from app.core.solver.style_pack import StylePack, load_named_pack
 from app.devices.capture.machine import Capture, CaptureResult
 from app.devices.capture.session import Session
 from app.devices.clock import VirtualClock
-from app.devices.osc.client import OscClient
-from app.devices.osc.endpoint import Endpoint
-from app.devices.osc.link import Credentials, Link
 from app.devices.simulated.adapter import CameraAdapter
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.personality import Personality, personality_named
 from app.devices.simulated.scene import Scene
+from app.devices.theta.client import OscClient
+from app.devices.theta.endpoint import Endpoint
+from app.devices.theta.link import Credentials, Link
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -51,7 +51,7 @@ def lit_room() -> Scene:
 @lru_cache(maxsize=4)
 def room(rows: int = 128) -> NDArray[np.float32]:
     """(rows, 2 rows, 3) a bundled place, mean 1."""
-    from app.core.environment import read_environment
+    from app.core.solver.environment import read_environment
 
     light = read_environment(resources() / "demo" / "scenes" / "studio.exr").radiance
     step = light.shape[0] // rows
@@ -70,7 +70,7 @@ class Rig:
     shape: tuple[int, int] | None = SMALL
     rate_mbit: float | None = None
     scene: Scene | None = None
-    wishes: Wishes | None = None
+    wishes: MergeOptions | None = None
     user: str = ""
     password: str = ""
     clock: VirtualClock = field(default_factory=VirtualClock)

@@ -13,11 +13,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.environment import reduce_radiance
-from app.core.probe.frame import Exposure
+from app.core.base.sphere import directions, rotation
+from app.core.hdr.frame import Exposure
 from app.core.simulation.bracket_maker import write_bracket
 from app.core.simulation.cameras import CAMERAS, GENERIC, CameraModel
-from app.core.sphere import directions, rotation
+from app.core.solver.environment import reduce_radiance
 
 Float32 = NDArray[np.float32]
 Bool = NDArray[np.bool_]

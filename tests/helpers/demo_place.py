@@ -7,9 +7,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.environment import read_environment
-from app.core.paths import resources
-from app.core.probe.display import display_panorama
+from app.core.base.paths import resources
+from app.core.hdr.display import display_panorama
+from app.core.solver.environment import read_environment
 
 __all__ = ["demo_panorama"]
 

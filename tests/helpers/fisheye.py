@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.colour import srgb_encode
+from app.core.base.colour import srgb_encode
 from app.core.simulation.exif import Tags, exif_segment, with_segments
 
 Float = NDArray[np.float32]

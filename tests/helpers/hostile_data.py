@@ -11,8 +11,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from app.core.archive import parse_header, read_arrays, write_sealed
-from app.core.paths import resources
+from app.core.base.archive import parse_header, read_arrays, write_sealed
+from app.core.base.paths import resources
 from tests.helpers.meshes import sphere, write_obj
 
 __all__ = ["Hostile", "hostile_archives", "hostile_meshes", "sealed_archives"]

@@ -357,8 +357,8 @@ def serve() -> None:
         importlib.import_module(f"app.commands.{name.replace('-', '_')}")
     for name in (
         "cv2",
-        "app.core.sheet",
-        "app.core.probe.probe",
+        "app.export.result_sheet",
+        "app.core.hdr.pipeline",
         "app.core.evaluation.report.page",
     ):
         importlib.import_module(name)

@@ -7,14 +7,14 @@ import sys
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from app.core.pack import load_named_pack
-from app.core.progress import Token
+from app.core.base.progress import Token
+from app.core.solver.style_pack import load_named_pack
 from app.devices.capture.machine import Capture
 from app.devices.capture.session import Session
 from app.devices.clock import ScaledClock
-from app.devices.osc.client import OscClient
-from app.devices.osc.endpoint import Endpoint
-from app.devices.osc.link import Link
+from app.devices.theta.client import OscClient
+from app.devices.theta.endpoint import Endpoint
+from app.devices.theta.link import Link
 
 
 def capture_into(url: str, folder: Path, speed: float, home: Path, told: Connection) -> None:

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.angles import wrap
-from app.core.head_shape import load_shape_of
-from app.core.light_here import LightHere
+from app.core.base.angles import wrap
 from app.core.second_light.search import Placed
-from app.core.solve import StyleResult
+from app.core.solver.head_shape import load_shape_of
+from app.core.solver.place_light import PlaceLight
+from app.core.solver.solve import StyleResult
 from app.ui.presenters import light_jobs
 from app.ui.presenters.light import LightPresenter
 from app.ui.presenters.light_mask import MaskEdit
@@ -131,7 +131,7 @@ class LightRig:
         self.view = Watching()
 
     def start(
-        self, light: LightHere | None = None, lamp: str = "phone", bright: str = "living"
+        self, light: PlaceLight | None = None, lamp: str = "phone", bright: str = "living"
     ) -> LightRig:
         """Open a place, take a lamp and say how bright it is."""
         self.table.open(light or scene_light())

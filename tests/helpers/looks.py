@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.baking.scene import HeadMesh, Mesh, frame_head
-from app.core.paths import resources
+from app.core.base.paths import resources
 
 Floats: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]

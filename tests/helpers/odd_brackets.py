@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.colour import luminance, srgb_encode
+from app.core.base.colour import luminance, srgb_encode
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

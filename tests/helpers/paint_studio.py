@@ -11,15 +11,15 @@ from unittest.mock import MagicMock
 
 import numpy as np
 
-from app.core.environment import Environment
-from app.core.light_here import LightHere, prepare
+from app.core.solver.environment import Environment
+from app.core.solver.place_light import PlaceLight, prepare
 from app.devices.clock import VirtualClock
-from app.ui.presenters.desk import Desk
+from app.ui.presenters.job_runner import ImmediateRunner
 from app.ui.presenters.model import Head, Model, Step
 from app.ui.presenters.paint import PaintPresenter
+from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo import UndoStack
-from app.ui.presenters.work import ImmediateRunner
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
 from tests.helpers.told import Told
 
@@ -63,7 +63,7 @@ def _head() -> Head:
 
 
 @cache
-def lamp_light(azimuth_deg: float) -> LightHere:
+def lamp_light(azimuth_deg: float) -> PlaceLight:
     """One small white lamp at eye level at a panorama azimuth."""
     radiance = lamp_environment(azimuth_deg, 0.0, 12.0, (128, 256), 0.02)
     white = np.repeat(radiance[..., None], 3, axis=2).astype(np.float32)
@@ -93,7 +93,7 @@ def studio(home: Path, lamp_deg: float | None = 0.0, runner: Any = None) -> Stud
         devices=MagicMock(),
         folders=Folders(home, home / "places", home / "styles", home / "drafts", home / "demo"),
     )
-    desk = Desk(services)
+    desk = PlaceController(services)
     model.update(head=_head(), light=None if lamp_deg is None else lamp_light(lamp_deg))
     return Studio(
         services, model, told, PaintPresenter(services, desk), home / "drafts", home / "styles"

@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.paths import resources
+from app.core.base.paths import resources
+from app.core.localization.heading import HeadingIndex, build_index
+from app.core.localization.views import Lens
 from app.core.simulation.scene_files import probe_environment
 from app.core.simulation.scene_views import SceneView, SceneViews, Stand
-from app.core.turning.heading import HeadingIndex, build_index
-from app.core.turning.views import Lens
 from tests.helpers.demo_place import demo_panorama
 from tests.helpers.exif_bytes import SHORT, Entry, exif, segment, tagged, text
 

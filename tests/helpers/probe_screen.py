@@ -8,21 +8,21 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-from app.core.environment import from_radiance
-from app.core.errors import Cancelled
-from app.core.light_here import prepare
-from app.core.paths import resources
-from app.core.places import Place
-from app.core.progress import Token
+from app.core.base.errors import Cancelled
+from app.core.base.paths import resources
+from app.core.base.progress import Token
+from app.core.solver.environment import from_radiance
+from app.core.solver.place_light import prepare
+from app.core.storage.places import Place
 from app.devices.discovery import Discovery
 from app.devices.errors import Unreachable
 from app.devices.found import FoundCamera, described
-from app.devices.osc.endpoint import Endpoint
-from app.devices.osc.link import Credentials, Link
-from app.devices.osc.messages import Info
 from app.devices.simulated.adapter import CameraAdapter
-from app.ui.presenters.desk import Desk
+from app.devices.theta.endpoint import Endpoint
+from app.devices.theta.link import Credentials, Link
+from app.devices.theta.messages import Info
 from app.ui.presenters.model import Model
+from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.probe import ProbePresenter
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo import UndoStack
@@ -195,7 +195,7 @@ class Bench:
             ),
             sounds=self.sounds,
         )
-        self.desk = Desk(self.services)
+        self.desk = PlaceController(self.services)
         self.desk.begin()
         self.model.update(settings=self.model.settings.with_("plan", "paper"))
         self.presenter = ProbePresenter(self.services, self.desk)

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.probe.frame import Merged
-from app.core.sphere import direction, directions_at
+from app.core.base.sphere import direction, directions_at
+from app.core.hdr.frame import Merged
 
 Float32 = NDArray[np.float32]
 

@@ -16,15 +16,15 @@ from unittest.mock import patch
 
 import numpy as np
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 from app.core.painting import list_user_styles, make_canvas, save_user_style, update_user_style
 from app.core.painting.drafts import Draft, load_draft, save_draft
-from app.core.places import create_place, list_places, read_light, read_place, write_place
-from app.core.places.light import store_environment
 from app.core.second_light.captured import CapturedLamp, make_lamp
 from app.core.second_light.library import add_lamp, list_lamps, read_lamp, update_lamp
-from app.core.setsheet import write_pdf, write_png
-from app.core.settings import DEFAULTS, read_settings, write_settings
+from app.core.storage.places import create_place, list_places, read_light, read_place, write_place
+from app.core.storage.places.light import store_environment
+from app.core.storage.settings import DEFAULTS, read_settings, write_settings
+from app.export.set_sheet import write_pdf, write_png
 
 __all__ = ["KINDS", "bench_into", "capture_from", "save", "shown"]
 
@@ -108,7 +108,7 @@ def _save(kind: str, number: int) -> None:
         canvas = make_canvas(2 * _noise(number, 64, 64) - 1, _noise(number + 9, 64, 64))
         save_draft(here / "draft.npz", Draft(canvas))
     else:
-        from tests.unit.test_setsheet_page import sheet_of
+        from tests.unit.test_set_sheet_page import sheet_of
 
         write = write_png if kind == "sheet.png" else write_pdf
         write(here / kind, sheet_of(title=f"Style {number}"))

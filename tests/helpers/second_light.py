@@ -7,14 +7,14 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.head_shape import HeadShape
-from app.core.pack import StylePack
 from app.core.second_light.added import AddedLight, from_captured, from_numbers
 from app.core.second_light.captured import PlacedLamp
 from app.core.second_light.contrast import FaceBasis, prepare_face
-from app.core.second_light.numbers import NumbersLamp, parse
+from app.core.second_light.lamp_presets import NumbersLamp, parse
 from app.core.second_light.placements import placement
-from app.core.transport import Transport
+from app.core.solver.head_shape import HeadShape
+from app.core.solver.style_pack import StylePack
+from app.core.solver.transport import Transport
 from tests.helpers.synthetic import (
     lambert_sphere_transport,
     lamp_direction,

@@ -12,16 +12,16 @@ from unittest.mock import MagicMock
 
 import numpy as np
 
-from app.core.angles import wrap
-from app.core.environment import from_radiance, read_environment
-from app.core.lamps import far_lamp
-from app.core.light_here import LightHere, prepare
-from app.core.pack import load_named_pack, load_transport_of
-from app.core.paths import resources
-from app.core.progress import Token, silent
-from app.core.styles import StyleLamp
-from app.ui.presenters.desk import Desk
+from app.core.base.angles import wrap
+from app.core.base.paths import resources
+from app.core.base.progress import Token, silent
+from app.core.solver.environment import from_radiance, read_environment
+from app.core.solver.lamps import far_lamp
+from app.core.solver.place_light import PlaceLight, prepare
+from app.core.solver.style_pack import load_named_pack, load_transport_of
+from app.core.solver.styles import StyleLamp
 from app.ui.presenters.model import Head, Model
+from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.styles import StylesPresenter
 from app.ui.presenters.styles_state import CardState
@@ -37,7 +37,7 @@ def head(name: str = "generic") -> Head:
 
 
 @cache
-def lamp_light(azimuth_deg: float, elevation_deg: float = 20.0) -> LightHere:
+def lamp_light(azimuth_deg: float, elevation_deg: float = 20.0) -> PlaceLight:
     """A place with one small lamp at a panorama azimuth and nothing else but a faint glow."""
     lamp = far_lamp(StyleLamp(wrap(-azimuth_deg), elevation_deg, 8.0, 1.0, 2.0), (128, 256))
     radiance = np.repeat((lamp + 1e-4 * lamp.max())[..., None], 3, axis=2).astype(np.float32)
@@ -45,7 +45,7 @@ def lamp_light(azimuth_deg: float, elevation_deg: float = 20.0) -> LightHere:
 
 
 @cache
-def scene_light(name: str = "interior") -> LightHere:
+def scene_light(name: str = "interior") -> PlaceLight:
     """A bundled real scene."""
     return prepare(read_environment(resources() / "demo" / "scenes" / f"{name}.exr"))
 
@@ -119,10 +119,10 @@ class Table:
                 folder, folder / "places", folder / "styles", folder / "drafts", folder / "demo"
             ),
         )
-        self.desk = Desk(self.services)
+        self.desk = PlaceController(self.services)
         self.presenter = StylesPresenter(self.services, self.desk)
 
-    def open(self, light: LightHere | None = None, front_deg: float = 0.0) -> Table:
+    def open(self, light: PlaceLight | None = None, front_deg: float = 0.0) -> Table:
         """Load the head and, if any, the light; everything is solved when this returns."""
         self.model.update(head=head(), light=light, front_deg=front_deg)
         return self

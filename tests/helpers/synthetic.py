@@ -11,10 +11,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.pack import StylePack
-from app.core.pack_build import build_pack
-from app.core.styles import Style, load_styles
-from app.core.transport import Transport, TransportHeader, render
+from app.core.solver.style_pack import StylePack
+from app.core.solver.style_pack_build import build_pack
+from app.core.solver.styles import Style, load_styles
+from app.core.solver.transport import Transport, TransportHeader, render
 
 Float = NDArray[np.float64]
 

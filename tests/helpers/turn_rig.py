@@ -13,25 +13,25 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.angles import wrap
-from app.core.environment import Environment
-from app.core.errors import CoreError
-from app.core.light_here import LightHere, prepare
-from app.core.settings import Settings
-from app.core.solve import solve_all
-from app.core.turning.heading import Heading
-from app.core.turning.sitter import Sitter
+from app.core.base.angles import wrap
+from app.core.base.errors import CoreError
+from app.core.localization.heading import Heading
+from app.core.localization.sitter import Sitter
+from app.core.solver.environment import Environment
+from app.core.solver.place_light import PlaceLight, prepare
+from app.core.solver.solve import solve_all
+from app.core.storage.settings import Settings
 from app.devices.clock import VirtualClock
 from app.devices.mailbox import Mailbox
 from app.devices.webcam import WebcamError, WebcamFrame, WebcamState
-from app.ui.presenters import turn_sight
-from app.ui.presenters.desk import Desk
+from app.ui.presenters import heading_tracker
+from app.ui.presenters.job_runner import ImmediateRunner
 from app.ui.presenters.model import Head, Model, Step
+from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.turn import TurnPresenter
 from app.ui.presenters.turn_state import TurnState, TurnView
 from app.ui.presenters.undo import UndoStack
-from app.ui.presenters.work import ImmediateRunner
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
 
 __all__ = [
@@ -48,7 +48,7 @@ UNSEEN = 999.0
 """Heading of a picture in which nothing is found."""
 
 
-def lit_from(azimuth_deg: float) -> LightHere:
+def lit_from(azimuth_deg: float) -> PlaceLight:
     """Light of one lamp at a panorama azimuth, a little fill around it."""
     luminance = lamp_environment(azimuth_deg, 20.0, fill=0.02)
     radiance = np.repeat(luminance[..., None], 3, axis=2).astype(np.float32)
@@ -92,9 +92,9 @@ def read_sitter(picture: NDArray[np.uint8], fov_deg: float, *_: Any) -> Sitter |
 
 def see_what_is_written(patch: pytest.MonkeyPatch) -> None:
     """Let the program read what `frame_of` wrote, in place of looking at pictures."""
-    patch.setattr(turn_sight, "find_heading", read_heading)
-    patch.setattr(turn_sight, "find_sitter", read_sitter)
-    patch.setattr(turn_sight, "build_index", lambda *_: object())
+    patch.setattr(heading_tracker, "find_heading", read_heading)
+    patch.setattr(heading_tracker, "find_sitter", read_sitter)
+    patch.setattr(heading_tracker, "build_index", lambda *_: object())
 
 
 @dataclass
@@ -138,7 +138,7 @@ class Rig:
         **settings: Any,
     ) -> None:
         see_what_is_written(patch)
-        patch.setattr(turn_sight, "build_index", self._index)
+        patch.setattr(heading_tracker, "build_index", self._index)
         values = {"camera_looks": "sitter", "sounds": False, **settings}
         self.model = Model(Settings(**values))
         self.clock = VirtualClock(100.0)
@@ -171,7 +171,7 @@ class Rig:
             head=self.head, light=light, results=results, chosen=style, step=Step.TURN
         )
         self.view = MagicMock(spec=TurnView)
-        self.desk = MagicMock(spec=Desk)
+        self.desk = MagicMock(spec=PlaceController)
         self.presenter = TurnPresenter(self.services, self.desk)
 
     def _index(self, *_: Any) -> object:

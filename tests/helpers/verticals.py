@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.sphere import positions, rotation
+from app.core.base.sphere import positions, rotation
 
 _SIZE = 640
 _FOV_DEG = 75.0

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from PySide6.QtWidgets import QApplication
 
-from app.core.paths import resources
-from app.core.progress import Token
-from app.core.settings import FILE, Settings, write_settings
+from app.core.base.paths import resources
+from app.core.base.progress import Token
+from app.core.storage.settings import FILE, Settings, write_settings
 from app.devices.clock import Clock, SystemClock
 from app.devices.discovery import Discovery
-from app.ui.presenters import desk
+from app.ui.launch_options import LaunchOptions
+from app.ui.presenters import place_controller
 from app.ui.robot import Lost, Robot
 from app.ui.start import App
 from app.ui.window import DESIGNED
-from app.ui.wishes import Wishes
 
 if TYPE_CHECKING:
     from app.devices.webcam import Webcam
@@ -60,12 +60,12 @@ def _loaded(name: str) -> Any:
     return _load(name)
 
 
-_load = desk._load_head
+_load = place_controller._load_head
 
 
 def quick_heads(patch: pytest.MonkeyPatch) -> None:
     """Read each head once for all tests."""
-    patch.setattr(desk, "_load_head", _loaded)
+    patch.setattr(place_controller, "_load_head", _loaded)
 
 
 @contextmanager
@@ -90,7 +90,7 @@ def opened(
     if not (home / FILE).exists():
         write_settings(home / FILE, Settings(**{"tour_seen": True, **settings}))
     at_hand: Any = devices or NoDevices()
-    app = App(application, Wishes(), at_hand, clock or SystemClock(), home)
+    app = App(application, LaunchOptions(), at_hand, clock or SystemClock(), home)
     app.show()
     robot = Robot(app.window)
     robot.settle()

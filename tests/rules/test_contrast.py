@@ -10,7 +10,7 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from app.core.colour import luminance, srgb_decode
+from app.core.base.colour import luminance, srgb_decode
 from app.ui.theme.tokens import PALETTES, Palette, ThemeName
 
 SURFACES = ("bg", "panel", "raised")

@@ -22,7 +22,7 @@ LEAKS = [
     ("commands/solve.py", "import pyqtgraph", "no Qt below the ui"),
     ("core/environment_file.py", "import requests", "no network in core"),
     ("devices/errors.py", "import PySide6.QtCore", "no Qt below the ui"),
-    ("devices/simulated/exchange.py", "import app.devices.osc", "an imitation camera knows"),
+    ("devices/simulated/exchange.py", "import app.devices.theta", "an imitation camera knows"),
     ("core/solve.py", "import mitsuba", "the renderer is for baking only"),
     ("core/styles.py", "import app.core.baking.scene", "the renderer is for baking only"),
     ("core/colour.py", "import app.commands.solve", "command line above ui above devices"),
@@ -31,7 +31,7 @@ LEAKS = [
 
 NETWORK_COMMANDS = (
     "app.commands.capture",
-    "app.commands.reaching",
+    "app.commands.camera_args",
     "app.commands.simulate_camera",
 )
 

@@ -121,7 +121,7 @@ def test_installed_program_works_elsewhere(installed: Path, tmp_path: Path) -> N
     python = installed / ("python.exe" if os.name == "nt" else "python")
     turnlight = installed / ("turnlight.exe" if os.name == "nt" else "turnlight")
     place = call(
-        python, "-c", "from app.core.paths import resources; print(resources())", cwd=tmp_path
+        python, "-c", "from app.core.base.paths import resources; print(resources())", cwd=tmp_path
     )
     resources = Path(place.stdout.strip())
     assert resources.name == "_resources"
@@ -170,8 +170,8 @@ def test_installed_program_works_in_a_folder_with_an_app_of_its_own(
         "import sys\n"
         "from app.devices.clock import SystemClock\n"
         "from app.devices.demo import DemoDevices\n"
-        "from app.core.paths import resources\n"
-        "from app.core.progress import Token\n"
+        "from app.core.base.paths import resources\n"
+        "from app.core.base.progress import Token\n"
         "devices = DemoDevices(SystemClock(), resources() / 'demo' / 'location')\n"
         "try:\n"
         "    print(len(devices.discover(Token()).cameras))\n"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 from PySide6.QtCore import QTimer, qInstallMessageHandler, qWarning
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 from app.ui.hooks import caught_errors, log_to
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 from app.ui.jobs import QtRunner
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from pytestqt.qtbot import QtBot
 
-    from app.core.progress import Report, Token
+    from app.core.base.progress import Report, Token
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.core.angles import difference
+from app.core.base.angles import difference
 from app.ui.widgets.plots.geometry import (
     Dial,
     arc_extent,

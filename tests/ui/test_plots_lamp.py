@@ -13,7 +13,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
-from app.core.head_shape import HeadShape
+from app.core.solver.head_shape import HeadShape
 from app.ui.presenters.light_sky import sky_of
 from app.ui.presenters.light_state import HeadsState
 from app.ui.theme import set_theme

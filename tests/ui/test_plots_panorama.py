@@ -13,7 +13,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from app.core.angles import difference
+from app.core.base.angles import difference
 from app.ui.theme import theme
 from app.ui.widgets.plots.panorama import PanoramaView, SceneLamp
 from app.ui.widgets.plots.tiles import cut, hatch, make_layers

@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
-from app.core.angles import difference
+from app.core.base.angles import difference
 from app.ui.theme import set_theme, theme
 from app.ui.widgets.plots.geometry import at_turn
 from app.ui.widgets.plots.overlay import WeightPanorama, dimmed, enlarged, tinted

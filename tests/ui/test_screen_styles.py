@@ -14,8 +14,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QFileDialog, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.core.light_here import picture_at
 from app.core.painting import DamagedStyle
+from app.core.solver.place_light import picture_at
 from app.ui.presenters.model import Step
 from app.ui.screens.styles import StylesScreen
 from app.ui.screens.styles.card import DamagedCard, StyleCard

@@ -15,10 +15,10 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QFileDialog, QSlide
 from pytestqt.qtbot import QtBot
 from shiboken6 import isValid
 
-from app.core.angles import wrap
-from app.core.paths import resources
-from app.core.turning.shot import Taken
-from app.core.turning.words import whole
+from app.core.base.angles import wrap
+from app.core.base.paths import resources
+from app.core.guidance.words import whole
+from app.core.localization.photo_check import Taken
 from app.devices.webcam import SimulatedWebcam
 from app.ui.presenters import turn_shots
 from app.ui.presenters.model import Step

@@ -10,7 +10,7 @@ from PySide6.QtGui import QFontDatabase, QFontInfo, QFontMetricsF, QPalette
 from PySide6.QtWidgets import QApplication, QToolTip, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 from app.ui.theme import Colours, Theme, ThemeName, apply, fonts, set_theme, theme
 from app.ui.theme.fonts import WEIGHTS
 from app.ui.theme.style import bar_sheet, menu_sheet, palette

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from PySide6.QtCore import QRect, Qt
 from PySide6.QtGui import QColor, QIcon, QImage, QPainter, QPixmap
 
-from app.core.paths import resources
+from app.core.base.paths import resources
 from app.ui.theme import set_theme, theme
 from app.ui.theme.icons import ICONS, draw_icon, icon, icon_pixmap
 

@@ -12,24 +12,24 @@ from PySide6.QtCore import QMimeData, QPoint, QPointF, QSize, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit
 
-from app.core.paths import resources
-from app.core.places import create_place, delete_place, list_trash
+from app.core.base.paths import resources
+from app.core.storage.places import create_place, delete_place, list_trash
 from app.devices.clock import SystemClock
 from app.devices.discovery import Discovery
 from app.ui.frame.drop import DropVeil
+from app.ui.launch_options import LaunchOptions
 from app.ui.presenters.model import Step
-from app.ui.presenters.shelf import ShelfPresenter
+from app.ui.presenters.places_list import ShelfPresenter
 from app.ui.robot import Lost, Robot
 from app.ui.start import App
 from app.ui.theme import theme
-from app.ui.wishes import Wishes
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from pytestqt.qtbot import QtBot
 
-    from app.core.progress import Token
+    from app.core.base.progress import Token
 
 SCENE = resources() / "demo" / "scenes" / "studio.exr"
 
@@ -52,7 +52,7 @@ def app(qtbot: QtBot, tmp_path: Path) -> Iterator[App]:
 def opened(home: Path) -> Iterator[App]:
     application = QApplication.instance()
     assert isinstance(application, QApplication)
-    made = App(application, Wishes(), NoDevices(), SystemClock(), home)  # type: ignore[arg-type]
+    made = App(application, LaunchOptions(), NoDevices(), SystemClock(), home)  # type: ignore[arg-type]
     made.show()
     Robot(made.window).wait(lambda: made.model.head is not None, "the head")
     yield made

@@ -20,10 +20,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QAbstractButton, QFileDialog
 from pytestqt.qtbot import QtBot
 
+from app.core.base.paths import resources
 from app.core.painting import list_user_styles
-from app.core.paths import resources
-from app.core.places import list_places, read_place
-from app.core.settings import FILE, read_settings
+from app.core.storage.places import list_places, read_place
+from app.core.storage.settings import FILE, read_settings
 from app.devices.clock import SystemClock
 from app.devices.simulated.exchange import Reply, Request
 from app.devices.webcam import SimulatedWebcam
@@ -72,7 +72,7 @@ def full_disk() -> Iterator[None]:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("app.core.files.os.replace", refuse)
+        patch.setattr("app.core.base.files.os.replace", refuse)
         patch.setattr(Path, "write_bytes", refuse)
         yield
 
@@ -487,7 +487,7 @@ from app.devices.clock import SystemClock
 from app.ui.presenters.model import Step
 from app.ui.robot import Robot
 from app.ui.start import App
-from app.ui.wishes import Wishes
+from app.ui.launch_options import Wishes
 from tests.helpers.whole_window import SCENE, NoDevices
 
 application = QApplication([])

@@ -15,7 +15,7 @@ import pytest
 from PySide6.QtCore import QPoint
 from PySide6.QtWidgets import QApplication
 
-from app.core.images import write_exr
+from app.core.base.images import write_exr
 from app.ui.presenters.light import LightPresenter
 from app.ui.presenters.model import Step
 from app.ui.robot import Robot

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
 )
 from pytestqt.qtbot import QtBot
 
-from app.core.paths import resources
+from app.core.base.paths import resources
 from app.ui.presenters.model import Step
 from app.ui.robot import Robot
 from app.ui.screens.turn.question import Question

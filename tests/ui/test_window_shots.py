@@ -14,9 +14,9 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QApplication, QFileDialog
 from pytestqt.qtbot import QtBot
 
-from app.core.angles import wrap
-from app.core.paths import resources
-from app.core.turning.words import whole
+from app.core.base.angles import wrap
+from app.core.base.paths import resources
+from app.core.guidance.words import whole
 from app.ui.frame.drop import DropVeil
 from app.ui.presenters.model import Step
 from app.ui.robot import Robot

@@ -21,9 +21,9 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QFileDialog
 from pytestqt.qtbot import QtBot
 
-from app.core.angles import difference, wrap
-from app.core.images import write_exr
-from app.core.setsheet import output, pdf
+from app.core.base.angles import difference, wrap
+from app.core.base.images import write_exr
+from app.export.set_sheet import output, pdf
 from app.ui.presenters.model import Step
 from app.ui.robot import Robot
 from app.ui.screens.styles.card import StyleCard

@@ -9,7 +9,7 @@ import pytest
 from PySide6.QtCore import QPoint, QRect
 from PySide6.QtWidgets import QAbstractScrollArea, QApplication, QWidget
 
-from app.core.paths import resources
+from app.core.base.paths import resources
 from app.ui.frame.screen_fit import fitted
 from app.ui.presenters.probe_state import ProbeState, Running, StepMark
 from app.ui.robot import Robot

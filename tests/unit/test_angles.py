@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.core.angles import (
+from app.core.base.angles import (
     difference,
     direction,
     lies_on_arc,

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.archive import read_arrays, read_sealed, write_sealed
-from app.core.errors import TransportError
-from app.core.head_shape import load_shape
-from app.core.pack import load_pack
-from app.core.transport import load_transport
+from app.core.base.archive import read_arrays, read_sealed, write_sealed
+from app.core.base.errors import TransportError
+from app.core.solver.head_shape import load_shape
+from app.core.solver.style_pack import load_pack
+from app.core.solver.transport import load_transport
 from tests.helpers.hostile_data import Hostile, hostile_archives
 
 

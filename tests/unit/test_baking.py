@@ -11,9 +11,9 @@ import pytest
 from app.core.baking.backend import find_llvm, select_variant
 from app.core.baking.reduction import compress, mirror_pixels, symmetrise, texel_noise
 from app.core.baking.skin import SKINS, dipole_reflectance, find_skin
-from app.core.errors import BakeError, Cancelled, HeadError
-from app.core.paths import resources
-from app.core.progress import Token
+from app.core.base.errors import BakeError, Cancelled, HeadError
+from app.core.base.paths import resources
+from app.core.base.progress import Token
 from tests.helpers.meshes import sphere, write_obj
 
 needs_llvm = pytest.mark.skipif(find_llvm() is None, reason="needs LLVM 16 or newer")

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from app.core.baking.backend import find_llvm
-from app.core.paths import resources
+from app.core.base.paths import resources
 from tests.helpers.meshes import sphere, write_obj
 
 needs_llvm = pytest.mark.skipif(find_llvm() is None, reason="needs LLVM 16 or newer")
@@ -36,9 +36,9 @@ import app.core.baking.bake as baking
 from app.core.baking.bake import Quality, bake
 from app.core.baking.scene import load_head
 from app.core.baking.skin import find_skin
-from app.core.errors import Cancelled
-from app.core.progress import Token
-from app.core.styles import load_styles
+from app.core.base.errors import Cancelled
+from app.core.base.progress import Token
+from app.core.solver.styles import load_styles
 
 baking._PROFILE_PATHS = 32
 head = load_head("sphere", folder / "sphere.obj", None)
@@ -255,8 +255,8 @@ def test_scalar_that_was_asked_for_is_not_remarked_on(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_command_bakes_in_scalar_from_mesh_to_files_that_solve(tmp_path: Path) -> None:
-    from app.core.pack import load_pack, pack_path
-    from app.core.transport import load_transport
+    from app.core.solver.style_pack import load_pack, pack_path
+    from app.core.solver.transport import load_transport
 
     head = write_obj(tmp_path / "sphere.obj", *sphere(1))
     target = tmp_path / "ball.npz"

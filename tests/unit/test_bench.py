@@ -15,7 +15,9 @@ import numpy as np
 import pytest
 
 from app.commands import bench_start
-from app.core.angles import difference
+from app.core.base.angles import difference
+from app.core.base.errors import Cancelled, CoreError
+from app.core.base.progress import Token, silent
 from app.core.bench import growth, machine, merge, run
 from app.core.bench.bars import BARS, Bar, missed
 from app.core.bench.environments import environment_cases
@@ -25,10 +27,8 @@ from app.core.bench.pictures import gallery_case, picture_cases
 from app.core.bench.rows import Case, Peer, PeerCase, Row, bandwidth, clock, time_all
 from app.core.bench.run import find_peers, run_all
 from app.core.bench.search import plain_match, plain_quality, product_match
-from app.core.errors import Cancelled, CoreError
-from app.core.progress import Token, silent
-from app.core.search import curves, quality_curves
-from app.core.solve import match_and_strength
+from app.core.solver.search import curves, quality_curves
+from app.core.solver.solve import match_and_strength
 from app.devices.bench import preview_case
 from tests.helpers.synthetic import lambert_sphere_transport, synthetic_pack
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from app import __version__, cli, desktop
-from app.core.errors import Cancelled, CoreError, StyleError
+from app.core.base.errors import Cancelled, CoreError, StyleError
 from app.devices.errors import DeviceError, DownloadFailed
 
 if TYPE_CHECKING:
@@ -124,9 +124,9 @@ def test_no_command_opens_the_window(
     install: Install, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     install(lambda args: 1)
-    opened: list[desktop.Wishes] = []
+    opened: list[desktop.LaunchOptions] = []
 
-    def start(wishes: desktop.Wishes) -> int:
+    def start(wishes: desktop.LaunchOptions) -> int:
         opened.append(wishes)
         return 0
 
@@ -134,7 +134,7 @@ def test_no_command_opens_the_window(
     assert cli.main([]) == 0
     pictures = ["--demo", "--screenshots", str(tmp_path), "--theme", "light", "--scale", "2"]
     assert cli.main(pictures) == 0
-    assert opened == [desktop.Wishes(), desktop.Wishes(True, tmp_path, "light", 2)]
+    assert opened == [desktop.LaunchOptions(), desktop.LaunchOptions(True, tmp_path, "light", 2)]
 
 
 def test_help_and_version_end_well(install: Install, capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.core import colour
+from app.core.base import colour
 
 
 def grey(values: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ import pytest
 
 from app.cli import main
 from app.commands.outputs import check_outputs
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 from tests.helpers.hostile_files import write_picture
 
 

@@ -11,11 +11,11 @@ import OpenImageIO as oiio
 import pytest
 
 from app.commands import render as command
-from app.core import colour
-from app.core.environment import reduce_radiance, rotate
-from app.core.errors import CoreError, EnvironmentFileError, TransportError
-from app.core.images import write_exr
-from app.core.transport import Transport, load_named, render, to_image
+from app.core.base import colour
+from app.core.base.errors import CoreError, EnvironmentFileError, TransportError
+from app.core.base.images import write_exr
+from app.core.solver.environment import reduce_radiance, rotate
+from app.core.solver.transport import Transport, load_named, render, to_image
 from tests.helpers.synthetic import lambert_sphere_transport
 
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from app.commands import styles as command
-from app.core.errors import StyleError
-from app.core.styles import NAMES, load_styles
+from app.core.base.errors import StyleError
+from app.core.solver.styles import NAMES, load_styles
 
 
 def run(*words: str) -> int:

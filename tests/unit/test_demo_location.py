@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.colour import luminance, srgb_decode
-from app.core.environment import Environment, read_environment
-from app.core.paths import resources
+from app.core.base.colour import luminance, srgb_decode
+from app.core.base.paths import resources
+from app.core.solver.environment import Environment, read_environment
 
 Floats = NDArray[np.float64]
 FOLDER: Final = resources() / "demo" / "location"

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from app.core.probe.frame import Exposure
-from app.core.probe.planner import Plan, PlannedShot
+from app.core.hdr.frame import Exposure
+from app.core.hdr.planner import Plan, PlannedShot
 from app.devices.capture.check import check_frames, planned_times
 from app.devices.errors import CaptureFailed
 from tests.helpers.exif_bytes import SHORT, THETA_V, camera_tags, exif, jpeg

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from app.core.environment import read_environment
-from app.core.errors import Cancelled
+from app.core.base.errors import Cancelled
+from app.core.solver.environment import read_environment
 from app.devices.capture.machine import ENVIRONMENT
 from app.devices.capture.session import Session
 from app.devices.capture.status import Stage

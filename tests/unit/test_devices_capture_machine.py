@@ -13,8 +13,8 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 
-from app.core.environment import read_environment, reduce_radiance
-from app.core.errors import Cancelled, CoreError
+from app.core.base.errors import Cancelled, CoreError
+from app.core.solver.environment import read_environment, reduce_radiance
 from app.devices.capture import settings, shooting
 from app.devices.capture.machine import ENVIRONMENT
 from app.devices.capture.session import Session

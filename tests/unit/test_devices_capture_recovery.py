@@ -8,8 +8,8 @@ from typing import Any, cast
 
 import pytest
 
-from app.core.errors import Cancelled
-from app.core.progress import Token
+from app.core.base.errors import Cancelled
+from app.core.base.progress import Token
 from app.devices.capture.recovery import (
     NOT_NOW,
     PATIENCE_S,
@@ -30,7 +30,7 @@ from app.devices.errors import (
     PasswordNeeded,
     Unreachable,
 )
-from app.devices.osc.messages import FileEntry, Info, State
+from app.devices.theta.messages import FileEntry, Info, State
 
 LOST = Unreachable("gone")
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from app.core.errors import Cancelled, CoreError
+from app.core.base.errors import Cancelled, CoreError
 from app.devices.capture.session import Session
 from app.devices.capture.status import Stage, Status
 from app.devices.errors import CaptureFailed

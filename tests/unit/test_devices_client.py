@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from app.core.errors import Cancelled
-from app.core.progress import Token
+from app.core.base.errors import Cancelled
+from app.core.base.progress import Token
 from app.devices.errors import (
     BadReply,
     CameraNotReady,
@@ -14,9 +14,15 @@ from app.devices.errors import (
     NotACamera,
     Unreachable,
 )
-from app.devices.osc.client import BUSY_PAUSES_S, MAX_DELETED, MAX_LISTED, MAX_THUMBNAIL, OscClient
-from app.devices.osc.endpoint import Endpoint
 from app.devices.simulated.exchange import Drop, Pause
+from app.devices.theta.client import (
+    BUSY_PAUSES_S,
+    MAX_DELETED,
+    MAX_LISTED,
+    MAX_THUMBNAIL,
+    OscClient,
+)
+from app.devices.theta.endpoint import Endpoint
 from tests.helpers.osc_wire import (
     FOLDER,
     INFO,

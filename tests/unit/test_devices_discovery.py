@@ -11,9 +11,8 @@ from typing import Any
 
 import pytest
 
-from app.core.errors import Cancelled
-from app.core.progress import Token
-from app.devices.announced import Advert
+from app.core.base.errors import Cancelled
+from app.core.base.progress import Token
 from app.devices.clock import SystemClock, VirtualClock
 from app.devices.discovery import (
     Discovery,
@@ -31,11 +30,12 @@ from app.devices.errors import (
 )
 from app.devices.found import described, is_near, merged
 from app.devices.last_camera import remember
-from app.devices.osc.endpoint import ACCESS_POINT, Endpoint
-from app.devices.osc.link import Link, Timeouts
-from app.devices.osc.messages import Info
+from app.devices.mdns_discovery import Advert
 from app.devices.simulated.adapter import CameraAdapter
 from app.devices.simulated.server import CameraServer
+from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
+from app.devices.theta.link import Link, Timeouts
+from app.devices.theta.messages import Info
 from tests.helpers.simulated import Talker
 
 Answer = dict[str, Any] | Exception

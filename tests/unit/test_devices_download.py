@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.errors import Cancelled
-from app.core.progress import Token
+from app.core.base.errors import Cancelled
+from app.core.base.progress import Token
 from app.devices.capture.download import (
     ATTEMPTS,
     MAX_FILE_BYTES,
@@ -30,7 +30,7 @@ from app.devices.errors import (
     PasswordNeeded,
     Unreachable,
 )
-from app.devices.osc.messages import FileEntry
+from app.devices.theta.messages import FileEntry
 
 NAME = "R0010015.JPG"
 URL = f"http://192.168.1.1/files/100RICOH/{NAME}"

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.devices.errors import BadReply, DeviceError
-from app.devices.osc.endpoint import ACCESS_POINT, LONGEST_URL, Endpoint
+from app.devices.theta.endpoint import ACCESS_POINT, LONGEST_URL, Endpoint
 
 
 @pytest.mark.parametrize(

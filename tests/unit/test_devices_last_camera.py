@@ -9,8 +9,8 @@ import pytest
 
 from app.devices.found import FoundCamera, described
 from app.devices.last_camera import FILE, last_camera, remember
-from app.devices.osc.endpoint import ACCESS_POINT, Endpoint
-from app.devices.osc.messages import Info
+from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
+from app.devices.theta.messages import Info
 
 
 @pytest.fixture(autouse=True)

@@ -25,11 +25,11 @@ from app.devices.errors import (
     PasswordNeeded,
     Unreachable,
 )
-from app.devices.osc.digest import Digest
-from app.devices.osc.endpoint import Endpoint
-from app.devices.osc.link import Credentials, Link, Timeouts
-from app.devices.osc.untrusted import MAX_BYTES
 from app.devices.simulated.exchange import Drop, Pause
+from app.devices.theta.digest import Digest
+from app.devices.theta.endpoint import Endpoint
+from app.devices.theta.link import Credentials, Link, Timeouts
+from app.devices.theta.untrusted import MAX_BYTES
 from tests.helpers.osc_wire import INFO, REFUSED, STATE, Rig, http
 
 PATH = "/osc/info"
@@ -695,8 +695,8 @@ def test_a_redirect_with_an_endless_body_is_not_read() -> None:
 
 
 def test_info_over_a_real_connection() -> None:
-    from app.devices.osc.client import OscClient
-    from app.devices.osc.untrusted import write_json
+    from app.devices.theta.client import OscClient
+    from app.devices.theta.untrusted import write_json
 
     with serving(whole(write_json(INFO))) as server:
         clock = SystemClock()

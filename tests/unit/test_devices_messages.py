@@ -8,16 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.devices.errors import BadReply, CameraRefused, NotACamera
-from app.devices.osc.endpoint import Endpoint
-from app.devices.osc.messages import (
+from app.devices.theta.endpoint import Endpoint
+from app.devices.theta.messages import (
     parse_command,
     parse_entries,
     parse_info,
     parse_state,
     safe_name,
 )
-from app.devices.osc.refusals import REFUSALS, code_of_status, refusal
-from app.devices.osc.untrusted import (
+from app.devices.theta.refusals import REFUSALS, code_of_status, refusal
+from app.devices.theta.untrusted import (
     MAX_BYTES,
     MAX_DEPTH,
     MAX_VALUES,

@@ -14,7 +14,7 @@ from keyring.backend import KeyringBackend
 from keyring.backends import fail, null
 from keyring.errors import InitError, KeyringLocked, PasswordDeleteError
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 from app.devices.passwords import (
     SERVICE,
     Passwords,

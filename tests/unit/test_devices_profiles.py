@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from app.core.probe.planner import MAX_SHOTS
-from app.devices.osc.messages import Info
+from app.core.hdr.planner import MAX_SHOTS
 from app.devices.profiles import PROFILES, profile_for, profile_named
+from app.devices.theta.messages import Info
 
 
 def chosen(model: str, *firmware: int) -> str:

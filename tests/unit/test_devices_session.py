@@ -12,9 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.core.errors import CoreError
-from app.core.probe.frame import Exposure
-from app.core.probe.planner import Plan, PlannedShot
+from app.core.base.errors import CoreError
+from app.core.hdr.frame import Exposure
+from app.core.hdr.planner import Plan, PlannedShot
+from app.devices.capture.file_integrity import jpeg_end, sha256_of, whole_picture
 from app.devices.capture.journal import (
     Damaged,
     SessionFrame,
@@ -24,8 +25,7 @@ from app.devices.capture.journal import (
     text_of,
 )
 from app.devices.capture.session import JOURNAL, Session
-from app.devices.capture.whole import jpeg_end, sha256_of, whole_picture
-from app.devices.osc.messages import FileEntry
+from app.devices.theta.messages import FileEntry
 
 PLAN = Plan(
     "paper",
@@ -271,7 +271,7 @@ def test_a_refused_write_leaves_the_old_journal(
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("app.core.files.os.replace", full)
+    monkeypatch.setattr("app.core.base.files.os.replace", full)
     with pytest.raises(CoreError, match="no space left"):
         session.update(stage="downloading")
     assert session.journal.stage == "exposing"

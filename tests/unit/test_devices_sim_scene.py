@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.colour import srgb_decode
-from app.core.environment import solid_angles
-from app.core.probe.frame import Exposure
-from app.core.probe.metadata import read_frame
+from app.core.base.colour import srgb_decode
+from app.core.hdr.frame import Exposure
+from app.core.hdr.metadata import read_frame
 from app.core.simulation.sensor import saturation_cd_m2
+from app.core.solver.environment import solid_angles
 from app.devices.simulated.personality import PERSONALITIES, Personality, personality_named
 from app.devices.simulated.scene import Scene, Take, automatic
 from tests.helpers.simulated import room

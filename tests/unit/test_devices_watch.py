@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 
 from app.commands import capture_watch
-from app.core.errors import Cancelled
-from app.core.files import open_file
-from app.core.probe.frame import Exposure
-from app.core.progress import Token
+from app.core.base.errors import Cancelled
+from app.core.base.files import open_file
+from app.core.base.progress import Token
+from app.core.hdr.frame import Exposure
 from app.core.simulation.bracket_maker import write_bracket
 from app.core.simulation.cameras import THETA_V, THETA_Z1, CameraModel
 from app.devices import incoming, watch

@@ -19,7 +19,7 @@ import pytest
 
 from app.devices.clock import ScaledClock, SystemClock
 from app.devices.mjpeg import MAX_FRAME_BYTES
-from app.devices.osc.digest import Credentials
+from app.devices.theta.digest import Credentials
 from app.devices.webcam import WebcamError, WebcamState
 from app.devices.webcam.address import Address
 from app.devices.webcam.network import MjpegWebcam, _Stream, no_keys

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.turning.views import Lens, look
+from app.core.localization.views import Lens, look
 from app.devices.clock import ScaledClock, VirtualClock
 from app.devices.webcam import PanoramaWebcam, WebcamError, WebcamState
 from app.devices.webcam.panorama_webcam import FPS, _Aim, _Scene
@@ -86,7 +86,7 @@ def test_it_keeps_its_pace(panorama: Bytes) -> None:
 
 
 def test_a_file_unplugged_and_plugged_in() -> None:
-    from app.core.paths import resources
+    from app.core.base.paths import resources
 
     path = resources() / "demo" / "location" / "probe-1.exr"
     webcam = PanoramaWebcam(path, ScaledClock(10.0), size=SIZE)

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from app.devices.clock import ScaledClock, SystemClock, VirtualClock
-from app.devices.osc.digest import Credentials
+from app.devices.theta.digest import Credentials
 from app.devices.webcam import WebcamError, WebcamState
 from app.devices.webcam.address import Address
 from app.devices.webcam.network import no_keys

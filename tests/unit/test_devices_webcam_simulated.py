@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.angles import difference
-from app.core.paths import resources
-from app.core.turning.heading import build_index, find_heading
-from app.core.turning.headings import turn_of_heading
+from app.core.base.angles import difference
+from app.core.base.paths import resources
+from app.core.localization.heading import build_index, find_heading
+from app.core.localization.heading_conversion import turn_of_heading
 from app.devices.clock import ScaledClock, VirtualClock
 from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamFrame, WebcamState
 from app.devices.webcam.demo_views import DemoViews

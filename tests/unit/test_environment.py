@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.core import environment as env
-from app.core.errors import EnvironmentFileError
+from app.core.base.errors import EnvironmentFileError
+from app.core.solver import environment as env
 
 SIZES = st.sampled_from([(1, 2), (3, 6), (5, 10), (16, 32), (32, 64), (37, 74), (50, 100)])
 

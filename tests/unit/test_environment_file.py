@@ -9,12 +9,12 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from app.core.environment import read_environment
-from app.core.environment_file import MAX_WIDTH
-from app.core.errors import EnvironmentFileError
-from app.core.probe.decoding import decode
-from app.core.probe.metadata import read_header
-from app.core.progress import Token
+from app.core.base.errors import EnvironmentFileError
+from app.core.base.progress import Token
+from app.core.hdr.decoding import decode
+from app.core.hdr.metadata import read_header
+from app.core.solver.environment import read_environment
+from app.core.solver.environment_file import MAX_WIDTH
 
 
 def write(

@@ -6,8 +6,8 @@ import pickle
 
 import pytest
 
-from app.core import errors
-from app.core.errors import Cancelled, CoreError
+from app.core.base import errors
+from app.core.base.errors import Cancelled, CoreError
 
 KINDS = [
     kind

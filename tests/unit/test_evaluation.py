@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import CoreError, EnvironmentFileError, TransportError
+from app.core.base.errors import CoreError, EnvironmentFileError, TransportError
+from app.core.base.paths import resources
 from app.core.evaluation.certainty import Certainty, caution, load_certainty, save_certainty
 from app.core.evaluation.differences import best_turns, change, has_rival
 from app.core.evaluation.heads import Answers, spread
@@ -23,8 +24,7 @@ from app.core.evaluation.tables import (
     styles_digest,
     tables_path,
 )
-from app.core.paths import resources
-from app.core.styles import load_styles
+from app.core.solver.styles import load_styles
 from tests.helpers.hostile_files import write_picture
 
 TURNS = np.arange(64) * 360.0 / 64

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.archive import digest
-from app.core.errors import TransportError
-from app.core.head_shape import HeadShape, load_shape, load_shape_of, save_shape, shape_path
-from app.core.paths import resources
-from app.core.transport import load_named
+from app.core.base.archive import digest
+from app.core.base.errors import TransportError
+from app.core.base.paths import resources
+from app.core.solver.head_shape import HeadShape, load_shape, load_shape_of, save_shape, shape_path
+from app.core.solver.transport import load_named
 from tests.helpers.second_light import HEAD, head_shape
 
 HEADS = ("generic", "female", "male")

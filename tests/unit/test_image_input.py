@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 
 import app
-from app.core.image_input import picture_bytes
-from app.core.places.shots import Shot, thumbnail_of
+from app.core.base.image_input import picture_bytes
+from app.core.storage.places.shots import Shot, thumbnail_of
 from app.devices.webcam.stills import _read as still
 from app.ui.presenters.capturing import small_picture
-from app.ui.presenters.shelf import _thumbnail
+from app.ui.presenters.places_list import _thumbnail
 
 SHOT = Shot("a.jpg", "2026-11-21T14:05:00", True, "loop", "Loop", 0.0, key="shot-0001")
 PICTURE = np.full((160, 320, 3), (30, 90, 200), np.uint8)

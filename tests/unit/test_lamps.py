@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.lamps import LampMaps, far_lamp, split_lamps
-from app.core.search_light import MIXTURES, find_colours
-from app.core.styles import Style, StyleLamp, load_styles
-from app.core.transport import Transport, render
-from app.core.weights import target_weights
+from app.core.solver.lamps import LampMaps, far_lamp, split_lamps
+from app.core.solver.search_light import MIXTURES, find_colours
+from app.core.solver.styles import Style, StyleLamp, load_styles
+from app.core.solver.transport import Transport, render
+from app.core.solver.weights import target_weights
 from tests.helpers.synthetic import (
     lambert_sphere_transport,
     lamp_environment,

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.environment import from_radiance
-from app.core.lamps import far_lamp
-from app.core.light_here import LightHere, prepare
 from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
-from app.core.styles import StyleLamp
+from app.core.solver.environment import from_radiance
+from app.core.solver.lamps import far_lamp
+from app.core.solver.place_light import PlaceLight, prepare
+from app.core.solver.styles import StyleLamp
 from app.ui.presenters.light_sky import sky_of
 from app.ui.presenters.light_words import lux_words, move_words, place_words
 from app.ui.presenters.light_work import Held, main_light
@@ -67,7 +67,7 @@ def test_what_is_closed_lies_where_the_map_says() -> None:
     assert middle == pytest.approx((90.0 + 180.0) / 360.0)
 
 
-def lamp_place(panorama_deg: float) -> LightHere:
+def lamp_place(panorama_deg: float) -> PlaceLight:
     lamp = far_lamp(StyleLamp(-panorama_deg, 20.0, 8.0, 1.0, 2.0), (64, 128))
     radiance = np.repeat(lamp[..., None], 3, axis=2).astype(np.float32)
     return prepare(from_radiance(radiance + 1e-6, "one lamp"))

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from app.core.probe.finish import Wishes, finish
-from app.core.probe.frame import Bracket, Exposure, Frame
-from app.ui.presenters.measuring import capture_facts, location_of, merged_light
+from app.core.hdr.finish import MergeOptions, finish
+from app.core.hdr.frame import Bracket, Exposure, Frame
+from app.ui.presenters.place_from_probe import capture_facts, location_of, merged_light
 from tests.helpers.cameras import Rig, pack
 from tests.helpers.probes import clip, place, sunny_place
 
@@ -25,7 +25,7 @@ def probe_of(merged: Any) -> Any:
     frames = tuple(Frame(Path(f"{n}.jpg"), (256, 512), exposure=Exposure(1.0)) for n in range(3))
     return SimpleNamespace(
         bracket=Bracket(frames, (2.0, 0.0, -2.0)),
-        finished=finish(merged, pack(), Wishes()),
+        finished=finish(merged, pack(), MergeOptions()),
         merged=merged,
     )
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from app.core.errors import StyleError
+from app.core.base.errors import StyleError
 from app.core.painting import Draft, load_draft, make_canvas, save_draft
 
 LAYERS = ("weights", "ignore", "start_weights", "start_ignore")

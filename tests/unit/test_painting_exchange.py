@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from app.core.errors import CoreError, StyleError
+from app.core.base.errors import CoreError, StyleError
 from app.core.painting import (
     EXPORT_ENDING,
     UserStyle,

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.light_table import light_table
-from app.core.pack import load_named_pack
 from app.core.painting import (
     Brush,
     Tool,
@@ -22,9 +20,11 @@ from app.core.painting import (
 )
 from app.core.painting.canvas import Canvas, weights_of
 from app.core.painting.stroke import Stroke
-from app.core.solve import solve_painted
-from app.core.styles import load_styles
-from app.core.transport import load_named
+from app.core.solver.relighting_cache import light_table
+from app.core.solver.solve import solve_painted
+from app.core.solver.style_pack import load_named_pack
+from app.core.solver.styles import load_styles
+from app.core.solver.transport import load_named
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment
 
 GENERIC, PACK = load_named("generic"), load_named_pack("generic")

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from app.core.errors import StyleError
+from app.core.base.errors import StyleError
 from app.core.painting import (
     CANNOT_READ,
     Canvas,
@@ -27,7 +27,7 @@ from app.core.painting import (
     update_user_style,
 )
 from app.core.painting.user_style import read_user_style, style_text, text_path
-from app.core.styles import NAMES, load_styles
+from app.core.solver.styles import NAMES, load_styles
 from tests.helpers.synthetic import lambert_sphere_transport
 
 
@@ -180,7 +180,7 @@ def test_a_full_disk_loses_nothing(
         raise OSError(number, os.strerror(number))
 
     with monkeypatch.context() as patch:
-        patch.setattr("app.core.files.os.fsync", full)
+        patch.setattr("app.core.base.files.os.fsync", full)
         with pytest.raises(StyleError, match="Not saved") as found:
             save_user_style(tmp_path, canvas(2), "Other")
         with pytest.raises(StyleError, match="Not saved"):

@@ -8,7 +8,6 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from app.core.light_table import LightTable, light_table
 from app.core.painting import (
     NOTHING_PAINTED,
     ONE_SIDED,
@@ -23,9 +22,10 @@ from app.core.painting import (
     make_canvas,
 )
 from app.core.painting.canvas import head_values
-from app.core.solve import solve_painted
-from app.core.transport import load_named, render, to_image
-from app.core.weights import painted
+from app.core.solver.relighting_cache import LightTable, light_table
+from app.core.solver.solve import solve_painted
+from app.core.solver.transport import load_named, render, to_image
+from app.core.solver.weights import painted
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment
 
 TRANSPORT = lambert_sphere_transport()

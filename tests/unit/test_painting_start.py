@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.errors import StyleError
-from app.core.pack import load_named_pack
+from app.core.base.errors import StyleError
 from app.core.painting import PaintSession, blank, canvas_size, from_style, from_weights
 from app.core.painting.canvas import head_values, make_canvas, resized, weights_of
-from app.core.solve import solve_all, solve_painted
-from app.core.styles import NAMES
-from app.core.transport import load_named
-from app.core.weights import target_weights
+from app.core.solver.solve import solve_all, solve_painted
+from app.core.solver.style_pack import load_named_pack
+from app.core.solver.styles import NAMES
+from app.core.solver.transport import load_named
+from app.core.solver.weights import target_weights
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
 
 GENERIC, PACK = load_named("generic"), load_named_pack("generic")

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from app.core.errors import CoreError
-from app.core.paths import resources, user_data
+from app.core.base.errors import CoreError
+from app.core.base.paths import resources, user_data
 
 HOME = Path("home") / "ann"
 

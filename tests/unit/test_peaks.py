@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from app.core.angles import TURNS, difference, lies_on_arc, turn_of_index
-from app.core.peaks import Gate, best_index, find_peak, find_peaks, shift
+from app.core.base.angles import TURNS, difference, lies_on_arc, turn_of_index
+from app.core.solver.peaks import Gate, best_index, find_peak, find_peaks, shift
 
 Float = NDArray[np.float64]
 TURN_RAD = 2 * np.pi * np.arange(TURNS) / TURNS

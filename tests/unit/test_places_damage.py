@@ -14,13 +14,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.core.places import (
+from app.core.storage.places import (
     create_place,
     list_places,
     read_place,
     write_place,
 )
-from app.core.places.encoding import to_json
+from app.core.storage.places.encoding import to_json
 from tests.unit.test_places_store import NOON, POSIX, SHARED, full_place
 
 

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import pytest
 
-from app.core.places import (
+from app.core.storage.places import (
     create_place,
     list_places,
     list_trash,
@@ -27,7 +27,7 @@ from app.core.places import (
     read_place,
     write_place,
 )
-from app.core.places.names import sweep
+from app.core.storage.places.names import sweep
 
 ROOT = Path(__file__).resolve().parents[2]
 NOW = datetime(2026, 6, 21, 12, 5, tzinfo=UTC)
@@ -40,7 +40,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 import numpy as np
-from app.core.places import *
+from app.core.storage.places import *
 base = Path(sys.argv[1])
 now = datetime(2026, 6, 21, 12, 5, tzinfo=UTC)
 light = np.random.default_rng(1).gamma(0.2, size=(32, 64, 3)).astype(np.float32)

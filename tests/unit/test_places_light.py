@@ -18,11 +18,12 @@ from hypothesis import settings as limits
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from app.core.colour import luminance
-from app.core.environment import Environment, from_radiance, reduce
-from app.core.images import write_exr
-from app.core.pack import load_named_pack
-from app.core.places import (
+from app.core.base.colour import luminance
+from app.core.base.images import write_exr
+from app.core.solver.environment import Environment, from_radiance, reduce
+from app.core.solver.solve import solve_all
+from app.core.solver.style_pack import load_named_pack
+from app.core.storage.places import (
     Place,
     PlaceError,
     create_place,
@@ -34,8 +35,7 @@ from app.core.places import (
     store_environment,
     write_place,
 )
-from app.core.places import light as light_module
-from app.core.solve import solve_all
+from app.core.storage.places import light as light_module
 
 SHARED = limits(
     suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=30

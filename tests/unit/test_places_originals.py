@@ -13,10 +13,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.core.errors import Cancelled
-from app.core.places import PlaceError, adopt_files
-from app.core.places.names import publish, safe_file_name, sweep
-from app.core.progress import Token
+from app.core.base.errors import Cancelled
+from app.core.base.progress import Token
+from app.core.storage.places import PlaceError, adopt_files
+from app.core.storage.places.names import publish, safe_file_name, sweep
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="pipes and links as on POSIX")
 BIG = 3 * (1 << 20) + 5

@@ -13,9 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from app.core.pack import load_named_pack
-from app.core.places import PlaceError, results_from_json, results_to_json
-from app.core.solve import PeakResult, StyleResult, solve_all
+from app.core.solver.solve import PeakResult, StyleResult, solve_all
+from app.core.solver.style_pack import load_named_pack
+from app.core.storage.places import PlaceError, results_from_json, results_to_json
 
 VALUES = st.floats(-1e300, 1e300)
 TURNS = st.floats(-180.0, 180.0)

@@ -17,8 +17,9 @@ from hypothesis import HealthCheck, example, given
 from hypothesis import settings as limits
 from hypothesis import strategies as st
 
-from app.core.pack import load_named_pack
-from app.core.places import (
+from app.core.solver.solve import solve_all
+from app.core.solver.style_pack import load_named_pack
+from app.core.storage.places import (
     Asked,
     CaptureFacts,
     FrameFacts,
@@ -33,8 +34,7 @@ from app.core.places import (
     rename_place,
     write_place,
 )
-from app.core.places.encoding import to_json
-from app.core.solve import solve_all
+from app.core.storage.places.encoding import to_json
 from tests.unit.test_places_results import RESULTS
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="permissions, pipes and links as on POSIX")

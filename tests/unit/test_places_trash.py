@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from app.core.places import (
+from app.core.storage.places import (
     PlaceError,
     create_place,
     delete_place,

@@ -10,10 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.colour import luminance
-from app.core.environment import read_environment, reduce
-from app.core.pack import StylePack, load_named_pack
-from app.core.paths import resources
+from app.core.base.colour import luminance
+from app.core.base.paths import resources
 from app.core.portrait.ratio import (
     DEEPEST_STOPS,
     EVEN_STOPS,
@@ -21,8 +19,10 @@ from app.core.portrait.ratio import (
     lighting_ratio,
     ratio_words,
 )
-from app.core.solve import solve_all
-from app.core.transport import Transport, load_named, render, to_image
+from app.core.solver.environment import read_environment, reduce
+from app.core.solver.solve import solve_all
+from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.solver.transport import Transport, load_named, render, to_image
 from tests.helpers.looks import landmarks
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, lamp_target
 

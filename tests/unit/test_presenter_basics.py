@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.core.errors import Cancelled, CoreError
-from app.ui.presenters.intake import sort_out
+from app.core.base.errors import Cancelled, CoreError
+from app.ui.presenters.event import Event
+from app.ui.presenters.input_sorting import sort_out
+from app.ui.presenters.job_runner import ImmediateRunner
 from app.ui.presenters.model import Model, Step
-from app.ui.presenters.observe import Event
 from app.ui.presenters.undo import Undoable, UndoStack
-from app.ui.presenters.work import ImmediateRunner
 
 
 def test_event_tells_everybody_once_and_in_order() -> None:

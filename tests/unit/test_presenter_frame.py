@@ -11,7 +11,7 @@ from unittest.mock import MagicMock
 import pytest
 
 from app.devices.found import FoundCamera
-from app.devices.osc.endpoint import Endpoint
+from app.devices.theta.endpoint import Endpoint
 from app.ui.presenters.frame import FramePresenter, FrameView, camera_words, time_words
 from app.ui.presenters.model import CameraSeen, Model, Step
 from app.ui.presenters.services import Services

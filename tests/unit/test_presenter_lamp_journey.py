@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.angles import difference, wrap
-from app.core.colour import luminance
-from app.core.light_here import turned
-from app.core.progress import Token, silent
+from app.core.base.angles import difference, wrap
+from app.core.base.colour import luminance
+from app.core.base.progress import Token, silent
+from app.core.guidance.guide import Phase
+from app.core.guidance.words import whole
 from app.core.second_light.near import near_picture
-from app.core.transport import render
-from app.core.turning.guidance import Phase
-from app.core.turning.words import whole
+from app.core.solver.place_light import turned
+from app.core.solver.transport import render
 from app.ui.presenters import light_jobs
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.light import LightPresenter

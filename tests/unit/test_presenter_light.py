@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.errors import CoreError
-from app.core.places import CaptureFacts, Place
+from app.core.base.errors import CoreError
 from app.core.second_light.scale import illuminance
+from app.core.storage.places import CaptureFacts, Place
 from app.ui.presenters import light_jobs
 from app.ui.presenters.light import LightPresenter
 from app.ui.presenters.light_state import BRIGHTNESS, DISTANCES_M

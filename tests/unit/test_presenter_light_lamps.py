@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.places import CaptureFacts, create_place, read_place
 from app.core.second_light.library import list_lamps, read_lamp
+from app.core.storage.places import CaptureFacts, create_place, read_place
 from app.ui.presenters.light_mask import MaskEdit, MaskState
 from tests.helpers.light_rig import LightRig
 from tests.unit.test_presenter_light import own_lamp
@@ -195,7 +195,7 @@ def test_a_lamp_that_cannot_be_kept_is_tried_again_with_one_button(
 
     picture = own_lamp(tmp_path / "second.exr", known=True)
     with monkeypatch.context() as patch:
-        patch.setattr("app.core.files._flush", full)
+        patch.setattr("app.core.base.files._flush", full)
         rig.presenter.take_pictures([picture])
     again = rig.table.told.buttons["Try again"]
     assert titles(rig) == ["mine"]

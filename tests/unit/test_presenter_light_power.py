@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from app.core.second_light.dimming import powers_of
-from app.core.second_light.numbers import KINDS, at_distance
-from app.core.transport import render
+from app.core.second_light.lamp_presets import KINDS, at_distance
+from app.core.solver.transport import render
 from app.ui.presenters import light_pictures, light_work
 from app.ui.presenters.light_pictures import look
 from app.ui.presenters.light_work import Held, Question, ask, best_held, take_in_hand
@@ -102,7 +102,7 @@ def test_the_search_is_given_the_powers_of_the_lamp(monkeypatch: pytest.MonkeyPa
 @pytest.mark.slow
 def test_the_picture_is_of_the_power_and_its_match_that_of_the_search() -> None:
     who = head()
-    from app.core.progress import Token, silent
+    from app.core.base.progress import Token, silent
 
     hand = take_in_hand(who, at_distance(KINDS["panel"], 0.5), None, Token(), silent)
     answers = ask(hand, Question(scene_light(), 40.0), ["badger", "left-split"])

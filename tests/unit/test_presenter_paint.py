@@ -8,7 +8,7 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
-from app.core.angles import difference
+from app.core.base.angles import difference
 from app.core.painting import NOTHING_PAINTED, ONE_SIDED, Tool, load_draft
 from app.ui.presenters.model import Step
 from app.ui.presenters.paint_live import NO_LIGHT, NOTHING

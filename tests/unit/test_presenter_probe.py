@@ -8,7 +8,7 @@ from unittest.mock import MagicMock
 
 import pytest
 
-from app.core.places import PlaceError, read_place
+from app.core.storage.places import PlaceError, read_place
 from app.devices.capture.status import Stage
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.probe_state import ProbeState
@@ -400,7 +400,7 @@ class TestShownBeforeItIsKept:
             raise PlaceError("The light was not kept.") from OSError(28, "No space left on device")
 
         with monkeypatch.context() as patch:
-            patch.setattr("app.ui.presenters.opening.store_environment", full)
+            patch.setattr("app.ui.presenters.place_loader.store_environment", full)
             bench.presenter.capture()
         assert bench.presenter.resolve().has_place
         assert any("is not saved: the disk is full." in text for text in bench.told.messages)

@@ -9,8 +9,8 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
-from app.core.places import CaptureFacts, FrameFacts, Location
-from app.core.probe.findings import clip_level, find
+from app.core.hdr.findings import clip_level, find
+from app.core.storage.places import CaptureFacts, FrameFacts, Location
 from app.ui.presenters.probe_state import ProbeView
 from tests.helpers.probe_screen import Bench, with_lamp
 from tests.helpers.probes import place as lit_place

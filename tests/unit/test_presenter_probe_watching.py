@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from app.core.probe.findings import Findings, Lamp
+from app.core.hdr.findings import Findings, Lamp
 from app.devices.errors import DownloadFailed, Unreachable
 from app.ui.presenters.probe_trouble import HowFar, trouble_notice
 from app.ui.presenters.probe_words import (

@@ -13,18 +13,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core import files
-from app.core.errors import CoreError
-from app.core.images import write_png
-from app.core.paths import resources
-from app.core.places import list_places, read_light, read_place
-from app.core.settings import Settings
+from app.core.base import files
+from app.core.base.errors import CoreError
+from app.core.base.images import write_png
+from app.core.base.paths import resources
+from app.core.storage.places import list_places, read_light, read_place
+from app.core.storage.settings import Settings
+from app.ui.presenters import place_loader
 from app.ui.presenters.disk_words import disk_words
 from app.ui.presenters.frame import FramePresenter
+from app.ui.presenters.job_runner import ImmediateRunner
 from app.ui.presenters.model import Step
-from app.ui.presenters.shelf import ShelfPresenter
+from app.ui.presenters.places_list import ShelfPresenter
 from app.ui.presenters.unfinished import unfinished
-from app.ui.presenters.work import ImmediateRunner
 from tests.helpers.styles_screen import HoldingRunner, Table, on_time
 
 SCENE = resources() / "demo" / "scenes" / "studio.exr"
@@ -150,7 +151,7 @@ def test_a_message_names_what_is_wrong_and_no_temporary_file() -> None:
 
 def half_a_place(table: Table, tmp_path: Path) -> Path:
     """A place whose photographs were copied when the program was killed."""
-    from app.core.places import adopt_files, create_place
+    from app.core.storage.places import adopt_files, create_place
 
     rng = np.random.default_rng(3)
     frames = []
@@ -185,8 +186,7 @@ def test_finishing_it_merges_what_is_there(
     table.desk.open_paths([SCENE])
     light = table.model.light
     assert light is not None
-    from app.core.places import CaptureFacts, Location
-    from app.ui.presenters import opening
+    from app.core.storage.places import CaptureFacts, Location
 
     asked: list[Any] = []
 
@@ -194,7 +194,7 @@ def test_finishing_it_merges_what_is_there(
         asked.extend(intake.frames)
         return light, Location(), CaptureFacts(plan="files")
 
-    monkeypatch.setattr(opening, "_measured", measured)
+    monkeypatch.setattr(place_loader, "_measured", measured)
     # Opened from a list or by its folder it says what is missing, and offers to finish it.
     table.desk.open_place(folder)
     assert table.model.place_folder != folder
@@ -206,7 +206,7 @@ def test_finishing_it_merges_what_is_there(
 
 
 def test_an_empty_folder_of_a_place_can_only_be_deleted(table: Table, tmp_path: Path) -> None:
-    from app.core.places import create_place
+    from app.core.storage.places import create_place
 
     create_place(tmp_path / "places", "Nothing yet", table.services.today())
     shelf = ShelfPresenter(table.services, table.desk)
@@ -285,7 +285,7 @@ from pathlib import Path
 sys.path[:0] = [{root!r}]
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 from tests.helpers.styles_screen import Table, on_time
-from app.ui.presenters.work import ImmediateRunner
+from app.ui.presenters.job_runner import ImmediateRunner
 home = Path({home!r})
 table = on_time(Table(home, ImmediateRunner()))
 # A panorama of 64 x 128 floats takes 100 kB.

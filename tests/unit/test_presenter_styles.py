@@ -11,14 +11,14 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
-from app.core.angles import difference, wrap
-from app.core.light_here import picture_at
+from app.core.base.angles import difference, wrap
+from app.core.base.progress import Token
+from app.core.guidance.words import whole
 from app.core.painting import DamagedStyle
-from app.core.places import Location, Place
 from app.core.portrait.glare import glare
 from app.core.portrait.ratio import lighting_ratio
-from app.core.progress import Token
-from app.core.turning.words import whole
+from app.core.solver.place_light import picture_at
+from app.core.storage.places import Location, Place
 from app.ui.presenters.model import Step
 from app.ui.presenters.styles_gallery import look, question_of
 from app.ui.presenters.styles_state import Filter, Sizes, Sort, StylesState, StylesView

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.gallery import framing, greyed, portraits, value_at
-from app.core.light_here import picture_at
-from app.core.peaks import shift
-from app.core.sheet.pictures import portrait
-from app.core.sheet.theme import WELL
+from app.core.solver.peaks import shift
+from app.core.solver.pictures import WELL, portrait
+from app.core.solver.place_light import picture_at
+from app.core.solver.portraits import framing, greyed, portraits, value_at
 from tests.helpers.styles_screen import head, scene_light
 
 

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.angles import difference, wrap
-from app.core.environment import read_environment
-from app.core.light_here import prepare
-from app.core.paths import resources
-from app.core.solve import solve_all
-from app.core.turning.guidance import Phase
-from app.core.turning.words import whole
+from app.core.base.angles import difference, wrap
+from app.core.base.paths import resources
+from app.core.guidance.guide import Phase
+from app.core.guidance.words import whole
+from app.core.solver.environment import read_environment
+from app.core.solver.place_light import prepare
+from app.core.solver.solve import solve_all
 from app.devices.clock import SystemClock
 from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamState
-from app.ui.presenters import turn_sight
+from app.ui.presenters import heading_tracker
 from app.ui.presenters.model import Step
 from app.ui.presenters.turn_state import TurnSizes
 from tests.helpers.turn_rig import Rig, frame_of, lit_from
@@ -405,14 +405,14 @@ def test_another_webcam_is_taken_and_remembered(monkeypatch: pytest.MonkeyPatch)
 
 def test_the_newest_picture_wins(rig: Rig) -> None:
     looked: list[int] = []
-    real = turn_sight.locate
+    real = heading_tracker.locate
 
     def locate(picture: object, *rest: object) -> object:
         looked.append(1)
         return real(picture, *rest)  # type: ignore[arg-type]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(turn_sight, "locate", locate)
+        patch.setattr(heading_tracker, "locate", locate)
         for turn in range(30):
             rig.webcam.send(frame_of(wrap(turn + 180.0)))
         assert rig.tick().scale.now_deg == 29.0
@@ -427,7 +427,7 @@ def test_a_picture_that_cannot_be_worked_on_is_one_without_a_heading(rig: Rig) -
         raise ValueError
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(turn_sight, "find_heading", broken)
+        patch.setattr(heading_tracker, "find_heading", broken)
         rig.turn_to(30.0)
         assert rig.tick(30).guidance.phase is Phase.LOST
     assert rig.turn_to(30.0).scale.now_deg == 30.0

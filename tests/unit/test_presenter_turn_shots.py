@@ -9,13 +9,13 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.angles import wrap
-from app.core.errors import CoreError
-from app.core.places.shots import read_shots
-from app.core.turning.shot import Taken
-from app.core.turning.words import whole
+from app.core.base.angles import wrap
+from app.core.base.errors import CoreError
+from app.core.guidance.words import whole
+from app.core.localization.photo_check import Taken
+from app.core.storage.places.shots import read_shots
 from app.ui.presenters import turn_shots
-from app.ui.presenters.desk import Desk
+from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.turn_shots import DROP_WORDS
 from tests.helpers.photos import write_photo
 from tests.helpers.turn_rig import Rig
@@ -214,7 +214,7 @@ def test_a_place_left_meanwhile_keeps_its_photo(
 
 
 def test_a_dropped_photo_goes_to_whoever_takes_photos(rig: Rig, photo: Path) -> None:
-    desk = Desk(rig.services)
+    desk = PlaceController(rig.services)
     given: list[object] = []
     opened: list[object] = []
     desk.open_as_place = opened.append  # type: ignore[method-assign, assignment]

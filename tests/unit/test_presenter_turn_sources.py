@@ -11,16 +11,16 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.settings import Settings
-from app.core.turning.guidance import Source
+from app.core.guidance.guide import Source
+from app.core.storage.settings import Settings
 from app.devices.clock import VirtualClock
 from app.devices.webcam import GUESS_FOV_DEG, LiveSource, WebcamError, WebcamState
+from app.ui.presenters.job_runner import ImmediateRunner
 from app.ui.presenters.model import Model
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.turn_camera import LiveCamera
 from app.ui.presenters.turn_sources import NO_WEBCAMS, SourcesPresenter, SourcesState, SourcesView
 from app.ui.presenters.undo import UndoStack
-from app.ui.presenters.work import ImmediateRunner
 from tests.helpers.turn_rig import FakeWebcam
 
 PHONE = "http://10.0.0.7:8080/video"

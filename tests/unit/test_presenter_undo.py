@@ -12,15 +12,15 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 from app.core.painting import list_user_styles, load_draft
 from app.core.painting.user_style import checksum
-from app.core.places import create_place, list_places, read_place
 from app.core.second_light.library import add_lamp, list_lamps, read_lamp
+from app.core.storage.places import create_place, list_places, read_place
 from app.ui.presenters import light_lamps
 from app.ui.presenters.frame import FramePresenter
-from app.ui.presenters.light_keeping import LampKeeping
-from app.ui.presenters.shelf import ShelfPresenter
+from app.ui.presenters.lamp_actions import LampKeeping
+from app.ui.presenters.places_list import ShelfPresenter
 from tests.helpers.paint_studio import Studio, studio
 from tests.unit.test_second_light_library import lamp
 

@@ -6,8 +6,8 @@ import threading
 
 import pytest
 
-from app.core.errors import Cancelled
-from app.core.progress import Token, silent, span
+from app.core.base.errors import Cancelled
+from app.core.base.progress import Token, silent, span
 
 
 def test_token_goes_from_no_to_yes_and_stays() -> None:

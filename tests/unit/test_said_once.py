@@ -10,14 +10,14 @@ from unittest.mock import MagicMock
 
 import pytest
 
-from app.core.angles import wrap
-from app.core.probe.frame import Exposure
-from app.core.probe.planner import plan
-from app.core.turning.words import direction_of, whole
+from app.core.base.angles import wrap
+from app.core.guidance.words import direction_of, whole
+from app.core.hdr.frame import Exposure
+from app.core.hdr.planner import plan
 from app.devices.capture import shooting
 from app.devices.capture.status import Stage, Status
-from app.devices.osc.messages import Info
 from app.devices.profiles import PROFILES, ModelProfile, profile_for
+from app.devices.theta.messages import Info
 from app.devices.webcam.sources import LiveSource
 from app.ui.commands import Commands
 from app.ui.overlays.help import key_lines

@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from app.core.angles import TURNS
-from app.core.search import build_tables, curves, curves_of, quality_curves
-from app.core.search_basis import build_basis
-from app.core.search_light import find_colours, seen_light
-from app.core.transport import Transport, render
-from app.core.weights import target_weights
+from app.core.base.angles import TURNS
+from app.core.solver.search import build_tables, curves, curves_of, quality_curves
+from app.core.solver.search_basis import build_basis
+from app.core.solver.search_light import find_colours, seen_light
+from app.core.solver.transport import Transport, render
+from app.core.solver.weights import target_weights
 from tests.helpers.synthetic import (
     lambert_sphere_transport,
     lamp_environment,

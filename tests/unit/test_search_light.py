@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core.angles import TURNS
-from app.core.colour import luminance
-from app.core.environment import read_environment, reduce, rotate
-from app.core.light_table import light_table, painted_curves
-from app.core.pack import load_named_pack, load_transport_of
-from app.core.paths import resources
-from app.core.search import curves
-from app.core.search_light import find_colours, luminance_of, seen_light
-from app.core.solve import match_and_strength, solve_all
-from app.core.transport import Transport, render
-from app.core.weights import painted, target_weights
+from app.core.base.angles import TURNS
+from app.core.base.colour import luminance
+from app.core.base.paths import resources
+from app.core.solver.environment import read_environment, reduce, rotate
+from app.core.solver.relighting_cache import light_table, painted_curves
+from app.core.solver.search import curves
+from app.core.solver.search_light import find_colours, luminance_of, seen_light
+from app.core.solver.solve import match_and_strength, solve_all
+from app.core.solver.style_pack import load_named_pack, load_transport_of
+from app.core.solver.transport import Transport, render
+from app.core.solver.weights import painted, target_weights
 from tests.helpers.synthetic import lambert_sphere_transport, synthetic_pack
 
 SCENES = sorted((resources() / "demo" / "scenes").glob("*.exr"))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.environment import energy, reduce_radiance
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
+from app.core.base.sphere import directions, rotate_light
 from app.core.second_light.captured import (
     LARGEST,
     CapturedLamp,
@@ -20,7 +20,7 @@ from app.core.second_light.captured import (
     placed_at,
 )
 from app.core.second_light.placements import placement
-from app.core.sphere import directions, rotate_light
+from app.core.solver.environment import energy, reduce_radiance
 from tests.helpers.dark_room import Lamp, coverage, phone, room
 
 Float32 = NDArray[np.float32]

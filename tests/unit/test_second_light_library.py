@@ -11,7 +11,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 from app.core.second_light.captured import CapturedLamp, make_lamp
 from app.core.second_light.comparable import at_distance, compare, with_lux
 from app.core.second_light.lamp_file import read_lamp_file

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from app.core.environment import energy
 from app.core.second_light.mask_brush import dab, stroke
+from app.core.solver.environment import energy
 
 SHAPE = (256, 512)
 

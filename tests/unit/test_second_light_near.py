@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.colour import LUMINANCE_WEIGHTS
-from app.core.environment import solid_angles
-from app.core.errors import Cancelled
-from app.core.progress import Token
+from app.core.base.colour import LUMINANCE_WEIGHTS
+from app.core.base.errors import Cancelled
+from app.core.base.progress import Token
+from app.core.second_light.lamp_presets import NumbersLamp, parse
 from app.core.second_light.near import (
     NearField,
     coverage,
@@ -21,8 +21,8 @@ from app.core.second_light.near import (
     near_picture,
     prepare_near,
 )
-from app.core.second_light.numbers import NumbersLamp, parse
 from app.core.second_light.placements import ALTITUDES_DEG, MIRRORED, placement
+from app.core.solver.environment import solid_angles
 from tests.helpers.second_light import HEAD, answers_per_steradian, head_shape, plain_near
 from tests.helpers.synthetic import ALBEDO, lambert_sphere_transport
 

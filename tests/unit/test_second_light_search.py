@@ -6,24 +6,24 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.angles import wrap
-from app.core.colour import LUMINANCE_WEIGHTS
-from app.core.errors import CoreError, StyleError
-from app.core.head_shape import HeadShape
-from app.core.light_table import normalised
-from app.core.progress import Token
+from app.core.base.angles import wrap
+from app.core.base.colour import LUMINANCE_WEIGHTS
+from app.core.base.errors import CoreError, StyleError
+from app.core.base.progress import Token
 from app.core.second_light.added import AddedLight, from_captured, from_numbers
 from app.core.second_light.captured import PlacedLamp
 from app.core.second_light.contrast import norm_at, norms
 from app.core.second_light.hidden import correlate, correlate_at, find_hidden, hidden_tables
+from app.core.second_light.lamp_presets import parse
 from app.core.second_light.lamp_tables import lamp_alone, lamp_tables, left_everywhere, see_place
-from app.core.second_light.numbers import parse
 from app.core.second_light.placements import MIRRORED
 from app.core.second_light.search import ALL, place_all
-from app.core.second_light.seeking import seek
-from app.core.solve import solve_all
-from app.core.transport import render
-from app.core.weights import target_weights
+from app.core.second_light.search_kernel import seek
+from app.core.solver.head_shape import HeadShape
+from app.core.solver.relighting_cache import normalised
+from app.core.solver.solve import solve_all
+from app.core.solver.transport import render
+from app.core.solver.weights import target_weights
 from tests.helpers.second_light import (
     captured,
     coloured_place,

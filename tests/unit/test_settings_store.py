@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, example, given
 from hypothesis import settings as limits
 from hypothesis import strategies as st
 
-from app.core.settings import (
+from app.core.storage.settings import (
     DEFAULTS,
     TABLE,
     Settings,
@@ -21,7 +21,7 @@ from app.core.settings import (
     read_settings,
     write_settings,
 )
-from app.core.settings.json_file import carry_unknown, dump, read_json
+from app.core.storage.settings.json_file import carry_unknown, dump, read_json
 from tests.unit.test_settings_table import values_of
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="permissions and pipes as on POSIX")

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.core.pack import pack_names
-from app.core.settings import (
+from app.core.solver.style_pack import pack_names
+from app.core.storage.settings import (
     DEFAULTS,
     SECTIONS,
     TABLE,

@@ -11,9 +11,9 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from app.core.probe.frame import Exposure, LensExposure, Pose
-from app.core.probe.makernote import parse_ricoh_note
-from app.core.probe.metadata import read_frame
+from app.core.hdr.frame import Exposure, LensExposure, Pose
+from app.core.hdr.makernote import parse_ricoh_note
+from app.core.hdr.metadata import read_frame
 from app.core.simulation.cameras import (
     CAMERAS,
     GENERIC,

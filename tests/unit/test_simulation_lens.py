@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core import sphere
-from app.core.environment import energy, solid_angles
+from app.core.base import sphere
 from app.core.simulation.lens import bloomed, column_gains
+from app.core.solver.environment import energy, solid_angles
 
 
 def test_bloom_keeps_energy_and_uniform_light() -> None:

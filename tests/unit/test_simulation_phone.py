@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.colour import srgb_decode
+from app.core.base.colour import srgb_decode
 from app.core.simulation.phone import (
     CLEAN,
     Disturbance,

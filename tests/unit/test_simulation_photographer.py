@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.angles import difference, wrap
+from app.core.base.angles import difference, wrap
+from app.core.guidance.guide import Goal
 from app.core.simulation.photographer import Habits, Photographer, random_habits
 from app.core.simulation.scene_views import Stand
 from app.core.simulation.turn_loop import Answer, Moment, Outcome, follow
-from app.core.turning.guidance import Goal
 
 Bytes = NDArray[np.uint8]
 GOAL = Goal(60.0, (48.0, 75.0))

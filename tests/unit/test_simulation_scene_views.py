@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core import sphere
-from app.core.angles import difference
-from app.core.errors import CoreError
-from app.core.paths import resources
+from app.core.base import sphere
+from app.core.base.angles import difference
+from app.core.base.errors import CoreError
+from app.core.base.paths import resources
+from app.core.localization.views import Lens
 from app.core.simulation.scene_files import SceneFiles, level_pose, probe_environment
 from app.core.simulation.scene_views import SceneViews, Stand
-from app.core.turning.views import Lens
 
 Floats = NDArray[np.float64]
 FOLDER: Final = resources() / "demo" / "location"

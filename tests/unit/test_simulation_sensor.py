@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.core.probe.frame import Exposure
+from app.core.hdr.frame import Exposure
 from app.core.simulation.cameras import GENERIC, THETA_S
 from app.core.simulation.sensor import add_sensor_noise, saturation_cd_m2
 

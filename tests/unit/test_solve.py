@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from app.core.angles import TURNS, difference, wrap
-from app.core.errors import EnvironmentFileError, StyleError
-from app.core.peaks import shift
-from app.core.solve import OBJECTIVES, Objective, StyleResult, solve_all, solve_painted
-from app.core.styles import mirror_name
-from app.core.transport import preintegrate
-from app.core.weights import painted, target_weights
+from app.core.base.angles import TURNS, difference, wrap
+from app.core.base.errors import EnvironmentFileError, StyleError
+from app.core.solver.peaks import shift
+from app.core.solver.solve import OBJECTIVES, Objective, StyleResult, solve_all, solve_painted
+from app.core.solver.styles import mirror_name
+from app.core.solver.transport import preintegrate
+from app.core.solver.weights import painted, target_weights
 from tests.helpers.synthetic import (
     lambert_sphere_transport,
     lamp_environment,

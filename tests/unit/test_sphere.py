@@ -11,8 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.core.environment import energy, read_environment, rotate, solid_angles
-from app.core.sphere import (
+from app.core.base.sphere import (
     angle_of,
     angles_of,
     direction,
@@ -24,6 +23,7 @@ from app.core.sphere import (
     rotation,
     to_vector,
 )
+from app.core.solver.environment import energy, read_environment, rotate, solid_angles
 
 SCENES = sorted((Path(__file__).resolve().parents[2] / "resources/demo/scenes").glob("*.exr"))
 TURNS = [(3, 2, 1), (0, -29, -35.8), (0, 40, 0), (0, 90, 0), (170, -80, 120), (45, 45, 45)]

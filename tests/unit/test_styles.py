@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.core import styles
-from app.core.errors import StyleError
-from app.core.paths import resources
+from app.core.base.errors import StyleError
+from app.core.base.paths import resources
+from app.core.solver import styles
 
 GOOD = """
 title = "Broad"

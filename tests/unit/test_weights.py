@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.core.errors import StyleError
-from app.core.transport import preintegrate
-from app.core.weights import paint, painted, painted_weights, target_weights
+from app.core.base.errors import StyleError
+from app.core.solver.transport import preintegrate
+from app.core.solver.weights import paint, painted, painted_weights, target_weights
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_target
 
 TRANSPORT = lambert_sphere_transport(24, (16, 32), 80)

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.core.errors import BakeError
+from app.core.base.errors import BakeError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -35,16 +35,16 @@ from app.core.baking.walk import (
     trace_pixels,
     trace_profile,
 )
-from app.core.transport import Transport, TransportHeader
+from app.core.solver.transport import Transport, TransportHeader
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from app.core.baking.skin import Skin
-    from app.core.head_shape import HeadShape
-    from app.core.progress import Report, Token
-    from app.core.styles import Style
+    from app.core.base.progress import Report, Token
+    from app.core.solver.head_shape import HeadShape
+    from app.core.solver.styles import Style
 
 Float32: TypeAlias = NDArray[np.float32]
 _BATCH_PATHS = 1 << 22

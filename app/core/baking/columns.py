@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from app.core.styles import StyleLamp
+    from app.core.solver.styles import StyleLamp
 
 
 class Columns(Protocol):

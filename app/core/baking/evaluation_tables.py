@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Final
 from app.core.baking.preintegrate import Effort, preintegrate_styles
 from app.core.baking.scene import load_head
 from app.core.baking.skin import find_skin
+from app.core.base.progress import span
 from app.core.evaluation.evaluate import ENVIRONMENTS, PICTURES
 from app.core.evaluation.tables import TableNote, Tables, styles_digest
-from app.core.progress import span
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from app.core.progress import Report, Token
-    from app.core.styles import Style
+    from app.core.base.progress import Report, Token
+    from app.core.solver.styles import Style
 
 _OWN_ENVIRONMENT: Final = (32, 64)
 _OWN_PICTURE: Final = 100

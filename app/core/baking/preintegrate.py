@@ -27,19 +27,19 @@ from app.core.baking.points import Points, place_points
 from app.core.baking.reduction import mirror_pixels
 from app.core.baking.scene import HeadMesh, build_scene, frame_head
 from app.core.baking.walk import SceneTables, lean_scale, scene_tables, trace_pixels
-from app.core.colour import LUMINANCE_WEIGHTS
-from app.core.errors import BakeError
-from app.core.lamps import mirror_index
-from app.core.transport import FACE_COVERAGE
-from app.core.weights import target_weights
+from app.core.base.colour import LUMINANCE_WEIGHTS
+from app.core.base.errors import BakeError
+from app.core.solver.lamps import mirror_index
+from app.core.solver.transport import FACE_COVERAGE
+from app.core.solver.weights import target_weights
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from app.core.baking.columns import Columns
     from app.core.baking.skin import Skin
-    from app.core.progress import Report, Token
-    from app.core.styles import Style
+    from app.core.base.progress import Report, Token
+    from app.core.solver.styles import Style
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from app.core.baking.skin import EYE_COAT, Coat, Skin
-from app.core.errors import BakeError, HeadError
-from app.core.files import atomic_write, atomic_write_text
+from app.core.base.errors import BakeError, HeadError
+from app.core.base.files import atomic_write, atomic_write_text
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.archive import read_arrays, write_arrays
-from app.core.errors import TransportError
+from app.core.base.archive import read_arrays, write_arrays
+from app.core.base.errors import TransportError
 
 if TYPE_CHECKING:
     from pathlib import Path

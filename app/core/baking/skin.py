@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import exp, sqrt
 
-from app.core.errors import BakeError
+from app.core.base.errors import BakeError
 
 Rgb = tuple[float, float, float]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from app.core.baking.lanes import run_lanes
 from app.core.baking.scene import MILLIMETRES_PER_UNIT
-from app.core.head_shape import HeadShape
+from app.core.solver.head_shape import HeadShape
 
 if TYPE_CHECKING:
     from app.core.baking.scene import HeadMesh

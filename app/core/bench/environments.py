@@ -8,10 +8,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core import sphere
+from app.core.base import sphere
+from app.core.base.paths import resources
 from app.core.bench.rows import Case, PeerCase
-from app.core.environment import SHAPE, energy, read_environment, reduce_radiance, solid_angles
-from app.core.paths import resources
+from app.core.solver.environment import (
+    SHAPE,
+    energy,
+    read_environment,
+    reduce_radiance,
+    solid_angles,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -10,25 +10,25 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 
-from app.core.angles import TURNS
+from app.core.base.angles import TURNS
 from app.core.bench.machine import describe_machine, load_average
 from app.core.bench.merge import debevec, decoded, make_bracket
 from app.core.bench.rows import clock
 from app.core.bench.search import lively, plain_quality
-from app.core.environment import SHAPE, from_radiance, reduce_radiance
 from app.core.evaluation.report.svg import Series, growth_plot
-from app.core.light_here import picture_at, pictures_at, prepare
-from app.core.probe.probe import measure
-from app.core.search import build_tables, curves
+from app.core.hdr.pipeline import measure
+from app.core.solver.environment import SHAPE, from_radiance, reduce_radiance
+from app.core.solver.place_light import picture_at, pictures_at, prepare
+from app.core.solver.search import build_tables, curves
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
+    from app.core.base.progress import Report, Token
     from app.core.bench.rows import Work
-    from app.core.light_here import LightHere
-    from app.core.pack import StylePack
-    from app.core.progress import Report, Token
-    from app.core.transport import Transport
+    from app.core.solver.place_light import PlaceLight
+    from app.core.solver.style_pack import StylePack
+    from app.core.solver.transport import Transport
 
 Sizes: TypeAlias = tuple[float, ...]
 
@@ -229,5 +229,5 @@ def _by_frames(pack: StylePack, token: Token, shape: tuple[int, int]) -> Growth:
     return _measured("frames", axis, [len(wanted) for wanted in stops], cases(), token)
 
 
-def _one_by_one(transport: Transport, light: LightHere, turns: Sequence[float]) -> object:
+def _one_by_one(transport: Transport, light: PlaceLight, turns: Sequence[float]) -> object:
     return [picture_at(transport, light, turn) for turn in turns]

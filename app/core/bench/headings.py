@@ -8,18 +8,18 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.paths import resources
 from app.core.bench.rows import Case
-from app.core.environment import read_environment
-from app.core.paths import resources
-from app.core.probe.display import display_panorama
-from app.core.turning.features import describe
-from app.core.turning.heading import SEARCHING, build_index, find_heading
+from app.core.hdr.display import display_panorama
+from app.core.localization.features import describe
+from app.core.localization.heading import SEARCHING, build_index, find_heading
+from app.core.solver.environment import read_environment
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from app.core.progress import Token
-    from app.core.turning.heading_index import HeadingIndex
+    from app.core.base.progress import Token
+    from app.core.localization.heading_index import HeadingIndex
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float64: TypeAlias = NDArray[np.float64]

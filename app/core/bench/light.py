@@ -7,23 +7,23 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.angles import TURNS
+from app.core.base.angles import TURNS
 from app.core.bench.rows import Case
 from app.core.bench.search import lively
-from app.core.light_table import normalised
 from app.core.second_light.added import AddedLight, from_captured
 from app.core.second_light.captured import CapturedLamp, make_lamp, placed
 from app.core.second_light.lamp_tables import LampTables, lamp_tables, see_place
 from app.core.second_light.placements import COUNT
-from app.core.second_light.seeking import seek
+from app.core.second_light.search_kernel import seek
+from app.core.solver.relighting_cache import normalised
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from app.core.base.progress import Token
     from app.core.bench.rows import Work
-    from app.core.pack import StylePack
-    from app.core.progress import Token
-    from app.core.transport import Transport
+    from app.core.solver.style_pack import StylePack
+    from app.core.solver.transport import Transport
 
 Float32: TypeAlias = NDArray[np.float32]
 

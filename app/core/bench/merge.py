@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
+from app.core.base.colour import luminance, srgb_decode
+from app.core.base.paths import resources
 from app.core.bench.rows import Case, PeerCase
-from app.core.colour import luminance, srgb_decode
-from app.core.environment import read_environment, reduce_radiance
-from app.core.paths import resources
-from app.core.probe.planner import plan
-from app.core.probe.probe import measure
-from app.core.probe.theta_limits import theta_limits
+from app.core.hdr.pipeline import measure
+from app.core.hdr.planner import plan
+from app.core.hdr.theta_limits import theta_limits
 from app.core.simulation.bracket_maker import meter, write_bracket
 from app.core.simulation.cameras import THETA_V
+from app.core.solver.environment import read_environment, reduce_radiance
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from app.core.colour import FloatImage
-    from app.core.pack import StylePack
-    from app.core.progress import Token
+    from app.core.base.colour import FloatImage
+    from app.core.base.progress import Token
+    from app.core.solver.style_pack import StylePack
 
 _SCENE: Final = "interior"
 _EV100: Final = 8.0

@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.angles import TURNS
+from app.core.base.angles import TURNS
 from app.core.bench.rows import Case
 from app.core.bench.search import lively, plain_match
-from app.core.light_table import light_table
 from app.core.painting.brush import Brush, Tool
 from app.core.painting.canvas import canvas_size
 from app.core.painting.session import PaintSession
 from app.core.painting.start import from_weights
-from app.core.transport import render
-from app.core.weights import target_weights
+from app.core.solver.relighting_cache import light_table
+from app.core.solver.transport import render
+from app.core.solver.weights import target_weights
 
 if TYPE_CHECKING:
-    from app.core.transport import Transport
+    from app.core.solver.transport import Transport
 
 Float32: TypeAlias = NDArray[np.float32]
 

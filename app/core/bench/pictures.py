@@ -9,21 +9,21 @@ from numpy.typing import NDArray
 
 from app.core.bench.rows import Case
 from app.core.bench.search import lively
-from app.core.environment import from_radiance
-from app.core.gallery import framing, portraits
-from app.core.light_here import pictures_at, prepare, turned
-from app.core.sheet.pictures import portrait
-from app.core.solve import solve_all
-from app.core.transport import preintegrate, render, to_image
-from app.core.weights import paint, painted, target_weights
+from app.core.solver.environment import from_radiance
+from app.core.solver.pictures import portrait
+from app.core.solver.place_light import pictures_at, prepare, turned
+from app.core.solver.portraits import framing, portraits
+from app.core.solver.solve import solve_all
+from app.core.solver.transport import preintegrate, render, to_image
+from app.core.solver.weights import paint, painted, target_weights
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from app.core.bench.rows import PeerCase
-    from app.core.light_here import LightHere
-    from app.core.pack import StylePack
-    from app.core.transport import Transport
+    from app.core.solver.place_light import PlaceLight
+    from app.core.solver.style_pack import StylePack
+    from app.core.solver.transport import Transport
 
 Float32: TypeAlias = NDArray[np.float32]
 
@@ -102,7 +102,7 @@ def gallery_case(transport: Transport, pack: StylePack) -> Case:
 
 
 def _portrait(
-    transport: Transport, channels: list[Float32], light: LightHere, turn: float, coverage: Float32
+    transport: Transport, channels: list[Float32], light: PlaceLight, turn: float, coverage: Float32
 ) -> Float32:
     flat = turned(light, turn, transport.environment_shape).reshape(-1, 3).T
     values = np.stack([channels[c] @ np.ascontiguousarray(flat[c]) for c in range(3)], axis=1)

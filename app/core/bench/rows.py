@@ -20,7 +20,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.progress import Report, Token
+    from app.core.base.progress import Report, Token
 
 Doer: TypeAlias = Literal["thread", "threads", "process"]
 Work: TypeAlias = Callable[[], Any]

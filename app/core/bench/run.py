@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from app.core.base.progress import span
 from app.core.bench.bars import BARS, missed
 from app.core.bench.environments import environment_cases
 from app.core.bench.headings import heading_cases
@@ -18,17 +19,16 @@ from app.core.bench.painting import paint_case
 from app.core.bench.pictures import gallery_case, picture_cases
 from app.core.bench.rows import bandwidth, time_all
 from app.core.bench.search import search_cases
-from app.core.progress import span
 from app.core.simulation.cameras import THETA_V
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
     from types import ModuleType
 
+    from app.core.base.progress import Report, Token
     from app.core.bench.rows import Case, PeerCase, Row
-    from app.core.pack import StylePack
-    from app.core.progress import Report, Token
-    from app.core.transport import Transport
+    from app.core.solver.style_pack import StylePack
+    from app.core.solver.transport import Transport
 
 PEERS: Final = {"colour-hdri": "colour_hdri", "skylibs": "envmap"}
 """Programs that are timed where they are installed, and their modules."""

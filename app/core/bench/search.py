@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.angles import TURNS
+from app.core.base.angles import TURNS
 from app.core.bench.rows import Case
-from app.core.search import curves, quality_curves
-from app.core.solve import match_and_strength, solve_all
+from app.core.solver.search import curves, quality_curves
+from app.core.solver.solve import match_and_strength, solve_all
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from app.core.pack import StylePack
-    from app.core.transport import Transport
+    from app.core.solver.style_pack import StylePack
+    from app.core.solver.transport import Transport
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from app.core.baking.backend import is_wavefront, select_variant
 from app.core.baking.scene import build_scene, frame_head, load_head
 from app.core.baking.skin import find_skin
+from app.core.base.errors import BakeError
+from app.core.base.paths import resources
 from app.core.bench.rows import PeerCase
-from app.core.environment import enlarge, read_environment, reduce
-from app.core.errors import BakeError
-from app.core.paths import resources
-from app.core.transport import render
+from app.core.solver.environment import enlarge, read_environment, reduce
+from app.core.solver.transport import render
 
 if TYPE_CHECKING:
-    from app.core.transport import Transport
+    from app.core.solver.transport import Transport
 
 Float32: TypeAlias = NDArray[np.float32]
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
+from app.core.base.files import atomic_write_text
+from app.core.base.paths import resources
 from app.core.evaluation.heads import TOLERANCE_DEG
-from app.core.files import atomic_write_text
-from app.core.paths import resources
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -13,8 +13,8 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.angles import TURNS
-from app.core.peaks import best_index, find_peak
+from app.core.base.angles import TURNS
+from app.core.solver.peaks import best_index, find_peak
 
 Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]

@@ -8,25 +8,25 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.colour import luminance
-from app.core.environment import reduce_radiance
-from app.core.errors import TransportError
+from app.core.base.colour import luminance
+from app.core.base.errors import TransportError
 from app.core.evaluation.differences import Best, Change, best_turns, change
 from app.core.evaluation.heads import Spread, from_best, from_results, solved, spread
 from app.core.evaluation.quality import block_sums, quality_at_turns
 from app.core.evaluation.tables import styles_digest
-from app.core.solve import OBJECTIVES
+from app.core.solver.environment import reduce_radiance
+from app.core.solver.solve import OBJECTIVES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from app.core.base.progress import Report, Token
     from app.core.evaluation.offsets import Offsets
     from app.core.evaluation.scenes import Scene
     from app.core.evaluation.tables import Tables
-    from app.core.pack import StylePack
-    from app.core.progress import Report, Token
-    from app.core.solve import Objective, StyleResult
-    from app.core.styles import Style
+    from app.core.solver.solve import Objective, StyleResult
+    from app.core.solver.style_pack import StylePack
+    from app.core.solver.styles import Style
 
 Float64: TypeAlias = NDArray[np.float64]
 

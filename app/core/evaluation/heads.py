@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.solve import solve_all
+from app.core.solver.solve import solve_all
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from app.core.evaluation.differences import Best
-    from app.core.pack import StylePack
-    from app.core.solve import Objective, StyleResult
+    from app.core.solver.solve import Objective, StyleResult
+    from app.core.solver.style_pack import StylePack
 
 Float64: TypeAlias = NDArray[np.float64]
 Floats: TypeAlias = NDArray[np.floating[Any]]

@@ -7,15 +7,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.core.environment import read_environment, reduce
-from app.core.errors import EnvironmentFileError
-from app.core.paths import resources
-from app.core.progress import Report, Token, silent
+from app.core.base.errors import EnvironmentFileError
+from app.core.base.paths import resources
+from app.core.base.progress import Report, Token, silent
+from app.core.solver.environment import read_environment, reduce
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.colour import FloatImage
+    from app.core.base.colour import FloatImage
 
 LARGEST: Final = (64, 128)
 """Rows and columns of the largest environment that is evaluated."""

@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.archive import read_sealed, write_sealed
-from app.core.errors import TransportError
-from app.core.paths import resources
+from app.core.base.archive import read_sealed, write_sealed
+from app.core.base.errors import TransportError
+from app.core.base.paths import resources
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from app.core.styles import Style
+    from app.core.solver.styles import Style
 
 Float32: TypeAlias = NDArray[np.float32]
 

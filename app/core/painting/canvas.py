@@ -13,14 +13,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.errors import StyleError
-from app.core.weights import painted
+from app.core.base.errors import StyleError
+from app.core.solver.weights import painted
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from app.core.transport import Transport
-    from app.core.weights import PaintedWeights
+    from app.core.solver.transport import Transport
+    from app.core.solver.weights import PaintedWeights
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
@@ -221,7 +221,7 @@ def head_values(canvas: Canvas, transport: Transport) -> tuple[Float64, Mask]:
 
 
 def weights_of(canvas: Canvas, transport: Transport) -> PaintedWeights:
-    """Pre-integrate a whole canvas on a head (eq. 3); see `app.core.weights.painted`."""
+    """Pre-integrate a whole canvas on a head (eq. 3); see `app.core.solver.weights.painted`."""
     return painted(transport, *head_values(canvas, transport))
 
 

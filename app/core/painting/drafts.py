@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core.archive import CONTRADICTIONS, parse_header, read_arrays, write_arrays
-from app.core.errors import StyleError, TransportError
+from app.core.base.archive import CONTRADICTIONS, parse_header, read_arrays, write_arrays
+from app.core.base.errors import StyleError, TransportError
 from app.core.painting.canvas import MAX_SIZE, Canvas, make_canvas
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ import zipfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import CoreError, StyleError
-from app.core.files import atomic_write_bytes, open_file
+from app.core.base.errors import CoreError, StyleError
+from app.core.base.files import atomic_write_bytes, open_file
 from app.core.painting.layers_file import MAX_BYTES, write_layers
 from app.core.painting.library import add
 from app.core.painting.user_style import (
@@ -23,7 +23,7 @@ from app.core.painting.user_style import (
     style_text,
     text_path,
 )
-from app.core.style_file import read_painted
+from app.core.solver.style_file import read_painted
 
 if TYPE_CHECKING:
     from app.core.painting.user_style import UserStyle

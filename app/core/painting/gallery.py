@@ -8,22 +8,22 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.light_table import light_table
 from app.core.painting.canvas import make_canvas, weights_of
-from app.core.reasons import EPSILON, MIN_STRENGTH
-from app.core.solve import solve_on_table
-from app.core.transport import render, to_image
+from app.core.solver.reasons import EPSILON, MIN_STRENGTH
+from app.core.solver.relighting_cache import light_table
+from app.core.solver.solve import solve_on_table
+from app.core.solver.transport import render, to_image
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.light_table import LightTable
     from app.core.painting.canvas import Canvas
     from app.core.painting.user_style import UserStyle
-    from app.core.solve import Objective, StyleResult
-    from app.core.styles import Side, Style
-    from app.core.transport import Transport
-    from app.core.weights import PaintedWeights
+    from app.core.solver.relighting_cache import LightTable
+    from app.core.solver.solve import Objective, StyleResult
+    from app.core.solver.styles import Side, Style
+    from app.core.solver.transport import Transport
+    from app.core.solver.weights import PaintedWeights
 
 Float32: TypeAlias = NDArray[np.float32]
 
@@ -147,7 +147,7 @@ def solve_user_styles(
     Raises
     ------
     EnvironmentFileError
-        As `app.core.solve.solve_all`.
+        As `app.core.solver.solve.solve_all`.
     """
     if not styles:
         return ()

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.errors import StyleError
-from app.core.image_input import clear_error, open_image, read_start
-from app.core.images import write_image
+from app.core.base.errors import StyleError
+from app.core.base.image_input import clear_error, open_image, read_start
+from app.core.base.images import write_image
 from app.core.painting.canvas import MAX_SIZE, MIN_SIZE
 
 if TYPE_CHECKING:

@@ -11,7 +11,8 @@ import os
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import StyleError
+from app.core.base.errors import StyleError
+from app.core.base.unique_names import names_like, title_key, titles_like
 from app.core.painting.user_style import (
     MAX_TITLE,
     UserStyle,
@@ -23,16 +24,15 @@ from app.core.painting.user_style import (
     text_path,
     write_user_style,
 )
-from app.core.style_file import is_painted, read_painted, read_toml
-from app.core.styles import NAMES
-from app.core.titles import names_like, title_key, titles_like
+from app.core.solver.style_file import is_painted, read_painted, read_toml
+from app.core.solver.styles import NAMES
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
     from app.core.painting.canvas import Canvas
-    from app.core.styles import Side
+    from app.core.solver.styles import Side
 
 CANNOT_READ: Final = "This style cannot be read. Its file is untouched."
 

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.light_table import counted_light, table_picture
 from app.core.painting.canvas import (
     IGNORED,
     Canvas,
@@ -27,16 +26,17 @@ from app.core.painting.canvas import (
 )
 from app.core.painting.stroke import Stroke
 from app.core.painting.tiles import TileChange, apply, revert
-from app.core.reasons import EPSILON, MIN_STRENGTH
-from app.core.solve import Objective, StyleResult, solve_on_table
-from app.core.transport import to_image
-from app.core.weights import paint
+from app.core.solver.reasons import EPSILON, MIN_STRENGTH
+from app.core.solver.relighting_cache import counted_light, table_picture
+from app.core.solver.solve import Objective, StyleResult, solve_on_table
+from app.core.solver.transport import to_image
+from app.core.solver.weights import paint
 
 if TYPE_CHECKING:
-    from app.core.light_table import CountedLight, LightTable
     from app.core.painting.brush import Brush
-    from app.core.transport import Transport
-    from app.core.weights import PaintedWeights
+    from app.core.solver.relighting_cache import CountedLight, LightTable
+    from app.core.solver.transport import Transport
+    from app.core.solver.weights import PaintedWeights
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]

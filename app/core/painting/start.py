@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.errors import StyleError
+from app.core.base.errors import StyleError
 from app.core.painting.canvas import Canvas, canvas_size, make_canvas, resized
-from app.core.transport import to_image
-from app.core.weights import target_weights
+from app.core.solver.transport import to_image
+from app.core.solver.weights import target_weights
 
 if TYPE_CHECKING:
-    from app.core.pack import StylePack
     from app.core.painting.user_style import UserStyle
-    from app.core.transport import Transport
+    from app.core.solver.style_pack import StylePack
+    from app.core.solver.transport import Transport
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]

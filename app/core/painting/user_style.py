@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.archive import digest
-from app.core.errors import CoreError, StyleError
-from app.core.files import atomic_write_text
+from app.core.base.archive import digest
+from app.core.base.errors import CoreError, StyleError
+from app.core.base.files import atomic_write_text
 from app.core.painting.layers_file import read_layers, write_layers
-from app.core.style_file import PAINTED_FORMAT, read_painted
-from app.core.styles import Side, Style
+from app.core.solver.style_file import PAINTED_FORMAT, read_painted
+from app.core.solver.styles import Side, Style
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

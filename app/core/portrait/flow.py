@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from app.core.angles import difference
-from app.core.environment import solid_angles
+from app.core.base.angles import difference
+from app.core.base.sphere import directions
 from app.core.portrait.glare import eye_light, face_direction_words
-from app.core.sphere import directions
+from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

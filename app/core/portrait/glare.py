@@ -25,10 +25,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.angles import difference
-from app.core.colour import LUMINANCE_WEIGHTS, FloatImage
-from app.core.environment import solid_angles
-from app.core.sphere import direction, directions
+from app.core.base.angles import difference
+from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
+from app.core.base.sphere import direction, directions
+from app.core.solver.environment import solid_angles
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]

@@ -17,7 +17,7 @@ from typing import Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.sphere import from_vector
+from app.core.base.sphere import from_vector
 
 Float64: TypeAlias = NDArray[np.float64]
 

@@ -23,7 +23,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from app.core.transport import Transport
+    from app.core.solver.transport import Transport
 
 KeySide: TypeAlias = Literal["left", "right", "none"]
 """The sitter's own side that is brighter."""
@@ -87,7 +87,7 @@ def lighting_ratio(
     transport : Transport
         Of the head: which pixels the picture has, and how large they are.
     picture : (P, 3) or (P,) float
-        Linear Rec. 709 picture on the head's pixels (`app.core.transport.render`), or its
+        Linear Rec. 709 picture on the head's pixels (`app.core.solver.transport.render`), or its
         luminance; any exposure.
     areas : tuple of (M,) int, optional
         From `cheeks`, where many pictures of one head are read.

@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.environment import SHAPE
-from app.core.errors import CoreError
-from app.core.progress import Report, Token, silent, span
+from app.core.base.errors import CoreError
+from app.core.base.progress import Report, Token, silent, span
 from app.core.second_light.contrast import Contrast, FaceBasis, find_contrast, prepare_face
 from app.core.second_light.hidden import Hidden, find_hidden, two_parts
 from app.core.second_light.near import NearField, coverage, near_luminances, prepare_near
 from app.core.second_light.placements import COUNT
+from app.core.solver.environment import SHAPE
 
 if TYPE_CHECKING:
-    from app.core.head_shape import HeadShape
     from app.core.second_light.captured import PlacedLamp
-    from app.core.second_light.numbers import NumbersLamp
-    from app.core.transport import Transport
+    from app.core.second_light.lamp_presets import NumbersLamp
+    from app.core.solver.head_shape import HeadShape
+    from app.core.solver.transport import Transport
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]

@@ -20,16 +20,16 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.colour import LUMINANCE_WEIGHTS
-from app.core.environment import SHAPE, energy, enlarge, reduce_radiance, solid_angles
-from app.core.environment_file import repair
-from app.core.errors import CoreError
-from app.core.progress import Report, Token, silent
+from app.core.base.colour import LUMINANCE_WEIGHTS
+from app.core.base.errors import CoreError
+from app.core.base.progress import Report, Token, silent
+from app.core.base.sphere import directions, remap_frame, rotate_light, rotation
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
-from app.core.sphere import directions, remap_frame, rotate_light, rotation
+from app.core.solver.environment import SHAPE, energy, enlarge, reduce_radiance, solid_angles
+from app.core.solver.environment_file import repair
 
 if TYPE_CHECKING:
-    from app.core.colour import FloatImage
+    from app.core.base.colour import FloatImage
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
@@ -199,7 +199,7 @@ def centring(light: FloatImage) -> Float64:
     Returns
     -------
     (3, 3) float64
-        Moves the content, see `app.core.sphere`.
+        Moves the content, see `app.core.base.sphere`.
     """
     azimuth, elevation = centroid(light)
     return rotation(azimuth, elevation).T

@@ -8,9 +8,9 @@ from typing import Final, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.angles import TURNS
-from app.core.peaks import TIE
+from app.core.base.angles import TURNS
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
+from app.core.solver.peaks import TIE
 
 Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 
 if TYPE_CHECKING:
     from app.core.second_light.captured import CapturedLamp

@@ -17,10 +17,8 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.angles import TURNS
-from app.core.environment import SHAPE
-from app.core.errors import CoreError
-from app.core.search_light import find_colours
+from app.core.base.angles import TURNS
+from app.core.base.errors import CoreError
 from app.core.second_light.hidden import (
     by_turn,
     correlate,
@@ -28,10 +26,12 @@ from app.core.second_light.hidden import (
     each_table,
     two_parts,
 )
+from app.core.solver.environment import SHAPE
+from app.core.solver.search_light import find_colours
 
 if TYPE_CHECKING:
     from app.core.second_light.hidden import Hidden
-    from app.core.transport import Transport
+    from app.core.solver.transport import Transport
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
@@ -58,7 +58,7 @@ class FaceBasis:
     rows : (K, 4096) float64
         Times two-part light they sum to the coordinates of the picture.
     mixing : (2, 3) float64
-        How light is split in two, see `app.core.search_light`.
+        How light is split in two, see `app.core.solver.search_light`.
     """
 
     pixels: Float32 = field(repr=False)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import CoreError
-from app.core.probe.finish import Wishes
-from app.core.probe.probe import measure
-from app.core.progress import Report, Token, silent, span
+from app.core.base.errors import CoreError
+from app.core.base.progress import Report, Token, silent, span
+from app.core.hdr.finish import MergeOptions
+from app.core.hdr.pipeline import measure
 from app.core.second_light.captured import CapturedLamp, make_lamp
 from app.core.second_light.lamp_file import read_lamp_file
 from app.core.second_light.mask import find_mask
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from app.core.pack import StylePack
+    from app.core.solver.style_pack import StylePack
 
 GUIDE: Final = (
     "Make a room as dark as you can: curtains, other lamps, screens.",
@@ -44,7 +44,7 @@ class Capture:
 def capture_lamp(
     paths: Sequence[Path],
     pack: StylePack,
-    wishes: Wishes | None = None,
+    wishes: MergeOptions | None = None,
     *,
     title: str = "lamp",
     distance_m: float | None = None,
@@ -58,7 +58,7 @@ def capture_lamp(
     paths : sequence of Path
         Exposures, or one folder of them, or one linear panorama (.exr, .hdr) with the mask as
         its channel A or without.
-    wishes : Wishes, optional
+    wishes : MergeOptions, optional
         How to merge. By default the camera's curve is taken as sRGB: what is in a dark room's
         frames is mostly noise, from which no curve can be recovered.
     distance_m : float, optional
@@ -76,7 +76,7 @@ def capture_lamp(
     if len(paths) == 1 and paths[0].suffix.lower() in _LINEAR:
         lamp, said = read_lamp_file(paths[0])
         return Capture(replace(lamp, title=title, distance_m=distance_m), said)
-    wanted = wishes or Wishes(response="srgb", sun="leave")
+    wanted = wishes or MergeOptions(response="srgb", sun="leave")
     probe = measure(paths, pack, wanted, token=token, report=span(report, 0.0, 0.8))
     if not probe.bracket.panorama:
         raise CoreError(

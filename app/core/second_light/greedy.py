@@ -9,13 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from app.core.angles import difference
+from app.core.base.angles import difference
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.core.second_light.search import Placed
-    from app.core.solve import Objective
+    from app.core.solver.solve import Objective
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,8 +9,8 @@ A lamp hides a few texels only, and the same ones relative to itself whatever it
 from the lamp, light depends on t - k alone: per altitude one matrix of 64 views of the place, and
 one product with the targets as each azimuth has them, hold all 64 x 64 combinations, exactly.
 
-Light and what is linear in it come in two parts here, see `app.core.search_light`, both on the
-full grid: (2, H, W), flat in that order.
+Light and what is linear in it come in two parts here, see `app.core.solver.search_light`, both on
+the full grid: (2, H, W), flat in that order.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.angles import TURNS
-from app.core.environment import SHAPE
-from app.core.errors import CoreError
+from app.core.base.angles import TURNS
+from app.core.base.errors import CoreError
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
+from app.core.solver.environment import SHAPE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -175,7 +175,7 @@ def correlate_at(hidden: Hidden, tables: Sequence[Float64], light: Float64, turn
 
 
 def two_parts(light: Floats, mixing: Float64) -> Float64:
-    """Split light into the two parts of `app.core.search_light`, on the full grid.
+    """Split light into the two parts of `app.core.solver.search_light`, on the full grid.
 
     Parameters
     ----------

@@ -9,12 +9,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.environment import read_environment
-from app.core.errors import EnvironmentFileError
-from app.core.image_input import clear_error, open_image
+from app.core.base.errors import EnvironmentFileError
+from app.core.base.image_input import clear_error, open_image
 from app.core.second_light.captured import LARGEST, CapturedLamp, make_lamp
 from app.core.second_light.mask import find_mask
 from app.core.second_light.scale import stated_white
+from app.core.solver.environment import read_environment
 
 Float32: TypeAlias = NDArray[np.float32]
 _FINE: Final = 4

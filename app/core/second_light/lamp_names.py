@@ -5,10 +5,10 @@ from __future__ import annotations
 import contextlib
 from typing import TYPE_CHECKING
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
+from app.core.base.unique_names import names_like, title_key, titles_like
+from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.lamp_store import MAX_TITLE, facts_of, names
-from app.core.second_light.numbers import KINDS
-from app.core.titles import names_like, title_key, titles_like
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
-from app.core.colour import srgb_encode, to_bytes
-from app.core.errors import CoreError
-from app.core.images import write_exr, write_png
-from app.core.places.light import fingerprint_of
-from app.core.places.names import words_of
+from app.core.base.colour import srgb_encode, to_bytes
+from app.core.base.errors import CoreError
+from app.core.base.images import write_exr, write_png
+from app.core.base.sphere import remap_frame
 from app.core.second_light.captured import centring
-from app.core.settings.json_file import number, optional, read_json, take, text, write_json
-from app.core.sphere import remap_frame
+from app.core.storage.places.light import fingerprint_of
+from app.core.storage.places.names import words_of
+from app.core.storage.settings.json_file import number, optional, read_json, take, text, write_json
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.core.second_light.captured import CapturedLamp
-    from app.core.settings.json_file import Facts
+    from app.core.storage.settings.json_file import Facts
 
 MAX_TITLE: Final = 80
 """Longest title, characters."""

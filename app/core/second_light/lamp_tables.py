@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.environment import SHAPE
-from app.core.errors import TransportError
-from app.core.lamps import lamp_weights
-from app.core.search import curves, quality_curves
+from app.core.base.errors import TransportError
 from app.core.second_light.hidden import correlate, correlate_at, hidden_tables, two_parts
-from app.core.weights import target_weights
+from app.core.solver.environment import SHAPE
+from app.core.solver.lamps import lamp_weights
+from app.core.solver.search import curves, quality_curves
+from app.core.solver.weights import target_weights
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.pack import StylePack
     from app.core.second_light.added import AddedLight
-    from app.core.transport import Transport
+    from app.core.solver.style_pack import StylePack
+    from app.core.solver.transport import Transport
 
 Float64: TypeAlias = NDArray[np.float64]
 Floats: TypeAlias = NDArray[np.floating[Any]]

@@ -16,9 +16,9 @@ import os
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import CoreError
-from app.core.paths import user_data
-from app.core.places.names import words_of
+from app.core.base.errors import CoreError
+from app.core.base.paths import user_data
+from app.core.base.unique_names import title_key
 from app.core.second_light.comparable import with_lux
 from app.core.second_light.lamp_file import read_lamp_file
 from app.core.second_light.lamp_names import clean_title, free_name, free_title, titles_of
@@ -32,13 +32,13 @@ from app.core.second_light.lamp_store import (
     write_lamp,
     write_text,
 )
-from app.core.titles import title_key
+from app.core.storage.places.names import words_of
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from app.core.second_light.captured import CapturedLamp
-    from app.core.settings.json_file import Facts
+    from app.core.storage.settings.json_file import Facts
 
 CANNOT_READ: Final = "This lamp cannot be read. Its files are untouched."
 

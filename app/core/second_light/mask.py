@@ -18,15 +18,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.colour import LUMINANCE_WEIGHTS
-from app.core.environment import solid_angles
-from app.core.errors import CoreError
-from app.core.probe.masks import MaskSpec, draw_mask
+from app.core.base.colour import LUMINANCE_WEIGHTS
+from app.core.base.errors import CoreError
+from app.core.base.sphere import remap_frame, rotation
+from app.core.hdr.masks import MaskSpec, draw_mask
 from app.core.second_light.captured import CapturedLamp, centroid, make_lamp
-from app.core.sphere import remap_frame, rotation
+from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:
-    from app.core.colour import FloatImage
+    from app.core.base.colour import FloatImage
 
 Bool: TypeAlias = NDArray[np.bool_]
 Float32: TypeAlias = NDArray[np.float32]

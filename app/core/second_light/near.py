@@ -20,14 +20,14 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.environment import solid_angles
-from app.core.progress import Report, Token, silent
+from app.core.base.progress import Report, Token, silent
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT, MIRRORED, direction, placement
+from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:
-    from app.core.head_shape import HeadShape
-    from app.core.second_light.numbers import NumbersLamp
-    from app.core.transport import Transport
+    from app.core.second_light.lamp_presets import NumbersLamp
+    from app.core.solver.head_shape import HeadShape
+    from app.core.solver.transport import Transport
 
 Float16: TypeAlias = NDArray[np.float16]
 Float32: TypeAlias = NDArray[np.float32]

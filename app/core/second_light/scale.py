@@ -15,10 +15,10 @@ from typing import Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.environment import solid_angles
-from app.core.errors import CoreError
-from app.core.image_input import open_image
-from app.core.search_light import luminance_of
+from app.core.base.errors import CoreError
+from app.core.base.image_input import open_image
+from app.core.solver.environment import solid_angles
+from app.core.solver.search_light import luminance_of
 
 Floats: TypeAlias = NDArray[np.floating[Any]]
 

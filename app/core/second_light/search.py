@@ -13,10 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.angles import TURNS, turn_of_index, wrap
-from app.core.light_table import normalised
-from app.core.reasons import EPSILON, MIN_STRENGTH, LightMap, Limits, reason
-from app.core.search_light import luminance_of
+from app.core.base.angles import TURNS, turn_of_index, wrap
 from app.core.second_light.contrast import norm_at
 from app.core.second_light.lamp_tables import (
     LampTables,
@@ -27,15 +24,18 @@ from app.core.second_light.lamp_tables import (
     see_place,
 )
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
-from app.core.second_light.seeking import Found, seek
-from app.core.solve import Objective, StyleResult, solve_all
+from app.core.second_light.search_kernel import Found, seek
+from app.core.solver.reasons import EPSILON, MIN_STRENGTH, LightMap, Limits, reason
+from app.core.solver.relighting_cache import normalised
+from app.core.solver.search_light import luminance_of
+from app.core.solver.solve import Objective, StyleResult, solve_all
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.pack import StylePack
     from app.core.second_light.added import AddedLight
-    from app.core.transport import Transport
+    from app.core.solver.style_pack import StylePack
+    from app.core.solver.transport import Transport
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]

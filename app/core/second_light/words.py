@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from app.core.angles import wrap
-from app.core.errors import CoreError
+from app.core.base.angles import wrap
+from app.core.base.errors import CoreError
 
 _LEVEL_DEG: Final = 3.0
 _DISTANCE: Final = re.compile(r"(\d{1,5}(?:[.,]\d{1,6})?) *(m|cm)?")

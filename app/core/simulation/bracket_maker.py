@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Final, Unpack
 
 import numpy as np
 
-from app.core.colour import srgb_encode
-from app.core.environment import solid_angles
-from app.core.files import atomic_write_bytes
-from app.core.probe.frame import Exposure
+from app.core.base.colour import srgb_encode
+from app.core.base.files import atomic_write_bytes
+from app.core.hdr.frame import Exposure
 from app.core.simulation.exposure_maker import Options, Shot, shoot
 from app.core.simulation.sensor import saturation_cd_m2
+from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from app.core.colour import FloatImage
+    from app.core.base.colour import FloatImage
     from app.core.simulation.cameras import CameraModel
     from app.core.simulation.exposure_maker import TagEdit
 

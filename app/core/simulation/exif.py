@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.probe.frame import LensExposure, Pose
+    from app.core.hdr.frame import LensExposure, Pose
 
 _ASCII, _SHORT, _LONG, _RATIONAL, _BLOB, _SRATIONAL = 2, 3, 4, 5, 7, 10
 _IFD_HEAD: Final = 8

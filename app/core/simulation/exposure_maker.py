@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, Final, TypeAlias, TypedDict, Unpack
 import cv2
 import numpy as np
 
-from app.core.probe.frame import LensExposure, Pose
-from app.core.probe.level import tilt_rotation
+from app.core.hdr.frame import LensExposure, Pose
+from app.core.hdr.level import tilt_rotation
 from app.core.simulation.curves import SRGB, Curve
 from app.core.simulation.exif import Tags, exif_segment, pose_segment, with_segments
 from app.core.simulation.lens import bloomed, column_gains
@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from app.core.colour import FloatImage
-    from app.core.probe.frame import Exposure
+    from app.core.base.colour import FloatImage
+    from app.core.hdr.frame import Exposure
     from app.core.simulation.cameras import CameraModel
 
 TagEdit: TypeAlias = "Callable[[Tags], Tags | None]"

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core.environment import energy
+from app.core.solver.environment import energy
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from app.core.colour import FloatImage
+    from app.core.base.colour import FloatImage
 
 _SEAM_DEG: Final = 5.0
 

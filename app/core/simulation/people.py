@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core import sphere
-from app.core.environment import mean_luminance
+from app.core.base import sphere
+from app.core.solver.environment import mean_luminance
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from app.core.colour import FloatImage
+    from app.core.base.colour import FloatImage
 
 _DARK_RED: Final = (0.25, 0.06, 0.05)
 _HEAD_M: Final = 0.12

@@ -1,6 +1,6 @@
 """A scripted photographer who follows the guidance, and nothing else.
 
-He sees what the screen shows (`app.core.turning.guidance.Guide`): a number, a direction, a word.
+He sees what the screen shows (`app.core.guidance.guide.Guide`): a number, a direction, a word.
 He acts on it after a delay, walks at his own speed towards where the number says the goal is, and
 stops 2 to 6 deg beside it, on either side, however short the way was. Then he waits for the number
 to be still, and corrects. He is done when he stands and reads "Hold it".
@@ -13,9 +13,9 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from app.core.angles import wrap
+from app.core.base.angles import wrap
+from app.core.guidance.guide import Guide, Phase
 from app.core.simulation.scene_views import Stand
-from app.core.turning.guidance import Guide, Phase
 
 if TYPE_CHECKING:
     import numpy as np

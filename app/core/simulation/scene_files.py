@@ -17,14 +17,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.colour import srgb_decode
-from app.core.environment import read_environment
-from app.core.errors import CoreError
+from app.core.base.colour import srgb_decode
+from app.core.base.errors import CoreError
+from app.core.solver.environment import read_environment
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from app.core.environment import Environment
+    from app.core.solver.environment import Environment
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]

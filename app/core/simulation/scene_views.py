@@ -20,16 +20,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core import sphere
-from app.core.angles import difference, wrap
-from app.core.colour import srgb_encode
+from app.core.base import sphere
+from app.core.base.angles import difference, wrap
+from app.core.base.colour import srgb_encode
 from app.core.simulation.scene_camera import PinholeCamera
 from app.core.simulation.scene_files import EYE_M, SceneFiles, Shot, level_pose, shown
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from app.core.turning.views import Lens
+    from app.core.localization.views import Lens
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 if TYPE_CHECKING:
-    from app.core.colour import FloatImage
-    from app.core.probe.frame import Exposure
+    from app.core.base.colour import FloatImage
+    from app.core.hdr.frame import Exposure
     from app.core.simulation.cameras import CameraModel
 
 _BRIGHTEST: Final = 8.0
@@ -24,7 +24,7 @@ def saturation_cd_m2(exposure: Exposure) -> float:
     Returns
     -------
     float
-        cd/m2; see `app.core.probe.frame.Exposure.saturation_cd_m2`.
+        cd/m2; see `app.core.hdr.frame.Exposure.saturation_cd_m2`.
     """
     return 1.2 / exposure.factor
 

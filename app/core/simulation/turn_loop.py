@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.angles import difference, lies_on_arc, wrap
+from app.core.base.angles import difference, lies_on_arc, wrap
+from app.core.guidance.guide import FRESH, Goal, Guide, Memory, Reading, guide
 from app.core.simulation.photographer import SETTLE_S
-from app.core.turning.guidance import FRESH, Goal, Guide, Memory, Reading, guide
 
 if TYPE_CHECKING:
     from collections.abc import Callable

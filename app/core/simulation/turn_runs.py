@@ -14,21 +14,21 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core.light_here import prepare
-from app.core.pack import load_named_pack
-from app.core.paths import resources
+from app.core.base.paths import resources
+from app.core.guidance.guide import Goal
+from app.core.localization.heading import HeadingIndex, build_index
+from app.core.localization.heading_conversion import offset_angle
+from app.core.localization.sitter import Sitter
+from app.core.localization.tracking import LOST, SEEING, Seeing, Track, track
+from app.core.localization.views import Lens
 from app.core.simulation.phone import Disturbance, disturbed, random_disturbance, swept
 from app.core.simulation.photographer import Habits, Photographer, random_habits
 from app.core.simulation.scene_files import probe_environment
 from app.core.simulation.scene_views import SceneViews, Stand
 from app.core.simulation.turn_loop import Answer, Outcome, follow
-from app.core.solve import solve_all
-from app.core.turning.guidance import Goal
-from app.core.turning.heading import HeadingIndex, build_index
-from app.core.turning.headings import offset_angle
-from app.core.turning.sitter import Sitter
-from app.core.turning.tracking import LOST, SEEING, Seeing, Track, track
-from app.core.turning.views import Lens
+from app.core.solver.place_light import prepare
+from app.core.solver.solve import solve_all
+from app.core.solver.style_pack import load_named_pack
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

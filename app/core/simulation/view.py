@@ -13,11 +13,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core import sphere
-from app.core.environment import reduce_radiance
+from app.core.base import sphere
+from app.core.solver.environment import reduce_radiance
 
 if TYPE_CHECKING:
-    from app.core.colour import FloatImage
+    from app.core.base.colour import FloatImage
 
 Float64: TypeAlias = NDArray[np.float64]
 _Taps: TypeAlias = tuple[NDArray[np.intp], NDArray[np.float32]]

@@ -1,7 +1,7 @@
 """Whether the files are the bracket that was planned, by their own EXIF.
 
 Cameras do not always do what they were told, and say nothing: some take three equal exposures,
-some ignore ISO outside the manual program. What `app.core.probe` says of a bracket by itself
+some ignore ISO outside the manual program. What `app.core.hdr` says of a bracket by itself
 (lenses that were exposed differently, copies) is not said here.
 """
 
@@ -10,17 +10,17 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import ProbeError
-from app.core.probe.metadata import Header, read_header
-from app.core.probe.words import listed
+from app.core.base.errors import ProbeError
+from app.core.hdr.metadata import Header, read_header
+from app.core.hdr.words import listed
 from app.devices.errors import CaptureFailed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from app.core.probe.frame import Exposure
-    from app.core.probe.planner import Plan
+    from app.core.hdr.frame import Exposure
+    from app.core.hdr.planner import Plan
 
 _EQUAL_STOPS: Final = 0.05
 _SAME_STOPS: Final = 1.0 / 6.0

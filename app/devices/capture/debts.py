@@ -11,11 +11,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
-from app.core.errors import CoreError
-from app.core.files import atomic_write_text, open_file
+from app.core.base.errors import CoreError
+from app.core.base.files import atomic_write_text, open_file
 from app.devices.capture.session import JOURNAL, Session
 from app.devices.errors import BadReply
-from app.devices.osc.untrusted import parse_json, table, words
+from app.devices.theta.untrusted import parse_json, table, words
 
 FILE: Final = "owed-cameras.json"
 """Name of the file in the user's folder."""

@@ -14,9 +14,9 @@ import shutil
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Protocol
 
-from app.core.errors import CoreError
-from app.core.files import atomic_write_bytes
-from app.devices.capture.whole import jpeg_end, sha256_of, whole_picture
+from app.core.base.errors import CoreError
+from app.core.base.files import atomic_write_bytes
+from app.devices.capture.file_integrity import jpeg_end, sha256_of, whole_picture
 from app.devices.clock import wait
 from app.devices.errors import (
     LOSSES,
@@ -33,10 +33,10 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
     from pathlib import Path
 
-    from app.core.progress import Token
+    from app.core.base.progress import Token
     from app.devices.clock import Clock
-    from app.devices.osc.link import Incoming
-    from app.devices.osc.messages import FileEntry
+    from app.devices.theta.link import Incoming
+    from app.devices.theta.messages import FileEntry
 
 ATTEMPTS: Final = 5
 """Failures in a row, none of which brought anything new, after which a file is given up."""

@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import ProbeError
-from app.core.probe.bracket import EQUAL_STOPS
-from app.core.probe.damage import disagreeing
-from app.core.probe.metadata import read_header
-from app.core.probe.rough import rough_environment
-from app.core.probe.words import listed
+from app.core.base.errors import ProbeError
+from app.core.hdr.bracket import EQUAL_STOPS
+from app.core.hdr.damage import disagreeing
+from app.core.hdr.metadata import read_header
+from app.core.hdr.rough import rough_environment
+from app.core.hdr.words import listed
 from app.devices.capture.download import FileProgress, fetch_file, fetch_thumbnails
+from app.devices.capture.file_integrity import whole_file, whole_picture
 from app.devices.capture.status import FrameProgress, Stage
-from app.devices.capture.whole import whole_file, whole_picture
 from app.devices.errors import (
     CameraRefused,
     CaptureFailed,
@@ -21,14 +21,14 @@ from app.devices.errors import (
     DownloadFailed,
     Unreachable,
 )
-from app.devices.osc.messages import FileEntry
+from app.devices.theta.messages import FileEntry
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
     from pathlib import Path
 
-    from app.core.probe.decoding import Pixels
-    from app.core.probe.rough import Rough
+    from app.core.hdr.decoding import Pixels
+    from app.core.hdr.rough import Rough
     from app.devices.capture.job import Job
     from app.devices.capture.session import SessionFrame
 

@@ -13,19 +13,19 @@ if TYPE_CHECKING:
     from pathlib import Path
     from typing import Literal
 
-    from app.core.pack import StylePack
-    from app.core.probe.arriving import ArrivingFrames
-    from app.core.probe.planner import Plan
-    from app.core.probe.probe import Probe, Wishes
-    from app.core.progress import Token
+    from app.core.base.progress import Token
+    from app.core.hdr.arriving import ArrivingFrames
+    from app.core.hdr.pipeline import MergeOptions, Probe
+    from app.core.hdr.planner import Plan
+    from app.core.solver.style_pack import StylePack
     from app.devices.capture.debts import Debts
     from app.devices.capture.recovery import Contact
     from app.devices.capture.session import Session
     from app.devices.capture.status import Board
     from app.devices.clock import Clock
-    from app.devices.osc.client import OscClient
-    from app.devices.osc.messages import Info
     from app.devices.profiles import ModelProfile
+    from app.devices.theta.client import OscClient
+    from app.devices.theta.messages import Info
 
 
 @dataclass(slots=True)
@@ -51,7 +51,7 @@ class Job:
     contact: Contact
     kind: Literal["paper", "full"]
     pack: StylePack
-    wishes: Wishes
+    wishes: MergeOptions
     delay_s: int
     before_exposing: Callable[[], None]
     arriving: ArrivingFrames

@@ -9,8 +9,8 @@ import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
-from app.core.probe.frame import Exposure
-from app.core.probe.planner import Plan, PlannedShot
+from app.core.hdr.frame import Exposure
+from app.core.hdr.planner import Plan, PlannedShot
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

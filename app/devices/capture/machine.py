@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import Cancelled, CoreError
-from app.core.images import write_exr
-from app.core.probe.arriving import ArrivingFrames
-from app.core.probe.finish import Wishes
-from app.core.progress import span
+from app.core.base.errors import Cancelled, CoreError
+from app.core.base.images import write_exr
+from app.core.base.progress import span
+from app.core.hdr.arriving import ArrivingFrames
+from app.core.hdr.finish import MergeOptions
 from app.devices.capture import check, fetching, metering, ready, settings, shooting
 from app.devices.capture.job import Job
 from app.devices.capture.recovery import Contact
@@ -30,17 +30,17 @@ if TYPE_CHECKING:
     from pathlib import Path
     from typing import Literal
 
-    from app.core.pack import StylePack
-    from app.core.probe.planner import Plan
-    from app.core.probe.probe import Probe
-    from app.core.progress import Token
+    from app.core.base.progress import Token
+    from app.core.hdr.pipeline import Probe
+    from app.core.hdr.planner import Plan
+    from app.core.solver.style_pack import StylePack
     from app.devices.capture.debts import Debts
     from app.devices.capture.session import Session
     from app.devices.capture.status import Status
     from app.devices.clock import Clock
-    from app.devices.osc.client import OscClient
-    from app.devices.osc.messages import Info
     from app.devices.profiles import ModelProfile
+    from app.devices.theta.client import OscClient
+    from app.devices.theta.messages import Info
 
 ENVIRONMENT: Final = "environment.exr"
 """Name of the environment in the session's folder."""
@@ -86,7 +86,7 @@ class Capture:
         *,
         plan: Literal["paper", "full"],
         pack: StylePack,
-        wishes: Wishes | None = None,
+        wishes: MergeOptions | None = None,
         delay_s: int = 0,
         on_status: Callable[[Status], None],
         token: Token,
@@ -105,7 +105,7 @@ class Capture:
             contact=contact,
             kind=plan,
             pack=pack,
-            wishes=wishes or Wishes(),
+            wishes=wishes or MergeOptions(),
             delay_s=min(max(int(delay_s), 0), 10),
             before_exposing=before_exposing,
             arriving=ArrivingFrames(),

@@ -11,10 +11,10 @@ import contextlib
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
-from app.core.errors import ProbeError
-from app.core.probe.exposures import metered_exposure
-from app.core.probe.metadata import read_header
-from app.core.probe.planner import CameraLimits, Plan, plan
+from app.core.base.errors import ProbeError
+from app.core.hdr.exposures import metered_exposure
+from app.core.hdr.metadata import read_header
+from app.core.hdr.planner import CameraLimits, Plan, plan
 from app.devices.capture import settings
 from app.devices.capture.journal import EXPOSURE_LIMITS, SessionFrame
 from app.devices.capture.recovery import NOT_NOW, newest_address
@@ -30,7 +30,7 @@ from app.devices.errors import (
 )
 
 if TYPE_CHECKING:
-    from app.core.probe.frame import Exposure
+    from app.core.hdr.frame import Exposure
     from app.devices.capture.job import Job
     from app.devices.capture.recovery import Contact
     from app.devices.capture.session import Session

@@ -11,8 +11,8 @@ from app.devices.profiles import profile_for
 
 if TYPE_CHECKING:
     from app.devices.capture.job import Job
-    from app.devices.osc.messages import Info, State
     from app.devices.profiles import ModelProfile
+    from app.devices.theta.messages import Info, State
 
 _LOW_BATTERY: Final = 0.1
 _HOT_C: Final = 60.0

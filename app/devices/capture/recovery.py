@@ -71,10 +71,10 @@ from app.devices.errors import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
-    from app.core.progress import Token
+    from app.core.base.progress import Token
     from app.devices.clock import Clock
-    from app.devices.osc.client import OscClient
-    from app.devices.osc.messages import FileEntry, Info
+    from app.devices.theta.client import OscClient
+    from app.devices.theta.messages import FileEntry, Info
 
 BUSY: Final = frozenset({"serviceUnavailable", "unexpected", "serverError"})
 """Codes of a camera that is busy."""

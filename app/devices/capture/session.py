@@ -20,8 +20,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import urlsplit
 
-from app.core.errors import CoreError
-from app.core.files import atomic_write_text, check_target, open_file
+from app.core.base.errors import CoreError
+from app.core.base.files import atomic_write_text, check_target, open_file
+from app.devices.capture.file_integrity import sha256_of, whole_picture
 from app.devices.capture.journal import (
     Damaged,
     Newer,
@@ -30,12 +31,11 @@ from app.devices.capture.journal import (
     journal_of,
     text_of,
 )
-from app.devices.capture.whole import sha256_of, whole_picture
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from app.devices.osc.messages import FileEntry
+    from app.devices.theta.messages import FileEntry
 
 __all__ = ["JOURNAL", "Session", "SessionFrame", "SessionJournal"]
 

@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 from app.devices.capture import settings
 from app.devices.capture.recovery import NOT_NOW, find_frames, newest_address
 from app.devices.capture.single import (
@@ -23,11 +23,11 @@ from app.devices.errors import LOSSES, CameraRefused, CaptureFailed, DeviceError
 from app.devices.profiles import KELVIN
 
 if TYPE_CHECKING:
-    from app.core.probe.planner import Plan, PlannedShot
+    from app.core.hdr.planner import Plan, PlannedShot
     from app.devices.capture.job import Job
     from app.devices.capture.recovery import Contact
-    from app.devices.osc.messages import Command, FileEntry
     from app.devices.profiles import ModelProfile
+    from app.devices.theta.messages import Command, FileEntry
 
 _WATCH_S: Final = 3.0
 _UNSEEN_S: Final = 10.0

@@ -14,9 +14,9 @@ from app.devices.errors import LOSSES, CameraRefused, CaptureFailed, Unreachable
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.probe.planner import PlannedShot
+    from app.core.hdr.planner import PlannedShot
     from app.devices.capture.job import Job
-    from app.devices.osc.messages import Command
+    from app.devices.theta.messages import Command
 
 FRAME_S: Final = 15.0
 """Time that any camera needs for a picture besides its exposure, at most, in seconds."""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from app.core.colour import luminance, panorama_exposure, to_bytes, tone_map
+from app.core.base.colour import luminance, panorama_exposure, to_bytes, tone_map
 from app.core.simulation.exposure_maker import jpeg
 from app.devices.simulated.exchange import Pause
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from app.core.colour import FloatImage
+    from app.core.base.colour import FloatImage
     from app.devices.clock import Clock
     from app.devices.simulated.exchange import Piece
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from app.devices.simulated.replies import CommandRefused
 
 if TYPE_CHECKING:
-    from app.core.probe.frame import Exposure
+    from app.core.hdr.frame import Exposure
     from app.devices.simulated.personality import Personality
     from app.devices.simulated.replies import JsonValue
     from app.devices.simulated.storage import StoredFile

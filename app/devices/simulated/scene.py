@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, Unpack
 import cv2
 import numpy as np
 
-from app.core.probe.frame import Exposure
+from app.core.hdr.frame import Exposure
 from app.core.simulation.bracket_maker import meter
 from app.core.simulation.exif import with_segments
 from app.core.simulation.exposure_maker import Options, Shot, develop, jpeg, segments_of, tags_of
@@ -20,7 +20,7 @@ from app.devices.simulated.unstitched import circles
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from app.core.colour import FloatImage
+    from app.core.base.colour import FloatImage
     from app.core.simulation.cameras import CameraModel
     from app.devices.simulated.personality import Personality
     from app.devices.simulated.replies import JsonValue

@@ -17,8 +17,8 @@ from http.server import BaseHTTPRequestHandler, HTTPServer
 from ipaddress import ip_address
 from typing import TYPE_CHECKING, Any, Final, Protocol, Self
 
-from app.core.errors import Cancelled
-from app.core.progress import Token
+from app.core.base.errors import Cancelled
+from app.core.base.progress import Token
 from app.devices.clock import SystemClock, wait
 from app.devices.simulated.exchange import Drop, Pause, Request
 

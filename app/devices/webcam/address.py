@@ -8,7 +8,7 @@ from typing import Final, Literal, TypeAlias, cast
 from urllib.parse import parse_qsl, urlsplit
 
 from app.devices.errors import DeviceError
-from app.devices.osc.endpoint import Endpoint
+from app.devices.theta.endpoint import Endpoint
 from app.devices.webcam.protocol import WebcamError
 
 Scheme: TypeAlias = Literal["http", "https", "rtsp"]

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 from app.devices.errors import DeviceError
 from app.devices.mjpeg import MjpegParser, boundary_of
-from app.devices.osc.digest import Credentials, Digest, wants_digest
 from app.devices.preview import PreviewFrame, decode
+from app.devices.theta.digest import Credentials, Digest, wants_digest
 from app.devices.webcam.pictures import fitted
 from app.devices.webcam.protocol import WebcamError
 from app.devices.webcam.stream import Manner, WebcamStream

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core.angles import wrap
-from app.core.environment import read_environment
-from app.core.errors import CoreError
-from app.core.probe.display import display_panorama
-from app.core.turning.headings import heading_of_turn, turn_of_heading
-from app.core.turning.views import Lens, look
+from app.core.base.angles import wrap
+from app.core.base.errors import CoreError
+from app.core.hdr.display import display_panorama
+from app.core.localization.heading_conversion import heading_of_turn, turn_of_heading
+from app.core.localization.views import Lens, look
+from app.core.solver.environment import read_environment
 from app.devices.clock import SystemClock
 from app.devices.webcam.pictures import Grain
 from app.devices.webcam.protocol import WebcamError

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from app.devices.clock import Clock
-    from app.devices.osc.digest import Credentials
+    from app.devices.theta.digest import Credentials
     from app.devices.webcam.address import Address
     from app.devices.webcam.capture import Capture
     from app.devices.webcam.protocol import Bytes

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from app.core.angles import wrap
-from app.core.turning.headings import heading_of_turn
+from app.core.base.angles import wrap
+from app.core.localization.heading_conversion import heading_of_turn
 from app.devices.clock import SystemClock
 from app.devices.webcam.demo_views import DemoViews
 from app.devices.webcam.pictures import Grain

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from app.core.image_input import picture_bytes
+from app.core.base.image_input import picture_bytes
 from app.devices.webcam.pictures import fitted
 from app.devices.webcam.protocol import WebcamError
 from app.devices.webcam.stream import Manner, WebcamStream

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core.errors import Cancelled
-from app.core.progress import Token
+from app.core.base.errors import Cancelled
+from app.core.base.progress import Token
 from app.devices.clock import wait
 from app.devices.mailbox import Mailbox
 from app.devices.webcam.protocol import WebcamError, WebcamFrame, WebcamState

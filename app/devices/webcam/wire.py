@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 
 from urllib3.util.wait import wait_for_read
 
-from app.devices.osc.transport import Watch
+from app.devices.theta.transport import Watch
 from app.devices.webcam.protocol import WebcamError
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ import shiboken6
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QStackedWidget, QVBoxLayout, QWidget
 
-from app.core.places import list_places
+from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.library import list_lamps
-from app.core.second_light.numbers import KINDS
-from app.core.settings import TABLE
+from app.core.storage.places import list_places
+from app.core.storage.settings import TABLE
 from app.ui.overlays.things import ThingList
 from app.ui.presenters.finding import Findable, best, nothing_words
 from app.ui.presenters.frame import time_words
@@ -26,8 +26,8 @@ from app.ui.widgets.labels import Text
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from app.core.places import PlaceSummary
     from app.core.second_light.library import LampEntry
+    from app.core.storage.places import PlaceSummary
     from app.ui.commands import Commands
 
 

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QHBoxLayout, QInputDialog, QVBoxLayout, QWidget
 
-from app.ui.presenters.shelf import ShelfPresenter
+from app.ui.presenters.places_list import ShelfPresenter
 from app.ui.theme import theme
 from app.ui.widgets.banner import Empty
 from app.ui.widgets.buttons import Button, IconButton
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.ui.commands import Commands
-    from app.ui.presenters.shelf import DeletedRow, ShelfRow, ShelfState
+    from app.ui.presenters.places_list import DeletedRow, ShelfRow, ShelfState
 
 _PICTURE: Final = (128, 64)
 _MOST_BYTES: Final = 4 << 20

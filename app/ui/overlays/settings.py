@@ -8,8 +8,8 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 from shiboken6 import isValid
 
-from app.core.errors import CoreError
-from app.core.settings import SECTIONS, TABLE, Setting
+from app.core.base.errors import CoreError
+from app.core.storage.settings import SECTIONS, TABLE, Setting
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.fields import ListField, TextField
@@ -22,7 +22,7 @@ from app.ui.widgets.toggles import Toggle
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from app.core.settings import Value
+    from app.core.storage.settings import Value
     from app.ui.commands import Commands
 
 

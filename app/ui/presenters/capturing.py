@@ -14,49 +14,49 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.environment import reduce
-from app.core.errors import CoreError
-from app.core.image_input import picture_bytes
-from app.core.images import write_exr
-from app.core.pack import load_named_pack
-from app.core.places import (
+from app.core.base.errors import CoreError
+from app.core.base.image_input import picture_bytes
+from app.core.base.images import write_exr
+from app.core.guidance.words import turn_words
+from app.core.hdr.pipeline import measure
+from app.core.portrait.recapture_registration import Registered, register_again
+from app.core.solver.environment import reduce
+from app.core.solver.solve import solve_all
+from app.core.solver.style_pack import load_named_pack
+from app.core.storage.places import (
     create_place,
     list_places,
     new_capture_folder,
     read_place,
 )
-from app.core.portrait.again import Registered, register_again
-from app.core.probe.probe import measure
-from app.core.solve import solve_all
-from app.core.turning.words import turn_words
 from app.devices.capture.debts import FILE as OWED
 from app.devices.capture.debts import Debts
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import Session
 from app.devices.found import described
 from app.devices.mailbox import Mailbox
-from app.devices.osc.client import OscClient
-from app.devices.osc.endpoint import ACCESS_POINT
-from app.devices.osc.messages import Info
 from app.devices.profiles import profile_for
-from app.ui.presenters.measuring import capture_facts, location_of, merged_light
+from app.devices.theta.client import OscClient
+from app.devices.theta.endpoint import ACCESS_POINT
+from app.devices.theta.messages import Info
+from app.ui.presenters.place_from_probe import capture_facts, location_of, merged_light
 
 if TYPE_CHECKING:
     from datetime import datetime
     from pathlib import Path
 
-    from app.core.light_here import LightHere
-    from app.core.pack import StylePack
-    from app.core.places import Place
-    from app.core.probe.planner import PlannedShot
-    from app.core.probe.rough import Rough
-    from app.core.progress import Report, Token
-    from app.core.solve import StyleResult
+    from app.core.base.progress import Report, Token
+    from app.core.hdr.planner import PlannedShot
+    from app.core.hdr.rough import Rough
+    from app.core.solver.place_light import PlaceLight
+    from app.core.solver.solve import StyleResult
+    from app.core.solver.style_pack import StylePack
+    from app.core.storage.places import Place
     from app.devices.capture.journal import SessionJournal
     from app.devices.capture.status import Status
     from app.devices.clock import Clock
     from app.devices.found import FoundCamera
-    from app.devices.osc.link import Credentials
+    from app.devices.theta.link import Credentials
     from app.ui.presenters.services import Devices
 
 Bytes: TypeAlias = NDArray[np.uint8]
@@ -128,7 +128,7 @@ class Captured:
 
     folder: Path
     place: Place
-    light: LightHere = field(repr=False)
+    light: PlaceLight = field(repr=False)
     result: CaptureResult
     registered: Registered | None = None
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from app.core.angles import wrap
+from app.core.base.angles import wrap
 from app.core.second_light.comparable import Comparison, compare
-from app.core.second_light.numbers import KINDS, at_distance
+from app.core.second_light.lamp_presets import KINDS, at_distance
 from app.core.second_light.placements import ALTITUDES_DEG
 from app.core.second_light.words import metres
 from app.ui.presenters.actions import Action
+from app.ui.presenters.lamp_actions import LampKeeping
 from app.ui.presenters.light_jobs import LightWork
-from app.ui.presenters.light_keeping import LampKeeping
 from app.ui.presenters.light_lamps import Shelf, nearest_stop
 from app.ui.presenters.light_resolve import Resolver, Shown, front_of, note_of
 from app.ui.presenters.light_scale import PlaceScale
@@ -34,11 +34,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.core.second_light.search import Placed
-    from app.core.solve import Objective
-    from app.ui.presenters.desk import Desk
+    from app.core.solver.solve import Objective
     from app.ui.presenters.light_lamps import Source
     from app.ui.presenters.light_pictures import LampPlan
     from app.ui.presenters.light_work import Lamp
+    from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
 
 _ASKED_ANEW: Final = frozenset({"head", "light", "front_deg", "settings", "place_folder", "place"})
@@ -50,7 +50,7 @@ _NO_LIGHT: Final = "No light measured yet. A lamp is placed in the light of a pl
 class LightPresenter:
     """Resolves the screen, and takes what the user does there."""
 
-    def __init__(self, services: Services, desk: Desk) -> None:
+    def __init__(self, services: Services, desk: PlaceController) -> None:
         self._services = services
         self.shelf = Shelf(services, self._pursue, self.take_lamp)
         self.keeping = LampKeeping(services, desk, self.shelf)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import CoreError
-from app.core.second_light.numbers import NEAREST_M, NumbersLamp
+from app.core.base.errors import CoreError
+from app.core.second_light.lamp_presets import NEAREST_M, NumbersLamp
 from app.ui.presenters.light_lamps import nearest_stop
 from app.ui.presenters.light_pictures import LampPlan, look, result_with, targets
 from app.ui.presenters.light_state import DISTANCES_M

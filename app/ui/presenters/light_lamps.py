@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 from app.core.second_light.dark_room import GUIDE, capture_lamp
+from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.lamp_store import MAX_TITLE
 from app.core.second_light.library import add_lamp, check_distance, list_lamps, read_lamp
-from app.core.second_light.numbers import KINDS
 from app.core.second_light.words import metres, read_metres
 from app.ui.presenters.light_state import DISTANCES_M, CaptureAsk, CapturingState
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from app.core.progress import Report, Token
+    from app.core.base.progress import Report, Token
     from app.core.second_light.captured import CapturedLamp
+    from app.core.second_light.lamp_presets import Kind
     from app.core.second_light.library import LampEntry
-    from app.core.second_light.numbers import Kind
     from app.ui.presenters.light_state import LightView
     from app.ui.presenters.services import Action, Folders, Services
 

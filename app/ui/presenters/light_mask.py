@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.colour import LUMINANCE_WEIGHTS, to_bytes
-from app.core.errors import CoreError
+from app.core.base.colour import LUMINANCE_WEIGHTS, to_bytes
+from app.core.base.errors import CoreError
 from app.core.second_light.captured import CapturedLamp, centroid, make_lamp
 from app.core.second_light.library import update_lamp
 from app.core.second_light.mask import find_mask
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from app.ui.presenters.desk import Desk
+    from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
 
 Bytes: TypeAlias = NDArray[np.uint8]
@@ -109,7 +109,7 @@ class MaskEdit:
     def __init__(
         self,
         services: Services,
-        desk: Desk,
+        desk: PlaceController,
         folder: Path,
         lamp: CapturedLamp,
         look: MaskLook,

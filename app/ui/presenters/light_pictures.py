@@ -9,21 +9,21 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.angles import TURNS, direction, wrap
-from app.core.colour import LUMINANCE_WEIGHTS, luminance
-from app.core.gallery import framing, portraits, value_at
-from app.core.light_here import turned
+from app.core.base.angles import TURNS, direction, wrap
+from app.core.base.colour import LUMINANCE_WEIGHTS, luminance
 from app.core.second_light.captured import CapturedLamp, placed_at
 from app.core.second_light.near import near_picture
 from app.core.second_light.placements import ALTITUDES_DEG
-from app.core.transport import render, to_image
+from app.core.solver.place_light import turned
+from app.core.solver.portraits import framing, portraits, value_at
+from app.core.solver.transport import render, to_image
 from app.ui.presenters.light_work import best_held
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.core.second_light.search import Placed
-    from app.core.solve import StyleResult
+    from app.core.solver.solve import StyleResult
     from app.ui.presenters.light_state import Size
     from app.ui.presenters.light_work import Answers, Held, InHand, Question
     from app.ui.presenters.model import Head
@@ -232,7 +232,7 @@ def _portrait(head: Head, picture: Float32, size: Size) -> Bytes:
 
 
 def _judge(head: Head, name: str, picture: Float32) -> tuple[float, float]:
-    """Match and strength of a picture (P, 3), see the definitions in `app.core.solve`."""
+    """Match and strength of a picture (P, 3), see the definitions in `app.core.solver.solve`."""
     transport, pack = head.transport, head.pack
     face = transport.face
     flat = pack.target(name).reshape(-1, 3)[transport.pixels[face]]

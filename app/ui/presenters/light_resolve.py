@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from app.core.angles import wrap
-from app.core.reasons import Limits
+from app.core.base.angles import wrap
+from app.core.guidance.words import side_words, signed, turn_words, whole
 from app.core.second_light.dimming import power_share, power_words, stops_words
-from app.core.second_light.numbers import NumbersLamp
+from app.core.second_light.lamp_presets import NumbersLamp
 from app.core.second_light.placements import direction
 from app.core.second_light.words import metres, placement_words
-from app.core.turning.words import side_words, signed, turn_words, whole
+from app.core.solver.reasons import Limits
 from app.ui.presenters.light_sky import sky_of
 from app.ui.presenters.light_state import DetailState, HeadsState, HoldState, Section, SkyState
 from app.ui.presenters.light_words import (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 from app.core.second_light.scale import check_lux, illuminance, read_lux
 from app.ui.presenters.light_state import BRIGHTNESS, BrightState
 from app.ui.presenters.light_words import lux_words
@@ -13,7 +13,7 @@ from app.ui.presenters.light_words import lux_words
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from app.core.light_here import LightHere
+    from app.core.solver.place_light import PlaceLight
     from app.ui.presenters.services import Services
 
 _SAME = 0.01  # of an answer's lux
@@ -23,7 +23,7 @@ _SAME = 0.01  # of an answer's lux
 class _Said:
     """What was said of a light that belongs to no place that is kept."""
 
-    light: LightHere
+    light: PlaceLight
     white_cd_m2: float
 
 

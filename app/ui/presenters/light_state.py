@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from app.core.head_shape import HeadShape
+    from app.core.solver.head_shape import HeadShape
     from app.ui.presenters.light_mask import MaskEdit
 
 Bytes: TypeAlias = NDArray[np.uint8]

@@ -6,20 +6,20 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from app.core.angles import wrap
+from app.core.base.angles import wrap
+from app.core.guidance.words import direction_of, signed, turn_words, whole
 from app.core.second_light.captured import CapturedLamp
 from app.core.second_light.dimming import power_words
 from app.core.second_light.words import metres
-from app.core.turning.words import direction_of, signed, turn_words, whole
 from app.ui.presenters.light_state import RowState, Section
 from app.ui.presenters.styles_gallery import side_line, whole_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from app.core.reasons import Limits
     from app.core.second_light.search import Placed
-    from app.core.styles import Style
+    from app.core.solver.reasons import Limits
+    from app.core.solver.styles import Style
     from app.ui.presenters.light_state import Bytes, Verdict
     from app.ui.presenters.light_work import Held, Lamp
 

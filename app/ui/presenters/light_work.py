@@ -9,31 +9,31 @@ from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.angles import wrap
-from app.core.colour import luminance
-from app.core.environment import solid_angles
-from app.core.head_shape import load_shape_of
-from app.core.progress import span
+from app.core.base.angles import wrap
+from app.core.base.colour import luminance
+from app.core.base.progress import span
 from app.core.second_light import added as added_lights
 from app.core.second_light.captured import CapturedLamp, placed
 from app.core.second_light.contrast import FaceBasis, prepare_face
 from app.core.second_light.dimming import FULL, powers_of
+from app.core.second_light.lamp_presets import NumbersLamp
 from app.core.second_light.lamp_tables import LampTables, lamp_tables
 from app.core.second_light.near import NearField, prepare_near
-from app.core.second_light.numbers import NumbersLamp
 from app.core.second_light.placements import COUNT
 from app.core.second_light.reach import above_floor, within_arm
 from app.core.second_light.search import place_all
+from app.core.solver.environment import solid_angles
+from app.core.solver.head_shape import load_shape_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.head_shape import HeadShape
-    from app.core.light_here import LightHere
-    from app.core.progress import Report, Token
+    from app.core.base.progress import Report, Token
     from app.core.second_light.added import AddedLight
     from app.core.second_light.search import Placed
-    from app.core.solve import Objective
+    from app.core.solver.head_shape import HeadShape
+    from app.core.solver.place_light import PlaceLight
+    from app.core.solver.solve import Objective
     from app.ui.presenters.model import Head
 
 Bytes: TypeAlias = NDArray[np.uint8]
@@ -76,7 +76,7 @@ class Question:
         "picture" or "paper".
     """
 
-    light: LightHere
+    light: PlaceLight
     gain: float
     front_deg: float = 0.0
     arm: bool = False
@@ -113,7 +113,7 @@ class Answers:
         return next((one for one in self.placed if one.name == name), None)
 
 
-def main_light(light: LightHere, facing_deg: float) -> float | None:
+def main_light(light: PlaceLight, facing_deg: float) -> float | None:
     """From where a place lights the face.
 
     Parameters

@@ -6,19 +6,19 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Final
 
-from app.core.angles import difference, wrap
-from app.core.settings import Settings
-from app.ui.presenters.observe import Event
+from app.core.base.angles import difference, wrap
+from app.core.storage.settings import Settings
+from app.ui.presenters.event import Event
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from app.core.light_here import LightHere
-    from app.core.pack import StylePack
     from app.core.painting import DamagedStyle, UserStyle
-    from app.core.places import Place
-    from app.core.solve import StyleResult
-    from app.core.transport import Transport
+    from app.core.solver.place_light import PlaceLight
+    from app.core.solver.solve import StyleResult
+    from app.core.solver.style_pack import StylePack
+    from app.core.solver.transport import Transport
+    from app.core.storage.places import Place
     from app.devices.found import FoundCamera
     from app.ui.presenters.light_pictures import LampPlan
 
@@ -78,7 +78,7 @@ class Model:
     step: Step
     place_folder: Path | None
     place: Place | None
-    light: LightHere | None
+    light: PlaceLight | None
     opening: str
     unkept: str
     front_deg: float

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 from app.core.painting import (
     EXPORT_ENDING,
     delete,
@@ -16,7 +16,7 @@ from app.core.painting import (
     restore,
     text_path,
 )
-from app.ui.presenters.observe import Event
+from app.ui.presenters.event import Event
 from app.ui.presenters.paint_drafts import bring_draft_back, put_draft_away
 from app.ui.presenters.undo import FileChange
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.core.painting import Trashed, UserStyle
-    from app.ui.presenters.in_turn import InTurn
+    from app.ui.presenters.serial_queue import SerialQueue
     from app.ui.presenters.services import Services
 
 
@@ -41,7 +41,7 @@ class OwnStyles:
         Emits the name of a style that is about to be put away: what is unsaved is written now.
     """
 
-    def __init__(self, services: Services, files: InTurn) -> None:
+    def __init__(self, services: Services, files: SerialQueue) -> None:
         self._services = services
         self._files = files
         self.leaving, self.gone, self.back, self.renamed = Event(), Event(), Event(), Event()

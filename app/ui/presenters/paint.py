@@ -10,8 +10,8 @@ from app.core.painting import Tool, cleared, target_picture
 from app.ui.presenters.model import Step
 from app.ui.presenters.paint_actions import paint_actions
 from app.ui.presenters.paint_brush import BrushBox
+from app.ui.presenters.paint_document import Opened, PaintDocument, open_canvas
 from app.ui.presenters.paint_drafts import DraftKeeper, find_draft
-from app.ui.presenters.paint_easel import Easel, Opened, open_canvas
 from app.ui.presenters.paint_files import PaintFiles
 from app.ui.presenters.paint_light import LightOnHead
 from app.ui.presenters.paint_live import live_state
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
     from app.core.painting import Answer, Canvas, Region, TileChange, UserStyle
     from app.ui.presenters.actions import Action
-    from app.ui.presenters.desk import Desk
     from app.ui.presenters.paint_state import Bytes, PaintView, Point
+    from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
 
 _OPEN_JOB: Final = "paint-open"
@@ -42,12 +42,12 @@ class PaintPresenter:
     `tools` is the brush; `files` saves, names, copies, deletes, hands on and takes in.
     """
 
-    def __init__(self, services: Services, desk: Desk) -> None:
+    def __init__(self, services: Services, desk: PlaceController) -> None:
         self._services = services
         self._view: PaintView | None = None
-        self._easel: Easel | None = None
+        self._easel: PaintDocument | None = None
         # As long as a stroke of theirs can be undone, easels live on in the undo list.
-        self._known: WeakValueDictionary[str, Easel] = WeakValueDictionary()
+        self._known: WeakValueDictionary[str, PaintDocument] = WeakValueDictionary()
         self._keeper = DraftKeeper(services)
         self.tools = BrushBox(self._refresh)
         self._mode = Shown.WEIGHTS
@@ -243,7 +243,7 @@ class PaintPresenter:
             return False
         return not save_why(answer.advice, easel)
 
-    def _picture(self, easel: Easel, answer: Answer) -> Bytes | None:
+    def _picture(self, easel: PaintDocument, answer: Answer) -> Bytes | None:
         if self._mode is Shown.WEIGHTS:
             return None
         transport = easel.head.transport
@@ -252,7 +252,7 @@ class PaintPresenter:
             linear = target_picture(transport, easel.session.weights)
         return head_picture(linear, easel.look.coverage)
 
-    def _starts_now(self, easel: Easel) -> tuple[tuple[str, str, str], ...]:
+    def _starts_now(self, easel: PaintDocument) -> tuple[tuple[str, str, str], ...]:
         owner = (easel.head, self._services.model.user_styles)
         known = self._starts[0]
         if not isinstance(known, tuple) or any(
@@ -289,7 +289,7 @@ class PaintPresenter:
 
     # -- undo ----------------------------------------------------------------------------------
 
-    def _done(self, easel: Easel, change: TileChange, words: str) -> None:
+    def _done(self, easel: PaintDocument, change: TileChange, words: str) -> None:
         """Note a change of the canvas for undo, and for the draft."""
         self._known[easel.key] = easel
         self._services.undo.push(
@@ -302,7 +302,7 @@ class PaintPresenter:
         )
         self._keeper.keep(easel.path, easel.draft())
 
-    def _exchange(self, easel: Easel, change: TileChange, *, back: bool) -> None:
+    def _exchange(self, easel: PaintDocument, change: TileChange, *, back: bool) -> None:
         self._bring(easel)
         session = easel.session
         regions = None if session.stroking else change.regions
@@ -315,7 +315,7 @@ class PaintPresenter:
         self._changed(regions)
         self._keeper.keep(easel.path, easel.draft())
 
-    def _bring(self, easel: Easel) -> None:
+    def _bring(self, easel: PaintDocument) -> None:
         """Put an easel to the front, wherever the user is."""
         if self._easel is not easel:
             self._put_away(quiet=True)
@@ -382,7 +382,7 @@ class PaintPresenter:
         self._opening = None
         if model.painting != opened.key or model.head is None:
             return
-        easel = Easel(opened, model.head, None, model.settings, model.front_deg)
+        easel = PaintDocument(opened, model.head, None, model.settings, model.front_deg)
         self._take(easel)
         self._sync()
         tell = self._services.notify.tell
@@ -391,7 +391,7 @@ class PaintPresenter:
         if opened.restored and easel.unsaved:
             tell(_BACK.format(easel.title), actions=(("Start afresh", self.clear),))
 
-    def _take(self, easel: Easel) -> None:
+    def _take(self, easel: PaintDocument) -> None:
         self._easel = easel
         self._known[easel.key] = easel
         self._opening = None

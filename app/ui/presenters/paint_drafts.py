@@ -7,7 +7,7 @@ import os
 import threading
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import CoreError, StyleError
+from app.core.base.errors import CoreError, StyleError
 from app.core.painting import Draft, load_draft, save_draft
 from app.devices.clock import wait
 from app.ui.presenters.disk_words import disk_words
@@ -15,7 +15,7 @@ from app.ui.presenters.disk_words import disk_words
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from app.core.progress import Report, Token
+    from app.core.base.progress import Report, Token
     from app.ui.presenters.services import Services
 
 _JOB: Final = "paint-draft"

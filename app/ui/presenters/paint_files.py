@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 from app.core.painting import (
     EXPORT_ENDING,
     UserStyle,
@@ -14,8 +14,8 @@ from app.core.painting import (
 )
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
+from app.ui.presenters.paint_document import named_style
 from app.ui.presenters.paint_drafts import find_draft
-from app.ui.presenters.paint_easel import named_style
 from app.ui.presenters.styles_sheet import plain_name
 from app.ui.presenters.undo import Undoable
 
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.core.painting import Canvas
-    from app.ui.presenters.desk import Desk
+    from app.ui.presenters.paint_document import PaintDocument
     from app.ui.presenters.paint_drafts import DraftKeeper
-    from app.ui.presenters.paint_easel import Easel
     from app.ui.presenters.paint_state import NameWish, PaintView
+    from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
 
 _ABOUT: Final = "style"  # of messages that saving mends
@@ -37,7 +37,11 @@ class PaintFiles:
     """Does with the painted style what is done with files."""
 
     def __init__(
-        self, services: Services, desk: Desk, keeper: DraftKeeper, changed: Callable[[], None]
+        self,
+        services: Services,
+        desk: PlaceController,
+        keeper: DraftKeeper,
+        changed: Callable[[], None],
     ) -> None:
         self._services = services
         self._desk = desk
@@ -45,14 +49,14 @@ class PaintFiles:
         self._keeper = keeper
         self._changed = changed
         self._view: PaintView | None = None
-        self._easel: Easel | None = None
+        self._easel: PaintDocument | None = None
         self.saving = False
 
     def attach(self, view: PaintView | None) -> None:
         """Ask this view for names and files from now on; None: nobody."""
         self._view = view
 
-    def take(self, easel: Easel) -> None:
+    def take(self, easel: PaintDocument) -> None:
         """Work for this easel from now on."""
         self._easel = easel
 
@@ -103,7 +107,7 @@ class PaintFiles:
         else:
             self._save_new(easel, title)
 
-    def _save_new(self, easel: Easel, title: str) -> None:
+    def _save_new(self, easel: PaintDocument, title: str) -> None:
         folder, canvas = self._services.folders.styles, easel.session.canvas
         facts = self._facts(easel, canvas)
         self._write(
@@ -112,7 +116,7 @@ class PaintFiles:
             lambda style: self._saved(easel, style),
         )
 
-    def _save_changes(self, easel: Easel, style: UserStyle) -> None:
+    def _save_changes(self, easel: PaintDocument, style: UserStyle) -> None:
         folder, canvas = self._services.folders.styles, easel.session.canvas
         self._write(
             easel,
@@ -121,7 +125,7 @@ class PaintFiles:
         )
 
     def _write(
-        self, easel: Easel, work: Callable[[], UserStyle], done: Callable[[UserStyle], None]
+        self, easel: PaintDocument, work: Callable[[], UserStyle], done: Callable[[UserStyle], None]
     ) -> None:
         """Write a style in a job; what was painted stays whatever happens."""
         easel.session.abort()
@@ -142,7 +146,7 @@ class PaintFiles:
             cancelled=lambda: ended(lambda: None),
         )
 
-    def _saved(self, easel: Easel, style: UserStyle) -> None:
+    def _saved(self, easel: PaintDocument, style: UserStyle) -> None:
         before = easel.path
         path, _, _ = find_draft(self._services.folders.drafts, style.name)
         easel.saved_as(style, before if easel.key == style.name else path)
@@ -165,7 +169,7 @@ class PaintFiles:
         actions = [] if again is None else [("Try again", again)]
         self._services.notify.tell_error(error, actions=actions, about=_ABOUT)
 
-    def _facts(self, easel: Easel, canvas: Canvas) -> dict[str, str]:
+    def _facts(self, easel: PaintDocument, canvas: Canvas) -> dict[str, str]:
         """Work out side, place, head and origin of what is painted."""
         head = easel.head
         built_in, mine = named_style(head, self._services.model.user_styles, easel.start)
@@ -175,7 +179,7 @@ class PaintFiles:
 
     # -- names and copies ----------------------------------------------------------------------
 
-    def _rename(self, easel: Easel, title: str) -> None:
+    def _rename(self, easel: PaintDocument, title: str) -> None:
         wanted = " ".join(title.split())
         style, before = easel.style, easel.title
         if style is not None and wanted != style.title:

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import CoreError
-from app.core.light_table import LightTable, light_table
+from app.core.base.errors import CoreError
+from app.core.solver.relighting_cache import LightTable, light_table
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from app.core.light_here import LightHere
-    from app.core.progress import Report, Token
-    from app.core.transport import Transport
+    from app.core.base.progress import Report, Token
+    from app.core.solver.place_light import PlaceLight
+    from app.core.solver.transport import Transport
     from app.ui.presenters.services import Services
 
 _JOB: Final = "paint-light"
@@ -25,7 +25,7 @@ class LightOnHead:
         self._services = services
         self._ready = ready
         self._made: LightTable | None = None
-        self._of: tuple[LightHere, Transport] | None = None
+        self._of: tuple[PlaceLight, Transport] | None = None
         self.trouble = ""
 
     def table(self) -> LightTable | None:
@@ -40,7 +40,7 @@ class LightOnHead:
             self._make(light, transport)
         return self._made
 
-    def _make(self, light: LightHere, transport: Transport) -> None:
+    def _make(self, light: PlaceLight, transport: Transport) -> None:
         wanted = self._of
 
         def work(token: Token, report: Report) -> LightTable:

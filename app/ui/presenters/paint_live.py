@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from app.core.gallery import framing, portraits
+from app.core.guidance.words import arc_words, direction_of, direction_words, signed, size_words
 from app.core.painting import target_picture
-from app.core.turning.words import arc_words, direction_of, direction_words, signed, size_words
+from app.core.solver.portraits import framing, portraits
 from app.ui.presenters.paint_state import LiveState
 
 if TYPE_CHECKING:
-    from app.core.colour import FloatImage
+    from app.core.base.colour import FloatImage
     from app.core.painting import Answer
-    from app.core.solve import StyleResult
+    from app.core.solver.solve import StyleResult
     from app.ui.presenters.model import Head, Model
-    from app.ui.presenters.paint_easel import Easel
+    from app.ui.presenters.paint_document import PaintDocument
     from app.ui.presenters.paint_state import Bytes
 
     Size: TypeAlias = tuple[int, int]
@@ -28,7 +28,9 @@ PREPARING: Final = "Preparing the light of this place…"
 NOTHING: Final = "Paint where the face should be brighter, and where darker."
 
 
-def live_state(easel: Easel, answer: Answer, model: Model, size: Size, trouble: str) -> LiveState:
+def live_state(
+    easel: PaintDocument, answer: Answer, model: Model, size: Size, trouble: str
+) -> LiveState:
     """Resolve the live column.
 
     Parameters

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core import colour
-from app.core.transport import Transport, render, to_image
+from app.core.base import colour
+from app.core.solver.transport import Transport, render, to_image
 from app.ui.presenters.paint_state import HeadLook
 
 Bytes: TypeAlias = NDArray[np.uint8]
@@ -57,7 +57,8 @@ def head_picture(linear: NDArray[np.floating[Any]], coverage: Float32) -> Bytes:
     Returns
     -------
     (N, N, 3) uint8
-        sRGB, exposed by the rule of `app.core.colour.face_exposure`, continued beyond the edge.
+        sRGB, exposed by the rule of `app.core.base.colour.face_exposure`, continued beyond the
+        edge.
     """
     whole = _continued(np.asarray(linear, np.float32), coverage)
     face = coverage >= _FACE

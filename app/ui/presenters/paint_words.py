@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from app.core.painting import UserStyle
     from app.ui.presenters.model import Head
-    from app.ui.presenters.paint_easel import Easel
+    from app.ui.presenters.paint_document import PaintDocument
 
 ALL_SAVED: Final = "Everything is saved"
 NOTHING: Final = ("", "Nothing", "an empty face")
@@ -31,19 +31,19 @@ def starts_of(head: Head, own: Sequence[UserStyle]) -> tuple[tuple[str, str, str
     return (NOTHING, *mine, *((one.name, one.title, one.side_words) for one in rest))
 
 
-def status_of(easel: Easel) -> str:
+def status_of(easel: PaintDocument) -> str:
     """Say whether what is painted is saved."""
     if easel.unsaved:
         return "not saved yet" if easel.style is None else "changes not saved yet"
     return "saved" if easel.style is not None else "nothing painted yet"
 
 
-def save_words(easel: Easel) -> str:
+def save_words(easel: PaintDocument) -> str:
     """Words on the main button."""
     return "Save as my style" if easel.style is None else "Save changes"
 
 
-def save_why(advice: str | None, easel: Easel) -> str:
+def save_why(advice: str | None, easel: PaintDocument) -> str:
     """Say why what is painted cannot be saved now; empty when it can."""
     if not easel.unsaved:
         return ALL_SAVED if easel.style is not None else NOTHING_PAINTED

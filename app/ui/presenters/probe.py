@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from app.core.hdr.display import display_panorama
+from app.core.hdr.findings import clip_level, find
 from app.core.portrait.age import light_age
-from app.core.probe.display import display_panorama
-from app.core.probe.findings import clip_level, find
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
+from app.ui.presenters.places_list import ShelfPresenter, ShelfState
 from app.ui.presenters.probe_cameras import CameraFinder
 from app.ui.presenters.probe_pictures import frame_pictures
 from app.ui.presenters.probe_state import ProbeState
@@ -23,7 +24,6 @@ from app.ui.presenters.probe_words import (
     metered_of,
     plan_parts,
 )
-from app.ui.presenters.shelf import ShelfPresenter, ShelfState
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -31,14 +31,14 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from app.core.light_here import LightHere
-    from app.core.places import Place
+    from app.core.hdr.findings import Findings
     from app.core.portrait.age import Age, Kind
-    from app.core.probe.findings import Findings
-    from app.ui.presenters.desk import Desk
+    from app.core.solver.place_light import PlaceLight
+    from app.core.storage.places import Place
+    from app.ui.presenters.place_controller import PlaceController
+    from app.ui.presenters.places_list import ShelfRow
     from app.ui.presenters.probe_state import CameraBlock, FrameTile, Notice, PlanPart, ProbeView
     from app.ui.presenters.services import Services
-    from app.ui.presenters.shelf import ShelfRow
 
 BEAT_MS: Final = 100
 """How often a capture that is seen is asked for what it has to show."""
@@ -59,11 +59,11 @@ _EMPTY_TABLE: Final = "No lamp stands out: the light comes from everywhere."
 class ProbePresenter:
     """Measures the light of a place."""
 
-    def __init__(self, services: Services, desk: Desk) -> None:
+    def __init__(self, services: Services, desk: PlaceController) -> None:
         self._services = services
         self._desk = desk
         self._view: ProbeView | None = None
-        self._light: LightHere | None = None
+        self._light: PlaceLight | None = None
         self._findings: Findings | None = None
         self._picture: NDArray[np.uint8] | None = None
         self._exposure = self._wanted = 0.0
@@ -383,12 +383,12 @@ class ProbePresenter:
                 failed=lambda error: None,
             )
 
-    def _found(self, light: LightHere, findings: Findings) -> None:
+    def _found(self, light: PlaceLight, findings: Findings) -> None:
         if light is self._light:
             self._findings = findings
             self._refresh()
 
-    def _pictured(self, light: LightHere, pictures: tuple[NDArray[np.uint8] | None, ...]) -> None:
+    def _pictured(self, light: PlaceLight, pictures: tuple[NDArray[np.uint8] | None, ...]) -> None:
         if light is self._light:
             self._frames = pictures
             self._refresh()
@@ -411,7 +411,7 @@ class ProbePresenter:
             cancelled=lambda: self._exposed(light, stops, light.display),
         )
 
-    def _exposed(self, light: LightHere, stops: float, picture: NDArray[np.uint8]) -> None:
+    def _exposed(self, light: PlaceLight, stops: float, picture: NDArray[np.uint8]) -> None:
         self._exposing = False
         if light is self._light:
             self._exposure, self._picture = stops, picture
@@ -419,7 +419,7 @@ class ProbePresenter:
         self._refresh()
 
 
-def _lamps_note(light: LightHere | None, findings: Findings | None) -> str:
+def _lamps_note(light: PlaceLight | None, findings: Findings | None) -> str:
     if light is None:
         return ""
     if findings is None:

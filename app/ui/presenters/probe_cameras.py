@@ -6,13 +6,13 @@ import contextlib
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 from app.devices.errors import DeviceError, PasswordNeeded
 from app.devices.found import same_camera
 from app.devices.last_camera import remember
-from app.devices.osc.client import OscClient
-from app.devices.osc.link import Credentials
 from app.devices.passwords import default_password_hint
+from app.devices.theta.client import OscClient
+from app.devices.theta.link import Credentials
 from app.ui.presenters.model import CameraSeen
 from app.ui.presenters.probe_state import CameraBlock, CameraRow
 from app.ui.presenters.probe_words import camera_second, is_loopback
@@ -20,7 +20,7 @@ from app.ui.presenters.probe_words import camera_second, is_loopback
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from app.core.progress import Token
+    from app.core.base.progress import Token
     from app.devices.discovery import Discovery
     from app.devices.found import FoundCamera
     from app.ui.presenters.services import Services

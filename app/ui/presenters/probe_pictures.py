@@ -8,16 +8,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.colour import srgb_encode, to_bytes
-from app.core.places import ORIGINALS, capture_folders
-from app.core.probe.findings import clip_level
+from app.core.base.colour import srgb_encode, to_bytes
+from app.core.hdr.findings import clip_level
+from app.core.storage.places import ORIGINALS, capture_folders
 from app.ui.presenters.capturing import small_picture
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from app.core.colour import FloatImage
-    from app.core.places import CaptureFacts
+    from app.core.base.colour import FloatImage
+    from app.core.storage.places import CaptureFacts
 
 Bytes: TypeAlias = NDArray[np.uint8]
 

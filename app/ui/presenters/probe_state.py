@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from app.core.probe.findings import Findings
-    from app.ui.presenters.shelf import ShelfRow
+    from app.core.hdr.findings import Findings
+    from app.ui.presenters.places_list import ShelfRow
 
 StepState: TypeAlias = Literal["waiting", "now", "done"]
 Tone: TypeAlias = Literal["advice", "error", "offer", "note"]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal
 
-from app.core.angles import wrap
-from app.core.errors import Cancelled
-from app.core.turning.tones import chime
+from app.core.base.angles import wrap
+from app.core.base.errors import Cancelled
+from app.core.localization.tones import chime
 from app.devices.capture.status import SEEKING, Stage
 from app.ui.presenters.capturing import (
     Captured,
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from app.core.places import Place
-    from app.core.portrait.again import Registered
+    from app.core.portrait.recapture_registration import Registered
+    from app.core.storage.places import Place
     from app.devices.capture.status import Status
     from app.ui.presenters.capturing import Seen
-    from app.ui.presenters.desk import Desk
+    from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.probe_cameras import CameraFinder
     from app.ui.presenters.services import Services
 
@@ -67,7 +67,7 @@ class Taking:
     def __init__(
         self,
         services: Services,
-        desk: Desk,
+        desk: PlaceController,
         cameras: CameraFinder,
         changed: Callable[[], None],
     ) -> None:

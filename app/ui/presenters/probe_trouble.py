@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 from app.devices.errors import DISK, DeviceError, DownloadFailed, PasswordNeeded, Unreachable
 from app.ui.presenters.disk_words import is_full
 from app.ui.presenters.probe_state import Notice

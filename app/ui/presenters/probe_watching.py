@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from app.core.progress import Token
+from app.core.base.progress import Token
 from app.devices.watch import WatchedFolder
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
-    from app.core.progress import Report
+    from app.core.base.progress import Report
     from app.devices.watch import IncomingBracket
-    from app.ui.presenters.desk import Desk
+    from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
 
 KEY: Final = "watch"
@@ -42,7 +42,9 @@ class _Relay(Token):
 class Watching:
     """One folder at a time."""
 
-    def __init__(self, services: Services, desk: Desk, changed: Callable[[], None]) -> None:
+    def __init__(
+        self, services: Services, desk: PlaceController, changed: Callable[[], None]
+    ) -> None:
         self._services = services
         self._desk = desk
         self._changed = changed

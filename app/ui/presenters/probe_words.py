@@ -5,12 +5,12 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import TYPE_CHECKING, Final, Literal
 
-from app.core.angles import wrap
-from app.core.errors import ProbeError
-from app.core.probe.frame import Exposure
-from app.core.probe.planner import Plan, plan
-from app.devices.osc.messages import Info
+from app.core.base.angles import wrap
+from app.core.base.errors import ProbeError
+from app.core.hdr.frame import Exposure
+from app.core.hdr.planner import Plan, plan
 from app.devices.profiles import profile_for
+from app.devices.theta.messages import Info
 from app.ui.presenters.frame import camera_words, time_words
 from app.ui.presenters.probe_state import FrameTile, LampRow, Notice, PlanPart
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from datetime import datetime
 
-    from app.core.places import CaptureFacts, FrameFacts, Place
-    from app.core.probe.findings import Findings, Lamp
+    from app.core.hdr.findings import Findings, Lamp
+    from app.core.storage.places import CaptureFacts, FrameFacts, Place
     from app.ui.presenters.model import CameraSeen
     from app.ui.presenters.probe_state import CameraBlock
 

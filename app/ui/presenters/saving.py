@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from app.core.errors import CoreError
-from app.core.places import ORIGINALS, Asked, Place, read_place, write_place
+from app.core.base.errors import CoreError
+from app.core.storage.places import ORIGINALS, Asked, Place, read_place, write_place
+from app.ui.presenters.autosave import Autosave
 from app.ui.presenters.disk_words import disk_words, is_full
-from app.ui.presenters.keeping import Keeper
-from app.ui.presenters.opening import Opened, kept_anew, kept_in
+from app.ui.presenters.place_loader import Opened, kept_anew, kept_in
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from app.core.progress import Report, Token
-    from app.ui.presenters.in_turn import InTurn
+    from app.core.base.progress import Report, Token
+    from app.ui.presenters.serial_queue import SerialQueue
     from app.ui.presenters.services import Services
 
 _ABOUT: Final = "keep"
@@ -31,10 +31,10 @@ class Saving:
         Asks the user for a folder; gives None where they choose none.
     """
 
-    def __init__(self, services: Services, file_work: InTurn) -> None:
+    def __init__(self, services: Services, file_work: SerialQueue) -> None:
         self._services = services
         self._file_work = file_work
-        self._keeper = Keeper(services, self._kept, self._not_written)
+        self._keeper = Autosave(services, self._kept, self._not_written)
         self._storing: dict[Path, Opened] = {}
         self._files: tuple[Path, ...] = ()
         self.folder_asker: Callable[[str], Path | None] = lambda title: None

@@ -12,17 +12,17 @@ if TYPE_CHECKING:
     from datetime import datetime
     from pathlib import Path
 
-    from app.core.progress import Token
+    from app.core.base.progress import Token
     from app.devices.clock import Clock
     from app.devices.discovery import Discovery
     from app.devices.found import FoundCamera
-    from app.devices.osc.link import Credentials, Link
     from app.devices.passwords import Passwords
+    from app.devices.theta.link import Credentials, Link
     from app.devices.webcam import Webcam
+    from app.ui.presenters.job_runner import Runner
     from app.ui.presenters.model import Model
     from app.ui.presenters.sounds import Sounds
     from app.ui.presenters.undo import UndoStack
-    from app.ui.presenters.work import Runner
 
 Kind: TypeAlias = Literal["info", "done", "warning", "error"]
 Action: TypeAlias = "tuple[str, Callable[[], None]]"

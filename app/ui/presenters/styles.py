@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from app.core.angles import wrap
+from app.core.base.angles import wrap
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.presenters.styles_detail import Detail
@@ -31,8 +31,8 @@ from app.ui.presenters.styles_state import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.progress import Report, Token
-    from app.ui.presenters.desk import Desk
+    from app.core.base.progress import Report, Token
+    from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
 
 _JOB: Final = "styles-pictures"
@@ -58,7 +58,7 @@ _MAIN_WORDS: Final[dict[Main | None, tuple[str, str]]] = {
 class StylesPresenter:
     """Resolves the gallery and the detail, and takes what the user does there."""
 
-    def __init__(self, services: Services, desk: Desk) -> None:
+    def __init__(self, services: Services, desk: PlaceController) -> None:
         self._services = services
         self.files = StyleFiles(services, desk, self._front)
         self._view: StylesView | None = None

@@ -11,20 +11,9 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.angles import wrap
+from app.core.base.angles import wrap
 from app.core.evaluation.certainty import caution
-from app.core.gallery import framing, portraits, value_at
-from app.core.light_here import picture_at
-from app.core.portrait.glare import Glare, eye_light, face_direction_words, glare
-from app.core.portrait.ratio import (
-    CONVENTION,
-    DEEPEST_STOPS,
-    LightingRatio,
-    lighting_ratio,
-    ratio_words,
-)
-from app.core.turning.views import background_view
-from app.core.turning.words import (
+from app.core.guidance.words import (
     arc_words,
     clock_words,
     direction_of,
@@ -33,16 +22,27 @@ from app.core.turning.words import (
     signed,
     size_words,
 )
+from app.core.localization.views import background_view
+from app.core.portrait.glare import Glare, eye_light, face_direction_words, glare
+from app.core.portrait.ratio import (
+    CONVENTION,
+    DEEPEST_STOPS,
+    LightingRatio,
+    lighting_ratio,
+    ratio_words,
+)
+from app.core.solver.place_light import picture_at
+from app.core.solver.portraits import framing, portraits, value_at
 from app.ui.presenters.styles_gallery import verdict_of, whole_of
 from app.ui.presenters.styles_state import DetailState, Sizes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable
 
-    from app.core.colour import FloatImage
-    from app.core.light_here import LightHere
-    from app.core.solve import StyleResult
-    from app.core.styles import Style
+    from app.core.base.colour import FloatImage
+    from app.core.solver.place_light import PlaceLight
+    from app.core.solver.solve import StyleResult
+    from app.core.solver.styles import Style
     from app.ui.presenters.styles_gallery import Snapshot
 
 Bytes: TypeAlias = NDArray[np.uint8]
@@ -114,7 +114,7 @@ class Detail:
         return self._with_pictures(state, snapshot, light, turn, sizes)
 
     def _with_pictures(
-        self, state: DetailState, snapshot: Snapshot, light: LightHere, turn: float, sizes: Sizes
+        self, state: DetailState, snapshot: Snapshot, light: PlaceLight, turn: float, sizes: Sizes
     ) -> DetailState:
         question = snapshot.question
         transport = question.head.transport
@@ -161,11 +161,11 @@ class Detail:
         shown: Bytes = portraits(linear[np.newaxis], coverage, frame)[0]
         return shown
 
-    def _background(self, light: LightHere, turn: float, front: float, sizes: Sizes) -> Bytes:
+    def _background(self, light: PlaceLight, turn: float, front: float, sizes: Sizes) -> Bytes:
         rows, columns = sizes.background
         return background_view(light.display, turn, (columns, rows), front)
 
-    def _glare(self, light: LightHere, facing: float, sun: tuple[float, float] | None) -> Glare:
+    def _glare(self, light: PlaceLight, facing: float, sun: tuple[float, float] | None) -> Glare:
         eyes = self._once("eyes", 0, light, lambda: eye_light(light.environment.radiance))
         return glare(eyes, facing, sun)
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.core.painting import UserStyle
-    from app.ui.presenters.desk import Desk
+    from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
     from app.ui.presenters.styles_gallery import Snapshot
     from app.ui.presenters.styles_state import DetailState, StylesView
@@ -27,7 +27,7 @@ _SHEET_JOB: Final = "set-sheet"
 class StyleFiles:
     """Saves, copies, renames, puts away, hands on and takes in."""
 
-    def __init__(self, services: Services, desk: Desk, front: Front) -> None:
+    def __init__(self, services: Services, desk: PlaceController, front: Front) -> None:
         self._services = services
         self._own = desk.own_styles
         self._front = front

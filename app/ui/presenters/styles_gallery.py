@@ -9,23 +9,23 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.angles import wrap
-from app.core.gallery import framing, greyed, portraits
-from app.core.light_here import pictures_at
+from app.core.base.angles import wrap
+from app.core.guidance.words import direction_of, size_words, turn_words, whole
 from app.core.painting import prepare_user_style
-from app.core.reasons import Limits
-from app.core.turning.words import direction_of, size_words, turn_words, whole
+from app.core.solver.place_light import pictures_at
+from app.core.solver.portraits import framing, greyed, portraits
+from app.core.solver.reasons import Limits
 from app.ui.presenters.styles_state import CardState, Filter, Sort
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from app.core.colour import FloatImage
-    from app.core.light_here import LightHere
+    from app.core.base.colour import FloatImage
+    from app.core.base.progress import Token
     from app.core.painting import Asking, DamagedStyle, UserStyle
-    from app.core.progress import Token
-    from app.core.solve import StyleResult
-    from app.core.styles import Style
+    from app.core.solver.place_light import PlaceLight
+    from app.core.solver.solve import StyleResult
+    from app.core.solver.styles import Style
     from app.ui.presenters.model import Head, Model
     from app.ui.presenters.styles_state import Size
 
@@ -52,7 +52,7 @@ class Question:
 
     Attributes
     ----------
-    light : LightHere or None
+    light : PlaceLight or None
         None while no light was measured; then there are no results.
     objective : str
         "picture" or "paper".
@@ -63,7 +63,7 @@ class Question:
     """
 
     head: Head
-    light: LightHere | None = None
+    light: PlaceLight | None = None
     front_deg: float = 0.0
     results: tuple[StyleResult, ...] = ()
     own: tuple[UserStyle, ...] = ()

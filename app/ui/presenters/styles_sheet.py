@@ -5,15 +5,15 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from app.core.errors import CoreError
+from app.core.base.errors import CoreError
 from app.ui.presenters.frame import time_words
 
 if TYPE_CHECKING:
     from datetime import datetime
     from pathlib import Path
 
-    from app.core.places import Place
-    from app.core.progress import Token
+    from app.core.base.progress import Token
+    from app.core.storage.places import Place
     from app.ui.presenters.styles_gallery import Snapshot
     from app.ui.presenters.styles_state import DetailState
 
@@ -55,7 +55,7 @@ def save_sheet(
     CoreError
         If a file is there that nobody agreed to replace, or it cannot be written.
     """
-    from app.core.setsheet import assemble, write_pdf, write_png
+    from app.export.set_sheet import assemble, write_pdf, write_png
 
     target = path if path.suffix.lower() in _ENDINGS else path.with_name(f"{path.name}.pdf")
     if target != path and target.exists():

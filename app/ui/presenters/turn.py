@@ -5,18 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from app.core.angles import wrap
-from app.core.turning.guidance import Guide, Phase, Source
-from app.core.turning.words import Mode, whole
+from app.core.base.angles import wrap
+from app.core.guidance.guide import Guide, Phase, Source
+from app.core.guidance.words import Mode, whole
+from app.ui.presenters.guidance_controller import GuidanceController
+from app.ui.presenters.heading_tracker import Aligner, HeadingTracker
 from app.ui.presenters.model import Step
 from app.ui.presenters.sounds import sound_words
+from app.ui.presenters.speech_throttle import SpeechThrottle
 from app.ui.presenters.turn_actions import turn_actions
-from app.ui.presenters.turn_album import Album
 from app.ui.presenters.turn_camera import LiveCamera
+from app.ui.presenters.turn_images import TurnImages
 from app.ui.presenters.turn_pictures import Overlay, Scene
-from app.ui.presenters.turn_pilot import Pilot
 from app.ui.presenters.turn_shots import DROP_WORDS, Shots
-from app.ui.presenters.turn_sight import Aligner, Sight
 from app.ui.presenters.turn_sounds import Beeper
 from app.ui.presenters.turn_sources import SourcesPresenter
 from app.ui.presenters.turn_state import (
@@ -27,7 +28,6 @@ from app.ui.presenters.turn_state import (
     TurnSizes,
     TurnState,
 )
-from app.ui.presenters.turn_told import Teller
 from app.ui.presenters.turn_words import (
     advice_of,
     goal_of,
@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.ui.presenters.actions import Action
-    from app.ui.presenters.desk import Desk
+    from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
     from app.ui.presenters.turn_state import Guidance, TurnView
 
@@ -70,7 +70,7 @@ class TurnPresenter:
 
     drop_words = DROP_WORDS
 
-    def __init__(self, services: Services, desk: Desk) -> None:
+    def __init__(self, services: Services, desk: PlaceController) -> None:
         self._services = services
         self._desk = desk
         self._view: TurnView | None = None
@@ -78,12 +78,12 @@ class TurnPresenter:
         self._on = False
         self._aspect = ASPECT
         self._opacity = 0.45
-        self._teller = Teller()
+        self._teller = SpeechThrottle()
         self._camera = LiveCamera(services, self._show)
-        self._sight = Sight(services, self._show)
-        self._pilot = Pilot(services, self._camera, self._sight)
+        self._sight = HeadingTracker(services, self._show)
+        self._pilot = GuidanceController(services, self._camera, self._sight)
         self._aligner = Aligner(services, self._show)
-        self._album = Album(services, self._show)
+        self._album = TurnImages(services, self._show)
         self._beeper = Beeper(services)
         self.sources = SourcesPresenter(services, self._camera, self._source_taken)
         self._shots = Shots(services, desk, lambda: self._sight.index, self._show)

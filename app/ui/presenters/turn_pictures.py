@@ -9,18 +9,18 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.gallery import framing, portraits
-from app.core.light_here import picture_at
+from app.core.guidance.words import Mode
+from app.core.localization.align import laid_over
+from app.core.localization.heading_conversion import Looks, heading_of_turn
+from app.core.localization.views import Lens, goal_lens, goal_view, strip_view
 from app.core.painting import prepare_user_style
-from app.core.turning.align import laid_over
-from app.core.turning.headings import Looks, heading_of_turn
-from app.core.turning.views import Lens, goal_lens, goal_view, strip_view
-from app.core.turning.words import Mode
+from app.core.solver.place_light import picture_at
+from app.core.solver.portraits import framing, portraits
 from app.ui.presenters.light_pictures import portrait_with
 
 if TYPE_CHECKING:
-    from app.core.light_here import LightHere
     from app.core.painting import UserStyle
+    from app.core.solver.place_light import PlaceLight
     from app.ui.presenters.light_pictures import LampPlan
     from app.ui.presenters.model import Head
 
@@ -81,7 +81,7 @@ class Views:
         150° of background, the goal in the middle.
     """
 
-    light: LightHere = field(repr=False)
+    light: PlaceLight = field(repr=False)
     scene: Scene
     goal: Bytes = field(repr=False)
     shown: Bytes = field(repr=False)
@@ -89,7 +89,7 @@ class Views:
     strip: Bytes = field(repr=False)
 
 
-def views_of(light: LightHere, scene: Scene) -> Views:
+def views_of(light: PlaceLight, scene: Scene) -> Views:
     """Make goal and strip."""
     rows, columns = scene.well
     goal = _goal(light, scene, (columns, rows))
@@ -102,7 +102,7 @@ def views_of(light: LightHere, scene: Scene) -> Views:
     return Views(light, scene, goal, mirrored(goal, scene.mode), target, strip)
 
 
-def _goal(light: LightHere, scene: Scene, size: tuple[int, int]) -> Bytes:
+def _goal(light: PlaceLight, scene: Scene, size: tuple[int, int]) -> Bytes:
     return goal_view(
         light.display,
         scene.goal_deg,
@@ -209,7 +209,7 @@ def target_portrait(head: Head, own: UserStyle | None, name: str, size: tuple[in
 
 def now_portrait(
     head: Head,
-    light: LightHere,
+    light: PlaceLight,
     facing_deg: float,
     size: tuple[int, int],
     plan: LampPlan | None = None,

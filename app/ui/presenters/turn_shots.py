@@ -9,18 +9,11 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.angles import wrap
-from app.core.errors import CoreError
-from app.core.places.shots import (
-    Shot,
-    add_shot,
-    mark_shot,
-    purge_shots,
-    read_shots,
-    thumbnail_of,
-)
-from app.core.turning.heading import build_index
-from app.core.turning.shot import (
+from app.core.base.angles import wrap
+from app.core.base.errors import CoreError
+from app.core.guidance.words import taken_words, whole
+from app.core.localization.heading import build_index
+from app.core.localization.photo_check import (
     PHOTO_ENDINGS,
     Taken,
     is_panorama,
@@ -28,9 +21,16 @@ from app.core.turning.shot import (
     locate_photo,
     read_photo,
 )
-from app.core.turning.words import taken_words, whole
+from app.core.storage.places.shots import (
+    Shot,
+    add_shot,
+    mark_shot,
+    purge_shots,
+    read_shots,
+    thumbnail_of,
+)
 from app.ui.presenters.frame import time_words
-from app.ui.presenters.in_turn import InTurn
+from app.ui.presenters.serial_queue import SerialQueue
 from app.ui.presenters.turn_state import ShotRow, ShotsState
 from app.ui.presenters.turn_words import confidence_words, goal_of
 from app.ui.presenters.undo import Undoable
@@ -39,13 +39,13 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from app.core.light_here import LightHere
-    from app.core.progress import Report, Token
-    from app.core.solve import StyleResult
-    from app.core.turning.guidance import Goal
-    from app.core.turning.heading import HeadingIndex
-    from app.core.turning.shot import Photo
-    from app.ui.presenters.desk import Desk
+    from app.core.base.progress import Report, Token
+    from app.core.guidance.guide import Goal
+    from app.core.localization.heading import HeadingIndex
+    from app.core.localization.photo_check import Photo
+    from app.core.solver.place_light import PlaceLight
+    from app.core.solver.solve import StyleResult
+    from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
 
 Bytes: TypeAlias = NDArray[np.uint8]
@@ -67,7 +67,7 @@ class _Asked:
     """What a photograph is judged by: all as it was when it was opened."""
 
     folder: Path
-    light: LightHere = field(repr=False)
+    light: PlaceLight = field(repr=False)
     index: HeadingIndex | None = field(repr=False)
     result: StyleResult = field(repr=False)
     goal: Goal
@@ -82,7 +82,7 @@ class Shots:
     def __init__(
         self,
         services: Services,
-        desk: Desk,
+        desk: PlaceController,
         index: Callable[[], HeadingIndex | None],
         changed: Callable[[], None],
     ) -> None:
@@ -90,7 +90,7 @@ class Shots:
         self._desk = desk
         self._index = index
         self._changed = changed
-        self._work = InTurn(services, "turn-shots")
+        self._work = SerialQueue(services, "turn-shots")
         self._folder: Path | None = None
         self._shots: tuple[Shot, ...] = ()
         self._pictures: dict[str, Bytes] = {}

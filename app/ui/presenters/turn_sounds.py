@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core.turning.tones import Cue, Sound, cue, samples
+from app.core.localization.tones import Cue, Sound, cue, samples
 
 if TYPE_CHECKING:
-    from app.core.turning.guidance import Guide
+    from app.core.guidance.guide import Guide
     from app.ui.presenters.services import Services
 
 _LOOPS: Final = 8  # of the steady tone, one second each, whose end joins its start

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
 
-from app.core.turning.guidance import Source
+from app.core.guidance.guide import Source
 from app.devices.webcam import LiveSource, WebcamError
 from app.devices.webcam.address import LONGEST_ADDRESS
 from app.devices.webcam.sources import FOV_RANGE_DEG, WIDTHS

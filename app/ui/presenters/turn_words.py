@@ -6,18 +6,18 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
-from app.core.angles import difference, lies_on_arc
-from app.core.gallery import value_at
-from app.core.turning.guidance import Goal, Guide, Phase, Source
-from app.core.turning.sitter import background_mask
-from app.core.turning.words import arc_words, goal_words, signed, turn_words, whole
+from app.core.base.angles import difference, lies_on_arc
+from app.core.guidance.guide import Goal, Guide, Phase, Source
+from app.core.guidance.words import arc_words, goal_words, signed, turn_words, whole
+from app.core.localization.sitter import background_mask
+from app.core.solver.portraits import value_at
 from app.ui.presenters.turn_state import Guidance, LiveWords, Scale, Sign, StyleWords
 
 if TYPE_CHECKING:
-    from app.core.errors import CoreError
+    from app.core.base.errors import CoreError
+    from app.core.localization.tracking import Track
     from app.core.painting import UserStyle
-    from app.core.solve import StyleResult
-    from app.core.turning.tracking import Track
+    from app.core.solver.solve import StyleResult
     from app.devices.errors import DeviceError
     from app.ui.presenters.model import Model
 

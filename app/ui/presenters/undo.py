@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
 
-from app.ui.presenters.observe import Event
+from app.ui.presenters.event import Event
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from app.ui.presenters.in_turn import InTurn
+    from app.ui.presenters.serial_queue import SerialQueue
 
 T = TypeVar("T")
 
@@ -143,7 +143,7 @@ class FileChange(Generic[T]):
     def __init__(
         self,
         stack: UndoStack,
-        files: InTurn,
+        files: SerialQueue,
         words: str,
         make: Callable[[], T],
         back: Callable[[T], Any],

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from PySide6.QtWidgets import QWidget
 
     from app.ui.presenters.actions import Action
-    from app.ui.presenters.desk import Desk
     from app.ui.presenters.model import Model
+    from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
 
 ScreenKey: TypeAlias = Literal["probe", "styles", "paint", "turn", "light"]
@@ -51,7 +51,7 @@ def screen_of(model: Model) -> ScreenKey:
     return keys[model.step]
 
 
-def make_presenter(key: ScreenKey, services: Services, desk: Desk) -> ScreenPresenter:
+def make_presenter(key: ScreenKey, services: Services, desk: PlaceController) -> ScreenPresenter:
     """Make the presenter of a screen; it lives as long as the window."""
     if key == "probe":
         from app.ui.presenters.probe import ProbePresenter

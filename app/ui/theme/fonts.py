@@ -7,8 +7,8 @@ from typing import Final
 
 from PySide6.QtGui import QFont, QFontDatabase
 
-from app.core.errors import CoreError
-from app.core.paths import resources
+from app.core.base.errors import CoreError
+from app.core.base.paths import resources
 
 FAMILY: Final = "Inter"
 """Family name of the interface font."""

@@ -14,8 +14,8 @@ from PySide6.QtCore import QByteArray, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QIcon, QPainter, QPixmap, QPixmapCache
 from PySide6.QtSvg import QSvgRenderer
 
-from app.core.errors import CoreError
-from app.core.paths import resources
+from app.core.base.errors import CoreError
+from app.core.base.paths import resources
 from app.ui.theme.theme import theme
 from app.ui.theme.tokens import DARK
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core.angles import TURNS
+from app.core.base.angles import TURNS
 from app.core.evaluation.heads import TOLERANCE_DEG
 from app.core.evaluation.report.html import degrees, figure, paragraph, percent, table
 from app.core.evaluation.report.numbers import PAPER, bars_of, certainty_of, verdict

@@ -10,18 +10,18 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.environment import reduce_radiance
-from app.core.gallery import framing, greyed, portraits
-from app.core.transport import render, to_image
+from app.core.solver.environment import reduce_radiance
+from app.core.solver.portraits import framing, greyed, portraits
+from app.core.solver.transport import render, to_image
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.progress import Report, Token
     from app.core.evaluation.scenes import Scene
-    from app.core.pack import StylePack
-    from app.core.progress import Report, Token
-    from app.core.solve import StyleResult
-    from app.core.transport import Transport
+    from app.core.solver.solve import StyleResult
+    from app.core.solver.style_pack import StylePack
+    from app.core.solver.transport import Transport
 
 Bytes: TypeAlias = NDArray[np.uint8]
 

@@ -17,7 +17,7 @@ from app.ui.widgets.roving import Roving
 if TYPE_CHECKING:
     from PySide6.QtGui import QPainter, QResizeEvent
 
-    from app.ui.presenters.shelf import ShelfRow
+    from app.ui.presenters.places_list import ShelfRow
 
 _HIGH: Final = 64
 _PICTURE: Final = (80, 48)

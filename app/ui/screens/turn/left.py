@@ -13,7 +13,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.core.turning.words import signed
+from app.core.guidance.words import signed
 from app.ui.presenters.turn_sources import NO_WEBCAMS
 from app.ui.presenters.turn_state import ASPECT
 from app.ui.screens.turn.question import LEAST_HEIGHT, Question

@@ -8,7 +8,7 @@ from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen, QPixmap, QPolygonF
 from PySide6.QtWidgets import QWidget
 
-from app.core.angles import wrap
+from app.core.base.angles import wrap
 from app.ui.theme import theme
 from app.ui.widgets.plots.geometry import smooth
 from app.ui.widgets.tags import draw_tag, tag_size

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from app.core.angles import wrap
+from app.core.base.angles import wrap
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

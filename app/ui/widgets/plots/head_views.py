@@ -15,9 +15,9 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 from PySide6.QtWidgets import QSizePolicy
 
-from app.core.angles import wrap
+from app.core.base.angles import wrap
+from app.core.guidance.words import whole
 from app.core.second_light.words import metres
-from app.core.turning.words import whole
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import box

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent
     from PySide6.QtWidgets import QWidget
 
-    from app.core.head_shape import HeadShape
+    from app.core.solver.head_shape import HeadShape
     from app.ui.widgets.plots.geometry import Point
 
 HIGHEST_DEG: Final = 67.5

@@ -10,7 +10,7 @@ from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QPainter, QPen
 from PySide6.QtWidgets import QSizePolicy
 
-from app.core.angles import wrap
+from app.core.base.angles import wrap
 from app.ui.theme import theme
 from app.ui.widgets.plots.base import Plot
 

@@ -10,7 +10,7 @@ from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath, QPen
 from PySide6.QtWidgets import QSizePolicy
 
-from app.core.angles import wrap
+from app.core.base.angles import wrap
 from app.ui.theme import theme
 from app.ui.widgets.plots.base import draw_text
 from app.ui.widgets.plots.lamp_plot import LampPlot, draw_best, draw_lamp

@@ -1,0 +1,1 @@
+"""What every room needs: angles, colour, files, pictures, errors and progress."""

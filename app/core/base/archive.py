@@ -1,0 +1,166 @@
+"""Reading ``.npz`` files that may be anything: bounded, without pickles, errors in sentences.
+
+A *sealed* file has a header in JSON beside its arrays, with its version and their checksum in it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+import zipfile
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from app.core.base.errors import TransportError
+from app.core.base.files import atomic_write_bytes, open_file
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+CONTRADICTIONS: Final = (
+    AttributeError,
+    IndexError,
+    KeyError,
+    OverflowError,
+    RecursionError,
+    TypeError,
+    ValueError,
+)
+"""What reading an untrusted header may raise: JSON can be deep, and hold anything anywhere."""
+
+MAX_BYTES: Final = 1 << 28
+
+
+def read_arrays(path: Path, noun: str, hint: str, most: int = MAX_BYTES) -> dict[str, NDArray[Any]]:
+    """Read all arrays of a file.
+
+    Parameters
+    ----------
+    most : int, optional
+        Largest size, packed and unpacked, bytes.
+
+    Raises
+    ------
+    TransportError
+        If the file is missing, too large, damaged, or not such a file.
+    """
+    try:
+        with open_file(path) as stream:
+            # A file of the system's own can have more in it than its size says.
+            raw = stream.read(min(os.fstat(stream.fileno()).st_size, most) + 1)
+            fits = len(raw) <= most
+    except OSError as error:
+        raise TransportError(f"There is no {noun} at {path}.", hint) from error
+    try:
+        if fits:
+            with zipfile.ZipFile(io.BytesIO(raw)) as archive:
+                # Before anything is unpacked: a small file can claim to unpack to a huge one.
+                fits = sum(entry.file_size for entry in archive.infolist()) <= most
+        if fits:
+            with np.load(io.BytesIO(raw), allow_pickle=False) as stored:
+                # What is not an array comes out as the bytes that it is.
+                return {name: _array(stored[name]) for name in stored.files}
+    # A damaged zip fails in many ways: bad sizes, bad flags, methods that nobody knows.
+    except Exception as error:
+        raise TransportError(f"{path.name} is damaged or not a {noun}.", hint) from error
+    raise TransportError(f"{path.name} is too large to be a {noun}.", hint)
+
+
+def write_sealed(
+    path: Path,
+    arrays: Mapping[str, NDArray[Any]],
+    header: Mapping[str, Any],
+    *,
+    packed: bool = True,
+) -> str:
+    """Write arrays with a header and their checksum in it, atomically; return the checksum.
+
+    Parameters
+    ----------
+    arrays : dict of str to array
+        None of them called "header".
+    """
+    checksum = digest(arrays)
+    words = json.dumps({**header, "sha256": checksum}).encode()
+    stored = {**arrays, "header": np.frombuffer(words, np.uint8)}
+    write_arrays(path, stored, packed=packed)
+    return checksum
+
+
+def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], *, packed: bool = False) -> None:
+    """Write arrays to an ``.npz`` file whole or not at all; errors as `atomic_write_bytes`."""
+    # In memory: numpy's zip file would report a full disk once more when it is cleaned up.
+    stream = io.BytesIO()
+    save = np.savez_compressed if packed else np.savez
+    save(stream, allow_pickle=False, **arrays)
+    atomic_write_bytes(path, stream.getvalue())
+
+
+def read_sealed(
+    path: Path,
+    noun: str,
+    hint: str,
+    version: int,
+    *,
+    names: Collection[str] | None = None,
+    most: int = MAX_BYTES,
+) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """Read what `write_sealed` wrote.
+
+    Returns
+    -------
+    header : dict
+        Its values are not checked, but for the version and the checksum.
+    arrays : dict
+        By name; their types and shapes are not checked.
+
+    Raises
+    ------
+    TransportError
+        If the file is missing, too large, damaged, made by a newer version, or something else.
+    """
+    arrays = read_arrays(path, noun, hint, most)
+    try:
+        header = parse_header(arrays.pop("header"))
+        made = int(header["format_version"])
+        if made > version:
+            raise TransportError(
+                f"{path.name} was made by a newer Turnlight (format {made}).", "Update Turnlight."
+            )
+        known = arrays if names is None else {name: arrays[name] for name in names}
+        whole = digest(known) == header["sha256"]
+    except CONTRADICTIONS as error:
+        raise TransportError(f"{path.name} is not a {noun}.", hint) from error
+    if not whole:
+        raise TransportError(f"{path.name} is damaged: its checksum does not fit.", hint)
+    return header, known
+
+
+def parse_header(raw: NDArray[Any]) -> dict[str, Any]:
+    """Read a header in JSON from a file that may be anything; `CONTRADICTIONS` if it is none."""
+    header = json.loads(raw.tobytes().decode())
+    if not isinstance(header, dict):
+        raise TypeError("the header is not a table")
+    return header
+
+
+def _array(value: object) -> NDArray[Any]:
+    if isinstance(value, np.ndarray):
+        return value
+    raise TypeError("a member is not an array")
+
+
+def digest(arrays: Mapping[str, NDArray[Any]]) -> str:
+    """Return the SHA-256 of arrays: names, types, shapes and values."""
+    total = hashlib.sha256()
+    for name in sorted(arrays):
+        array = np.ascontiguousarray(arrays[name])
+        total.update(f"{name}{array.dtype.str}{array.shape}".encode())
+        total.update(array.data)
+    return total.hexdigest()

@@ -1,0 +1,207 @@
+"""Writing files so that a reader never meets half of one."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import io
+import os
+import stat
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO, Final
+
+from app.core.base.errors import CoreError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+# Only POSIX systems have it; opening a pipe must not wait for its writer.
+_NO_WAIT: Final = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+
+
+def open_file(path: Path | str) -> BinaryIO:
+    """Open an ordinary file for reading; a pipe would be waited for, and a device has no end.
+
+    Raises
+    ------
+    OSError
+        When it cannot be opened, or is a folder, pipe, socket or device; reading raises it where
+        the system makes the content up and has none yet, as that of /proc/kmsg.
+    """
+    handle = os.open(path, os.O_RDONLY | _NO_WAIT)
+    mode = os.fstat(handle).st_mode
+    if stat.S_ISREG(mode):
+        return io.BufferedReader(_Readable(handle, "rb"))
+    os.close(handle)
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
+    raise _no_file(os.fspath(path))
+
+
+class _Readable(io.FileIO):
+    """A file that has its content: one that would have to be waited for gives None otherwise."""
+
+    def readinto(self, buffer: Any, /) -> int:
+        """Read as much as fits."""
+        count = super().readinto(buffer)
+        if count is None:
+            raise _no_file(None)
+        return count
+
+    def readall(self) -> bytes:
+        """Read the rest."""
+        data = super().readall()
+        if data is None:
+            raise _no_file(None)
+        return data
+
+
+def _no_file(name: str | bytes | None) -> OSError:
+    return OSError(errno.EINVAL, "It is not an ordinary file", name)
+
+
+def check_target(path: Path | str) -> Path:
+    """Check early that a file can be written, before minutes are spent computing it.
+
+    Raises
+    ------
+    CoreError
+        When it is a folder, a device or write-protected, or its folder is missing or not writable.
+    """
+    target = Path(path)
+    folder = target.parent
+    try:
+        mode = target.stat().st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        mode = stat.S_IFREG
+    except (OSError, ValueError) as error:
+        raise CoreError(f"Cannot write {target}: {_words(error)}.") from error
+    if stat.S_ISDIR(mode):
+        raise CoreError(f"Cannot write {target}: that is a folder.", "Give a file name.")
+    if not stat.S_ISREG(mode):
+        raise CoreError(
+            f"Cannot write {target}: that is not an ordinary file.", "Give another file name."
+        )
+    if not folder.is_dir():
+        raise CoreError(
+            f"Cannot write {target}: there is no folder {folder}.", "Make the folder first."
+        )
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise CoreError(
+            f"Cannot write {target}: the folder {folder} is not writable.", "Choose another folder."
+        )
+    if target.exists() and not os.access(target, os.W_OK):
+        # Where its folder takes files it could be replaced, but somebody has protected it.
+        raise CoreError(
+            f"Cannot write {target}: the file is write-protected.", "Choose another name."
+        )
+    return target
+
+
+def atomic_write(path: Path | str, writer: Callable[[Path], None]) -> None:
+    """Write a file whole or not at all.
+
+    `writer` fills a temporary file in the same folder, which is then flushed to disk and
+    renamed over `path`. When anything fails the temporary file is removed and whatever was
+    at `path` before is untouched.
+
+    Parameters
+    ----------
+    writer : Callable[[Path], None]
+        Receives the temporary file's path, which exists, is empty, and has the suffix of
+        `path`, since image libraries choose the format by it.
+
+    Raises
+    ------
+    CoreError
+        When the folder is missing or not writable, or the disk refuses (full, gone).
+    """
+    target = check_target(path)
+    temporary = _temporary_beside(target)
+    try:
+        writer(temporary)
+        _flush(temporary)
+        # A link is followed, so that the file behind it is replaced and not the link.
+        os.replace(temporary, target.resolve())
+    except OSError as error:
+        raise _refused(target, error) from error
+    finally:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+    _flush_folder(target.parent)
+
+
+def atomic_write_bytes(path: Path | str, data: bytes) -> None:
+    """Write bytes whole or not at all.
+
+    Raises
+    ------
+    CoreError
+        As `atomic_write`.
+    """
+    atomic_write(path, lambda temporary: _fill(temporary, data))
+
+
+def atomic_write_text(path: Path | str, text: str) -> None:
+    r"""Write UTF-8 text with ``\n`` line ends whole or not at all.
+
+    Raises
+    ------
+    CoreError
+        As `atomic_write`.
+    """
+    # Names of files may hold bytes that are not text.
+    atomic_write_bytes(path, text.encode("utf-8", "backslashreplace"))
+
+
+def _fill(path: Path, data: bytes) -> None:
+    path.write_bytes(data)
+
+
+def _words(error: OSError | ValueError) -> str:
+    reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
+    return reason.rstrip(".").lower()
+
+
+def _refused(target: Path, error: OSError) -> CoreError:
+    hint = "Make room, or choose another folder." if error.errno in _NO_ROOM else ""
+    return CoreError(f"Cannot write {target}: {_words(error)}.", hint)
+
+
+def _temporary_beside(target: Path) -> Path:
+    """Create an empty file beside the target, with the permissions the target shall have."""
+    folder = target.resolve().parent
+    # Image libraries take no name that is not text.
+    stem = target.stem[:40].encode("utf-8", "replace").decode()
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{stem}-", suffix=target.suffix, dir=folder)
+        os.close(handle)
+        temporary = Path(name)
+        # mkstemp makes the file private; a result is an ordinary file.
+        temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask())
+    except OSError as error:
+        raise _refused(target, error) from error
+    return temporary
+
+
+def _umask() -> int:
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return mask
+
+
+def _flush(path: Path) -> None:
+    with path.open("rb+") as stream:
+        os.fsync(stream.fileno())
+
+
+def _flush_folder(folder: Path) -> None:
+    """Flush the rename itself; not every system can (Windows cannot open a folder)."""
+    with contextlib.suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)

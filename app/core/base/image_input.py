@@ -1,0 +1,237 @@
+"""The one door through which picture files are opened with OpenImageIO."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import threading
+from typing import TYPE_CHECKING, Any, BinaryIO, Final
+
+import numpy as np
+
+from app.core.base.files import open_file
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+    from OpenImageIO import ImageInput, ImageSpec
+
+_MOST_BLOCK: Final = 1 << 27  # bytes: 512 rows of RGBA at the largest width
+_MOST_UNPACKED: Final = 1 << 32
+_MOST_HEADER: Final = 1 << 24  # bytes; a preview picture can be in it
+_MOST_ATTRIBUTES: Final = 4096
+_EXR: Final = b"\x76\x2f\x31\x01"
+_TIFF: Final = (".tif", ".tiff", ".tx", ".env", ".sm", ".vsm")
+_KINDS: Final = {
+    _EXR: (".exr", ".sxr", ".mxr"),
+    b"\xff\xd8\xff": (".jpg", ".jpeg", ".jpe", ".jif", ".jfif", ".jfi"),
+    b"\x89PNG": (".png",),
+    b"#?": (".hdr", ".rgbe"),
+    **dict.fromkeys((b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"), _TIFF),
+    b"BM": (".bmp", ".dib"),
+}
+"""Endings by which OpenImageIO finds the decoder, by the first bytes of a file."""
+_PICTURES: Final = ("jpeg", "png", "tiff", "webp", "bmp")
+_misnamed = threading.Lock()
+# OpenEXR, ImfCompression: rows that are packed together.
+_PACKED_ROWS: Final = {"zip": 16, "piz": 32, "pxr24": 16, "b44": 32, "b44a": 32, "dwaa": 32}
+_MOST_PACKED_ROWS: Final = 256
+
+
+def read_start(path: Path, count: int) -> bytes:
+    """Read the first bytes of a picture file, before any decoder sees it.
+
+    Raises
+    ------
+    OSError
+        When it cannot be opened, is not an ordinary file, or has a name that no decoder takes.
+    """
+    with open_file(path) as stream:
+        start = stream.read(count)
+    try:
+        os.fspath(path).encode("utf-8")
+    except UnicodeEncodeError:
+        words = "Its name is not UTF-8 text. Rename it first"
+        raise OSError(errno.EILSEQ, words, os.fspath(path)) from None
+    return start
+
+
+def open_image(path: Path, config: ImageSpec | None = None) -> ImageInput | None:
+    """Open a picture; None where it is not an ordinary file, or no picture that is read here.
+
+    Its first bytes choose the decoder: OpenImageIO would offer the file to each of its forty, some
+    of which read all of it first.
+    """
+    import OpenImageIO as oiio
+
+    try:
+        endings = _endings(path)
+    except (OSError, ValueError):
+        return None
+    if not endings:
+        return None
+    misnamed = path.suffix.lower() not in endings
+    with _misnamed if misnamed else contextlib.nullcontext():
+        oiio.attribute("try_all_readers", int(misnamed))
+        source = None
+        with contextlib.suppress(UnicodeError):  # Texts of damaged headers.
+            source = oiio.ImageInput.open(os.fspath(path), config or oiio.ImageSpec())
+        oiio.attribute("try_all_readers", 0)
+    if source is None:
+        clear_error()
+    return source
+
+
+def picture_bytes(path: Path, most_bytes: int, most_pixels: int) -> NDArray[np.uint8] | None:
+    """Read a whole picture file for another decoder, after its header was looked at.
+
+    None where it is not an ordinary file, no picture of cameras and screens, or larger than asked.
+    """
+    source = open_image(path)
+    if source is None:
+        return None
+    spec, kind = source.spec(), source.format_name()
+    source.close()
+    pixels = int(spec.width) * int(spec.height) * int(spec.depth)
+    if kind not in _PICTURES or not 0 < pixels <= most_pixels:
+        return None
+    try:
+        with open_file(path) as stream:
+            data = stream.read(min(os.fstat(stream.fileno()).st_size, most_bytes) + 1)
+    except OSError:
+        return None
+    return None if len(data) > most_bytes else np.frombuffer(data, np.uint8)
+
+
+def _endings(path: Path) -> tuple[str, ...]:
+    """Return the endings of the kind that a file's first bytes state; none for other files."""
+    start = read_start(path, 16)
+    if start.startswith(_EXR):
+        with open_file(path) as stream:
+            return _KINDS[_EXR] if _is_plain(stream) else ()
+    for signature, endings in _KINDS.items():
+        if start.startswith(signature):
+            return endings
+    if start.startswith(b"RIFF") and start[8:12] == b"WEBP":
+        # Its decoder begins by reading all of it.
+        return (".webp",) if path.stat().st_size <= _MOST_BLOCK else ()
+    # Radiance files may carry lines before the one that names them.
+    return (".hdr",) if path.suffix.lower() == ".hdr" else ()
+
+
+def _is_plain(stream: BinaryIO) -> bool:
+    """Whether an OpenEXR's headers have few attributes: OpenEXR takes minutes over many.
+
+    The layout as in the format's description: names and kinds end with 0, a header ends with an
+    empty name, and where there are several parts so do the headers.
+    """
+    head = stream.read(_MOST_HEADER)
+    several = len(head) > 5 and head[5] & 0x10
+    place, count, last = 8, 0, -1
+    while count <= _MOST_ATTRIBUTES:
+        stop = head.find(b"\0", place)
+        if stop < 0:
+            return False
+        if stop == place:
+            if not several or last == count:
+                return True
+            last, place = count, place + 1
+            continue
+        size = head.find(b"\0", stop + 1) + 1
+        length = int.from_bytes(head[size : size + 4], "little", signed=True)
+        if not size or length < 0:
+            return False
+        place, count = size + 4 + length, count + 1
+    return False
+
+
+def is_unwieldy(spec: ImageSpec) -> bool:
+    """Whether a decoder must unpack more than 128 MB to give one row, or 4 GB to give all.
+
+    With all channels, of which only the colours are wanted.
+    """
+    rows = int(spec.tile_height)
+    if not rows:
+        packing = spec.get_string_attribute("compression").partition(":")[0]
+        # Also those of other formats: where one row is this large, nothing is lost.
+        rows = _PACKED_ROWS.get(packing, _MOST_PACKED_ROWS if packing == "dwab" else 1)
+    row_bytes = int(spec.width) * int(spec.pixel_bytes(native=True))
+    return row_bytes * rows > _MOST_BLOCK or row_bytes * int(spec.height) > _MOST_UNPACKED
+
+
+def rows_at_once(spec: ImageSpec, rows: int) -> int:
+    """Return how many rows to read at a time, about `rows`: parts of tiles are unpacked again."""
+    tall = int(spec.tile_height)
+    return max(rows // tall, 1) * tall if tall else rows
+
+
+def clear_error(source: ImageInput | None = None) -> str:
+    """Return what the library says and clear it: it names internals and would show up at exit."""
+    import OpenImageIO as oiio
+
+    with contextlib.suppress(UnicodeError):
+        return str(oiio.geterror() if source is None else source.geterror())
+    return ""
+
+
+def read_rows(
+    source: ImageInput,
+    rows: tuple[int, int],
+    channels: tuple[int, int],
+    kind: str,
+    part: int = 0,
+) -> NDArray[Any] | None:
+    """Read rows of a picture that is stored by rows or in tiles.
+
+    Parameters
+    ----------
+    source : ImageInput
+        Of one plane of pixels.
+    rows, channels : tuple of int
+        First, and one after the last; rows count from the top of what is stored.
+
+    Returns
+    -------
+    (rows, W, channels) array of that type, or None
+        None where they cannot be read; `clear_error` says why.
+    """
+    spec = source.spec(part, 0)
+    (start, stop), (begin, end) = rows, channels
+    left, top, width = int(spec.x), int(spec.y), int(spec.width)
+    first, last = start, stop
+    if spec.tile_width:
+        first -= first % spec.tile_height
+        last = min(-(-last // spec.tile_height) * spec.tile_height, int(spec.height))
+        place = (left, left + width, top + first, top + last, 0, 1)
+        pixels = source.read_tiles(part, 0, *place, begin, end, kind)
+    else:
+        pixels = source.read_scanlines(part, 0, top + first, top + last, 0, begin, end, kind)
+    if pixels is None:
+        return None
+    whole = np.asarray(pixels).reshape(last - first, width, end - begin)
+    return whole[start - first : stop - first]
+
+
+def stated_orientation(source: ImageInput) -> int:
+    """Return what a file's first row and column are, 1 to 8 as in EXIF, also of Radiance."""
+    stated = int(source.spec().get_int_attribute("Orientation", 1))
+    if source.format_name() == "hdr":
+        # OpenImageIO 3.2 takes "-X -Y" and "+X +Y" for each other.
+        stated = {6: 8, 8: 6}.get(stated, stated)
+    return stated if 1 <= stated <= 8 else 1
+
+
+def upright(pixels: NDArray[Any], orientation: int) -> NDArray[Any]:
+    """Turn a picture, (H, W, C), as EXIF 2.32 says (tag 0x0112): what its first row and column are.
+
+    1 to 8; anything else leaves it.
+    """
+    if orientation in (5, 6, 7, 8):
+        pixels = pixels.transpose(1, 0, 2)
+    if orientation in (2, 3, 6, 7):
+        pixels = pixels[:, ::-1]
+    if orientation in (3, 4, 7, 8):
+        pixels = pixels[::-1]
+    return np.ascontiguousarray(pixels)

@@ -1,0 +1,58 @@
+"""Where the files that travel with the program are, and where the user's own ones are."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app.core.base.errors import CoreError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+_PACKAGE = Path(__file__).resolve().parents[2]
+
+
+def resources(package: Path = _PACKAGE) -> Path:
+    """Find the folder with heads, styles, transports and demo scenes.
+
+    In a clone it is ``resources/`` beside the package; in an installed wheel it is
+    ``_resources/`` inside it.
+
+    Raises
+    ------
+    CoreError
+        When neither place has it, that is, when the installation is damaged.
+    """
+    # The wheel's folder goes first: beside an installed package may lie anybody's "resources".
+    for folder in (package / "_resources", package.parent / "resources"):
+        if folder.is_dir():
+            return folder
+    raise CoreError(
+        f"The program's own files are missing (no 'resources' folder at {package.parent}).",
+        "Install Turnlight again.",
+    )
+
+
+def user_data(
+    platform: str = sys.platform,
+    environ: Mapping[str, str] | None = None,
+    home: Path | None = None,
+) -> Path:
+    """Find the folder for the user's own styles and settings, without creating it.
+
+    ``TURNLIGHT_HOME`` overrides it. Otherwise it is ``turnlight`` in the platform's usual
+    place: ``%APPDATA%`` on Windows, ``~/Library/Application Support`` on macOS,
+    ``$XDG_DATA_HOME`` or ``~/.local/share`` elsewhere.
+    """
+    env = os.environ if environ is None else environ
+    if env.get("TURNLIGHT_HOME"):
+        return Path(env["TURNLIGHT_HOME"])
+    base = Path.home() if home is None else home
+    if platform == "win32":
+        return Path(env.get("APPDATA") or base / "AppData" / "Roaming") / "turnlight"
+    if platform == "darwin":
+        return base / "Library" / "Application Support" / "turnlight"
+    return Path(env.get("XDG_DATA_HOME") or base / ".local" / "share") / "turnlight"

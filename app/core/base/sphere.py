@@ -1,0 +1,442 @@
+"""Rotations of panoramas: the frame's axes, resampling pictures, and turning light around.
+
+Directions are unit vectors in the panorama's axes, which are those of the head at turn 0: **+Y is
+up (elevation 90), +Z the centre column (azimuth 0, elevation 0), +X azimuth -90**, the left of the
+picture; right-handed. Azimuth a and elevation e are the direction
+(-sin a cos e, sin e, cos a cos e). A rotation is a 3 x 3 matrix R that acts on column vectors and
+*moves the content*: what is in direction d before is in direction R d after.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.solver.environment import solid_angles
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+Numbers: TypeAlias = NDArray[np.integer[Any] | np.floating[Any]]
+Picture: TypeAlias = NDArray[np.integer[Any]] | NDArray[np.floating[Any]]
+
+_BAND_PIXELS: Final = 1 << 19  # destination pixels per band: its maps stay within a few megabytes
+_DETAIL: Final = 5  # texels: bright detail finer than this is moved texel by texel, and so is
+_LAMP: Final = np.float32(8.0)  # what is so many times brighter than the mean
+
+
+def rotation(yaw_deg: float, pitch_deg: float = 0.0, roll_deg: float = 0.0) -> Float64:
+    """Compose a rotation of a camera's yaw, pitch and roll, as GPano and aviation do.
+
+    A camera that stood level is turned by yaw clockwise seen from above, then its front is raised
+    by pitch, then it is rolled about its front, clockwise as the camera sees it (its right side
+    goes down, the horizon in its picture turns counter-clockwise). The matrix takes directions in
+    the turned camera's panorama to directions in the level one: R = Y(yaw) X(pitch) Z(roll).
+    Hence `remap_frame` by it levels the turned camera's panorama.
+
+    Parameters
+    ----------
+    yaw_deg, pitch_deg, roll_deg : float
+        Angles in degrees: clockwise from above, up, clockwise.
+
+    Returns
+    -------
+    (3, 3) float64
+        The rotation; its inverse is its transpose.
+
+    Examples
+    --------
+    >>> bool(np.allclose(rotation(90.0) @ direction(0.0, 0.0), direction(90.0, 0.0)))
+    True
+    """
+    yaw, pitch, roll = (math.radians(a) for a in (yaw_deg, pitch_deg, roll_deg))
+    about_up = _plane(2, 0, -yaw)
+    about_side = _plane(1, 2, -pitch)
+    about_front = _plane(0, 1, roll)
+    return about_up @ about_side @ about_front
+
+
+def angles_of(matrix: Float64) -> tuple[float, float, float]:
+    """Return the yaw, pitch and roll that `rotation` makes a matrix of.
+
+    Parameters
+    ----------
+    matrix : (3, 3) float64
+        A rotation.
+
+    Returns
+    -------
+    tuple[float, float, float]
+        (yaw, pitch, roll) in degrees; yaw and roll in [-180, 180], pitch in [-90, 90]. At a pitch
+        of exactly 90 or -90 deg roll is 0.
+
+    Examples
+    --------
+    >>> [round(angle, 9) for angle in angles_of(rotation(10.0, -20.0, 30.0))]
+    [10.0, -20.0, 30.0]
+    """
+    level = math.hypot(matrix[1, 0], matrix[1, 1])
+    pitch = math.atan2(matrix[1, 2], level)
+    if level > 1e-9:
+        yaw = math.atan2(-matrix[0, 2], matrix[2, 2])
+        roll = math.atan2(matrix[1, 0], matrix[1, 1])
+    else:
+        yaw, roll = math.atan2(matrix[2, 0], matrix[0, 0]), 0.0
+    return math.degrees(yaw), math.degrees(pitch), math.degrees(roll)
+
+
+def angle_of(matrix: Float64) -> float:
+    """Return by how much a rotation turns about its axis, in [0, 180] degrees.
+
+    Parameters
+    ----------
+    matrix : (3, 3) float64
+        A rotation.
+    """
+    return math.degrees(float(np.linalg.norm(to_vector(matrix))))
+
+
+def from_vector(vector: Float64) -> Float64:
+    """Make a rotation of its axis times its angle (Rodrigues).
+
+    Parameters
+    ----------
+    vector : (3,) float64
+        Axis times angle in radians, right-handed about the axis.
+
+    Returns
+    -------
+    (3, 3) float64
+        The rotation.
+    """
+    matrix, _ = cv2.Rodrigues(np.asarray(vector, np.float64).reshape(3, 1))
+    return np.asarray(matrix, np.float64)
+
+
+def to_vector(matrix: Float64) -> Float64:
+    """Undo `from_vector`.
+
+    Parameters
+    ----------
+    matrix : (3, 3) float64
+        A rotation.
+
+    Returns
+    -------
+    (3,) float64
+        Axis times angle, radians.
+    """
+    vector, _ = cv2.Rodrigues(np.asarray(matrix, np.float64))
+    return np.asarray(vector, np.float64).ravel()
+
+
+def direction(azimuth_deg: float, elevation_deg: float) -> Float64:
+    """Return the unit vector to an azimuth and elevation.
+
+    Returns
+    -------
+    (3,) float64
+        In the panorama's axes.
+    """
+    azimuth, elevation = math.radians(azimuth_deg), math.radians(elevation_deg)
+    level = math.cos(elevation)
+    return np.array([-math.sin(azimuth) * level, math.sin(elevation), math.cos(azimuth) * level])
+
+
+def directions(shape: tuple[int, int]) -> Float32:
+    """Return the unit vector to the middle of each texel.
+
+    Parameters
+    ----------
+    shape : tuple[int, int]
+        Rows and columns (H, W).
+
+    Returns
+    -------
+    (H, W, 3) float32
+        In the panorama's axes.
+    """
+    level, up, across = _row_column_parts(shape)
+    result = np.empty((*shape, 3), np.float32)
+    result[..., 0] = level[:, None] * across[0]
+    result[..., 1] = up[:, None]
+    result[..., 2] = level[:, None] * across[1]
+    return result
+
+
+def directions_at(shape: tuple[int, int], texels: NDArray[np.integer[Any]]) -> Float64:
+    """Return the unit vectors to some texels only, more exactly than `directions`.
+
+    Parameters
+    ----------
+    shape : tuple[int, int]
+        Rows and columns (H, W).
+    texels : (N,) integer
+        Row times W plus column.
+
+    Returns
+    -------
+    (N, 3) float64
+        In the panorama's axes.
+    """
+    row, column = np.divmod(texels, shape[1])
+    elevation = np.pi * (0.5 - (row + 0.5) / shape[0])
+    azimuth = 2.0 * np.pi * ((column + 0.5) / shape[1] - 0.5)
+    level = np.cos(elevation)
+    return np.stack([-level * np.sin(azimuth), np.sin(elevation), level * np.cos(azimuth)], axis=1)
+
+
+def positions(vectors: Float32, shape: tuple[int, int]) -> tuple[Float32, Float32]:
+    """Return where directions lie in a panorama.
+
+    Parameters
+    ----------
+    vectors : (..., 3) float32 or float64
+        Directions, of any length but 0.
+    shape : tuple[int, int]
+        Rows and columns (H, W).
+
+    Returns
+    -------
+    columns, rows : (...) float32
+        Whole numbers are the middles of texels; columns in [-0.5, W - 0.5], rows in
+        [-0.5, H - 0.5].
+    """
+    x, y, z = (np.ascontiguousarray(vectors[..., k], np.float32) for k in range(3))
+    return _positions(x, y, z, shape)
+
+
+def remap_frame(image: Picture, matrix: Float64) -> Picture:
+    """Rotate a panorama picture, bilinear, seamless at the edge and over the poles.
+
+    For pictures; a merged environment keeps its energy in `rotate_light` only.
+
+    Parameters
+    ----------
+    image : (H, W) or (H, W, C) uint8, uint16, float32 or float64
+        Equirectangular panorama; C up to 4.
+    matrix : (3, 3) float64
+        Moves the content, see the module's text.
+
+    Returns
+    -------
+    Same shape and dtype
+        The rotated panorama. Besides it, only a few megabytes of maps are held at a time.
+    """
+    shape = (image.shape[0], image.shape[1])
+    result = np.empty_like(image)
+    for start, columns, rows in _bands(shape, matrix):
+        _gather(image, columns, rows, result[start : start + len(rows)])
+    return result
+
+
+def rotate_light(radiance: Float32, matrix: Float64) -> Float32:
+    """Rotate an environment and keep the energy of each of its lamps.
+
+    Lamps and small bright spots (what a morphological opening takes away) are moved with weights
+    that hand on the solid angle of every texel exactly: bilinear gathering, each source texel
+    divided by the solid angle that gathers it. The rest is dim or smooth, and interpolated. Near
+    the poles, where texels are needles, both are averaged to texels as wide as they are high
+    before. A uniform environment stays uniform.
+
+    Parameters
+    ----------
+    radiance : (H, W, C) float32
+        Linear radiance, finite and not negative; C up to 4.
+    matrix : (3, 3) float64
+        Moves the content, see the module's text.
+
+    Returns
+    -------
+    (H, W, C) float32
+        Linear radiance in the same scale, with the same energy per channel.
+    """
+    shape = (radiance.shape[0], radiance.shape[1])
+    runs = _runs(shape)
+    base = np.array(radiance, np.float32)
+    _even_runs(base, runs)
+    mean = np.float32(_total(base).max() / (4.0 * np.pi))
+    opened = _opening(base)
+    fine = np.nonzero(_brightest(base - opened) > mean)
+    rest = np.minimum(base, _LAMP * mean)
+    rest[fine] = np.minimum(opened[fine], _LAMP * mean)
+    base -= rest
+    held = _total(rest)
+    result = np.empty_like(rest)
+    for start, columns, rows in _bands(shape, matrix):
+        _gather(rest, columns, rows, result[start : start + len(rows)])
+    got = _total(result)
+    result *= np.divide(held, got, out=np.ones_like(got), where=got > 0).astype(np.float32)
+    _add_spots(result, base, matrix, runs)
+    return result
+
+
+def _plane(first: int, second: int, angle: float) -> Float64:
+    """Rotation in the plane of two axes, the first toward the second, radians."""
+    matrix = np.eye(3)
+    cosine, sine = math.cos(angle), math.sin(angle)
+    matrix[first, first] = matrix[second, second] = cosine
+    matrix[second, first], matrix[first, second] = sine, -sine
+    return matrix
+
+
+def _row_column_parts(shape: tuple[int, int]) -> tuple[Float64, Float64, Float64]:
+    """Cosine and sine of the rows' elevation; X and Z of the columns' azimuth, (2, W)."""
+    height, width = shape
+    elevation = np.pi * (0.5 - (np.arange(height) + 0.5) / height)
+    azimuth = 2.0 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
+    return np.cos(elevation), np.sin(elevation), np.stack([-np.sin(azimuth), np.cos(azimuth)])
+
+
+def _positions(
+    x: Float32, y: Float32, z: Float32, shape: tuple[int, int]
+) -> tuple[Float32, Float32]:
+    """See `positions`; the components may be overwritten."""
+    height, width = shape
+    columns = np.arctan2(-x, z)
+    columns *= np.float32(width / (2.0 * np.pi))
+    columns += np.float32((width - 1) / 2)
+    # By the arctangent, since the arcsine loses all precision near the poles.
+    x *= x
+    z *= z
+    x += z
+    rows = np.arctan2(np.sqrt(x, out=x), y)
+    rows *= np.float32(height / np.pi)
+    rows -= np.float32(0.5)
+    return columns, rows
+
+
+def _bands(shape: tuple[int, int], matrix: Float64) -> Iterator[tuple[int, Float32, Float32]]:
+    """Yield the first row of each band, and where in the source its texels look."""
+    height, width = shape
+    level, up, across = _row_column_parts(shape)
+    inverse = np.asarray(matrix, np.float64).T
+    sideways = (inverse[:, [0, 2]] @ across).astype(np.float32)
+    upward = (inverse[:, 1:2] * up).astype(np.float32)
+    flat = level.astype(np.float32)
+    step = max(_BAND_PIXELS // width, 1)
+    for start in range(0, height, step):
+        band = slice(start, min(start + step, height))
+        x, y, z = (
+            flat[band, None] * sideways[axis] + upward[axis, band, None] for axis in range(3)
+        )
+        yield start, *_positions(x, y, z, shape)
+
+
+def _gather(image: Picture, columns: Float32, rows: Float32, into: Picture) -> None:
+    """Sample a panorama at positions, bilinear, over the edge and the poles."""
+    last = np.float32(image.shape[0] - 1)
+    inside = np.clip(rows, np.float32(0.0), last)
+    cv2.remap(image, columns, inside, cv2.INTER_LINEAR, dst=into, borderMode=cv2.BORDER_WRAP)
+    beyond = np.nonzero(inside != rows)
+    if beyond[0].size:
+        into[beyond] = _over_the_pole(image, columns[beyond], rows[beyond])
+
+
+def _over_the_pole(image: Picture, columns: Float32, rows: Float32) -> Picture:
+    """Sample between the row next to a pole and the same row on the far side of it."""
+    at, shares = _corners(columns, rows, (image.shape[0], image.shape[1]))
+    flat = image.reshape(image.shape[0] * image.shape[1], -1)
+    value = np.einsum("kn,knc->nc", shares, flat[at].astype(np.float64))
+    if np.issubdtype(image.dtype, np.integer):
+        value = np.rint(value)
+    result: Picture = value.reshape(-1, *image.shape[2:]).astype(image.dtype)
+    return result
+
+
+def _total(radiance: Float32) -> Float64:
+    """Energy per channel, as `app.core.solver.environment.energy`, several times faster."""
+    sums = cv2.reduce(radiance, 1, cv2.REDUCE_SUM, dtype=cv2.CV_64F)
+    shape = (radiance.shape[0], radiance.shape[1])
+    return np.asarray(solid_angles(shape) @ sums.reshape(shape[0], -1), np.float64)
+
+
+def _runs(shape: tuple[int, int]) -> NDArray[np.int64]:
+    """How many texels of each row are about as wide as one is high; a divisor of the width."""
+    height, width = shape
+    level, _, _ = _row_column_parts(shape)
+    wanted = width / (2.0 * height) / level
+    divisors = np.array([n for n in range(1, width + 1) if width % n == 0])
+    places = np.searchsorted(divisors, 0.75 * wanted)
+    return np.asarray(divisors[np.minimum(places, divisors.size - 1)], np.int64)
+
+
+def _even_runs(values: Numbers, runs: NDArray[np.int64]) -> None:
+    """Average each row over runs of texels, in place; the sums of the rows stay."""
+    width = values.shape[1]
+    for run in np.unique(runs[runs > 1]):
+        rows = np.nonzero(runs == run)[0]
+        split = values[rows].reshape(len(rows), width // run, run, -1)
+        # A matrix product sums short runs many times faster than a reduction does.
+        means = np.einsum("abcd,c->abd", split, np.full(run, 1.0 / run, np.float32))
+        values[rows] = np.repeat(means, run, axis=1).reshape(values[rows].shape)
+
+
+def _opening(radiance: Float32) -> Float32:
+    """Take away bright detail narrower than `_DETAIL` texels (grey opening), over the edge."""
+    pad = 2 * (_DETAIL // 2)
+    wide = cv2.copyMakeBorder(radiance, 0, 0, pad, pad, cv2.BORDER_WRAP)
+    kernel = np.ones((_DETAIL, _DETAIL), np.uint8)
+    opened = cv2.morphologyEx(wide, cv2.MORPH_OPEN, kernel)
+    height, _, channels = radiance.shape
+    return np.ascontiguousarray(opened.reshape(height, -1, channels)[:, pad:-pad])
+
+
+def _add_spots(result: Float32, spots: Float32, matrix: Float64, runs: NDArray[np.int64]) -> None:
+    """Rotate small bright spots onto an environment, the energy of each texel kept."""
+    shape = (spots.shape[0], spots.shape[1])
+    lit = np.where(_brightest(spots) > 0, np.uint8(255), np.uint8(0))
+    if not lit.any():
+        return
+    maps = []
+    for start, columns, rows in _bands(shape, matrix):
+        touched = np.empty(rows.shape, np.uint8)
+        _gather(lit, columns, rows, touched)
+        # One texel more all round, so that none is lost to the rounding of positions.
+        row, column = np.nonzero(cv2.dilate(touched, np.ones((3, 3), np.uint8)))
+        maps.append((row + start, column, columns[row, column], rows[row, column]))
+    row, column, columns, rows = (np.concatenate(parts) for parts in zip(*maps, strict=True))
+    at, shares = _corners(columns, rows, shape)
+    angles = solid_angles(shape)
+    weights = (shares * angles[row]).ravel()
+    taken = np.bincount(at.ravel(), weights, shape[0] * shape[1]).reshape(shape)
+    _even_runs(taken, runs)
+    spots *= np.divide(angles[:, None], taken, out=np.zeros_like(taken), where=taken > 0).astype(
+        np.float32
+    )[..., None]
+    flat = spots.reshape(-1, spots.shape[2])
+    for corner, share in zip(at, shares, strict=True):
+        result[row, column] += flat[corner] * share[:, None].astype(np.float32)
+
+
+def _brightest(radiance: Float32) -> Float32:
+    """Return the largest channel; several times faster than `max` over so short an axis."""
+    largest = radiance[..., 0]
+    for channel in range(1, radiance.shape[2]):
+        largest = np.maximum(largest, radiance[..., channel])
+    return largest
+
+
+def _corners(
+    columns: Float32, rows: Float32, shape: tuple[int, int]
+) -> tuple[NDArray[np.int64], Float64]:
+    """Return the four texels around each position, (4, N), over edge and poles; their shares."""
+    height, width = shape
+    top, left = np.floor(rows).astype(np.int64), np.floor(columns).astype(np.int64)
+    low, right = (rows - top).astype(np.float64), (columns - left).astype(np.float64)
+    at, shares = [], []
+    for down in (0, 1):
+        line = top + down
+        beyond = (line < 0) | (line >= height)
+        line = np.clip(line, 0, height - 1)
+        for across in (0, 1):
+            place = (left + across + np.where(beyond, width // 2, 0)) % width
+            at.append(line * width + place)
+            shares.append((low if down else 1.0 - low) * (right if across else 1.0 - right))
+    return np.stack(at), np.stack(shares)

@@ -1,0 +1,1 @@
+"""From where the camera looks to what to do next, in words."""

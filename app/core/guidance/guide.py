@@ -1,0 +1,409 @@
+"""What the screen says while one turns: a pure function of goal, arc, heading and what was before.
+
+`guide` takes what is known now and the `Memory` that the last call gave back, and returns all that
+the screen shows together with the next memory. Nothing here knows of time but the seconds that are
+handed in, and nothing is rounded apart: the whole degrees of goal, now and the arc's ends are made
+first, and everything else is a difference of these.
+
+Which way round: the shorter one, kept until the other is 10 deg shorter, so that a sitter half-way
+round is not sent to and fro. Too far: whoever came into the arc from one side and left it at the
+other is told how far it is back *to the arc*, as before it was said how far it was into it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Final
+
+from app.core.base.angles import wrap
+from app.core.guidance import words
+from app.core.guidance.words import Direction, Mode
+
+HOLD_DEG: Final = 2
+"""So near to the goal there is nothing to correct."""
+
+KEEP_DEG: Final = 10
+"""The other way round has to be shorter by so much before the way changes."""
+
+LOCK_DEG: Final = 1
+"""Whoever is in the light has left it only when they are further out than this."""
+
+LOST_AFTER_S: Final = 1.0
+"""So long the last number stays when no heading is found."""
+
+_SETTLE_DEG: Final = 0.7  # a shown number stays while the heading is within this of it
+_IN_LIGHT: Final = ("You are in the light", "In the light", "back in the light")
+_AT_GOAL: Final = ("You are at the goal", "At the goal", "back at the goal")
+_FOR_LAMP: Final = (
+    "Right place for the lamp",
+    "Right place for the lamp",
+    "right for the lamp",
+)
+_BEYOND_DEG: Final = 90  # further from the goal than this, nobody has just gone too far
+_FULL_ARROW_DEG: Final = 90.0
+_LEAST_ARROW: Final = 0.12
+
+_POINT: Final = "Point the camera past the sitter at the background."
+_LEFT: Final = "The camera has not moved. Take it along and point it past the sitter."
+_AWAY: Final = "Webcam disconnected. Plug it back in to continue."
+_STARTING: Final = "Starting the webcam."
+
+
+class Source(StrEnum):
+    """Where the heading comes from, and how that is."""
+
+    NONE = "none"
+    STARTING = "starting"
+    LIVE = "live"
+    AWAY = "away"
+
+
+class Phase(StrEnum):
+    """What the screen shows."""
+
+    NO_WEBCAM = "no webcam"
+    STARTING = "starting"
+    AWAY = "away"
+    LOST = "lost"
+    LEFT = "left behind"
+    TURN = "turn"
+    INSIDE = "inside"
+    HOLD = "hold"
+    BEYOND = "beyond"
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """Where to turn.
+
+    Attributes
+    ----------
+    turn_deg : float
+        The turn to reach, deg, positive clockwise.
+    arc_deg : tuple of float or None
+        Tolerance arc, (from, to) clockwise, deg. None, or an arc without the goal on it, where
+        somebody chose a turn of their own: then only the goal itself counts, give or take
+        `HOLD_DEG`.
+    lamp : str
+        What is to be held there: "hold the LED panel in front, raised 28°, at full power"; empty
+        where the light of the place is enough.
+    """
+
+    turn_deg: float
+    arc_deg: tuple[float, float] | None = None
+    lamp: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What is known at one moment.
+
+    Attributes
+    ----------
+    turn_deg : float or None
+        How far the sitter has turned, from the heading; None where none was found.
+    left_behind : bool
+        The camera stands where it stood while the photographer walks: what it sees says nothing of
+        how far the sitter has turned.
+    """
+
+    turn_deg: float | None
+    time_s: float
+    source: Source = Source.LIVE
+    left_behind: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """What one call tells the next; begin with `FRESH`.
+
+    Attributes
+    ----------
+    way : int
+        Way round that was shown: 1 clockwise, -1 counter-clockwise, 0 none yet.
+    approach : int or None
+        Way by which the arc was, or is to be, entered; 0 for who was inside from the start.
+    shown : int or None
+        Whole degrees of the turn that was shown last.
+    """
+
+    goal: tuple[int, ...] | None = None
+    way: int = 0
+    approach: int | None = None
+    shown: int | None = None
+    seen_s: float | None = None
+    inside: bool = False
+    hold: bool = False
+
+
+FRESH: Final = Memory()
+"""Nothing has been shown yet."""
+
+
+@dataclass(frozen=True, slots=True)
+class Guide:
+    """All that the guidance says, ready to print.
+
+    Attributes
+    ----------
+    goal, now : int, int or None
+        Whole degrees in (-180, 180]; None where no heading is shown.
+    to_go : int or None
+        goal - now going the way that is shown: positive clockwise, in (-360, 360), and equal to
+        goal - now but for whole circles.
+    number, number_words : str
+        The large number and what stands beside it: "23", "to go" or "back". The number is empty
+        where none may be shown; without a webcam it is the whole turn, and the words are empty.
+    headline : str
+        The direction in large type, "You are in the light", "Hold it", or what is wrong.
+    walk, company : str
+        "Walk to your left", "The sitter turns with you."; empty where nothing is to be done.
+    light : str
+        The pill: "In the light in 6°", "You are in the light", "Too far: back in the light in 6°".
+    best : str
+        Inside the arc: "4° to the best", or "Hold it".
+    arc : str
+        "in the light from 79° to 111°"; empty without an arc.
+    arrow : float
+        What share of its full sweep the arrow has, positive clockwise, in [-1, 1]; 0 for none.
+    until_light : int or None
+        Whole degrees to the arc on the way shown; 0 inside, and until it has been left.
+    """
+
+    phase: Phase
+    goal: int
+    now: int | None = None
+    to_go: int | None = None
+    number: str = ""
+    number_words: str = ""
+    direction: Direction = "none"
+    headline: str = ""
+    walk: str = ""
+    company: str = ""
+    light: str = ""
+    best: str = ""
+    clock: str = ""
+    arc: str = ""
+    inside: bool = False
+    hold: bool = False
+    beyond: bool = False
+    arrow: float = 0.0
+    until_light: int | None = None
+    spoken: str = ""
+    lamp: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Target:
+    """Goal and arc in whole degrees; the arc as how far it reaches to both sides of the goal."""
+
+    goal: int
+    before: int
+    after: int
+    words: str
+    lamp: str = ""
+
+    @property
+    def key(self) -> tuple[int, ...]:
+        return self.goal, self.before, self.after
+
+    @property
+    def everywhere(self) -> bool:
+        return self.before + self.after >= 360
+
+    def outside(self, way: int, left: int) -> int:
+        """How far it is to the arc, for who still has `left` degrees to the goal going `way`."""
+        if self.everywhere:
+            return 0
+        near, far = (self.before, self.after) if way > 0 else (self.after, self.before)
+        return 0 if left <= near or 360 - left <= far else left - near
+
+
+def guide(
+    goal: Goal, reading: Reading, memory: Memory = FRESH, mode: Mode = Mode.WALK
+) -> tuple[Guide, Memory]:
+    """Say what to do, and what to hand to the next call as its `memory`.
+
+    Who moves, the `mode`, changes words only.
+    """
+    target = _target(goal)
+    if memory.goal != target.key:
+        memory = Memory(goal=target.key, shown=memory.shown, seen_s=memory.seen_s)
+    if reading.source is Source.LIVE and reading.left_behind:
+        forgotten = replace(memory, shown=None, seen_s=None, inside=False, hold=False)
+        return _silent(target, Phase.LEFT, _LEFT), forgotten
+    if reading.source is Source.LIVE and reading.turn_deg is not None:
+        shown = _settled(reading.turn_deg, memory.shown)
+        return _turning(target, replace(memory, shown=shown, seen_s=reading.time_s), shown, mode)
+    if reading.source is not Source.LIVE:
+        return _without(target, reading.source, mode), replace(memory, shown=None, seen_s=None)
+    since = None if memory.seen_s is None else reading.time_s - memory.seen_s
+    if memory.shown is not None and since is not None and since < LOST_AFTER_S:
+        return _turning(target, memory, memory.shown, mode)
+    return _silent(target, Phase.LOST, _POINT), replace(memory, shown=None)
+
+
+def _target(goal: Goal) -> _Target:
+    found = _place(goal)
+    arc = found.words.replace("in the light", "right for the lamp") if goal.lamp else found.words
+    return replace(found, words=arc, lamp=goal.lamp)
+
+
+def _place(goal: Goal) -> _Target:
+    middle = words.whole(goal.turn_deg)
+    if goal.arc_deg is None:
+        return _Target(middle, HOLD_DEG, HOLD_DEG, "")
+    ends = words.ends_of(goal.arc_deg)
+    text = words.strip_arc_words(goal.arc_deg)
+    if ends is None:
+        return _Target(middle, 180, 180, text)
+    before, after = (middle - ends[0]) % 360, (ends[1] - middle) % 360
+    if before + after >= 360:
+        return _Target(middle, HOLD_DEG, HOLD_DEG, "")
+    return _Target(middle, before, after, text)
+
+
+def _settled(turn_deg: float, shown: int | None) -> int:
+    """Round, but do not flicker between two numbers when the heading lies between them."""
+    if shown is not None and abs(wrap(turn_deg - shown)) <= _SETTLE_DEG:
+        return shown
+    return words.whole(turn_deg)
+
+
+def _way(clockwise: int, before: int) -> int:
+    """Which way to show, where it is so many degrees clockwise and was shown `before`."""
+    if clockwise == 0:
+        return 0
+    if before == 0:
+        return 1 if clockwise <= 180 else -1
+    kept = clockwise if before > 0 else 360 - clockwise
+    return before if (360 - kept) > kept - KEEP_DEG else -before
+
+
+def _turning(target: _Target, memory: Memory, now: int, mode: Mode) -> tuple[Guide, Memory]:
+    clockwise = (target.goal - now) % 360
+    way = _way(clockwise, memory.way)
+    left = clockwise if way >= 0 else 360 - clockwise
+    until = target.outside(way, left)
+    inside, hold = _locked(memory, until, min(left, 360 - left))
+    until = 0 if inside else until
+    beyond, approach = _passed(memory.approach, way, left, inside)
+    next_memory = replace(memory, way=way, approach=approach, inside=inside, hold=hold)
+    phase = Phase.TURN
+    if inside:
+        phase = Phase.HOLD if hold else Phase.INSIDE
+    elif beyond:
+        phase = Phase.BEYOND
+    shown = Guide(
+        phase=phase,
+        goal=target.goal,
+        now=now,
+        to_go=way * left,
+        number=str(left),
+        number_words="to go",
+        direction=_named(way),
+        clock=words.clock_words(target.goal),
+        arc=target.words,
+        inside=inside,
+        hold=phase is Phase.HOLD,
+        beyond=beyond,
+        until_light=until,
+        arrow=_arrow(way * left),
+        lamp=target.lamp,
+    )
+    return _worded(shown, mode), next_memory
+
+
+def _locked(memory: Memory, until: int, away: int) -> tuple[bool, bool]:
+    """Tell whether one is in the light, and at the goal; both are left later than entered."""
+    inside = until <= (LOCK_DEG if memory.inside else 0)
+    return inside, inside and away <= HOLD_DEG + (LOCK_DEG if memory.hold else 0)
+
+
+def _passed(approach: int | None, way: int, left: int, inside: bool) -> tuple[bool, int | None]:
+    """Tell whether the arc was left at its far end, and the way by which it was entered."""
+    if inside:
+        return False, 0 if approach is None else approach
+    if approach is None or way == approach or left > _BEYOND_DEG:
+        return False, way
+    return True, approach
+
+
+def _named(way: int) -> Direction:
+    if way == 0:
+        return "none"
+    return "clockwise" if way > 0 else "counter-clockwise"
+
+
+def _arrow(to_go: int) -> float:
+    if abs(to_go) <= HOLD_DEG:
+        return 0.0
+    share = min(max(abs(to_go) / _FULL_ARROW_DEG, _LEAST_ARROW), 1.0)
+    return share if to_go > 0 else -share
+
+
+def _worded(shown: Guide, mode: Mode) -> Guide:
+    """Fill in the words of a guide that has its numbers."""
+    walk, company = ("", "") if shown.hold else words.walking_words(shown.direction, mode)
+    left = shown.number
+    # A goal without an arc, of a style out of reach or one's own, is no light to be in.
+    here, to_there, again = _AT_GOAL if not shown.arc else _IN_LIGHT
+    if shown.lamp:
+        here, to_there, again = _FOR_LAMP
+    if shown.hold and shown.lamp:
+        headline, light, best = f"Now {shown.lamp}", here, "Hold it"
+        spoken = f"{headline}."
+    elif shown.hold:
+        headline, light, best = "Hold it", here, "Hold it"
+        spoken = f"Hold it. {here}."
+    elif shown.inside:
+        headline, light = here, here
+        best = f"{left}° to the best"
+        spoken = f"{here}. {left}° to the best, {shown.direction}. {walk}."
+    elif shown.beyond:
+        headline, best = shown.direction, ""
+        # Every number counts what is still to go: to the best, and to the light before it.
+        light = f"Too far: {again} in {shown.until_light}°"
+        shown = replace(shown, number_words="back", clock="")
+        spoken = f"Too far. {left}° back, {shown.direction}. {walk}."
+    else:
+        headline, best = shown.direction, ""
+        light = f"{to_there} in {shown.until_light}°"
+        spoken = f"{left}° to go, {shown.direction}. {walk}. {light}."
+    return replace(
+        shown, headline=headline, walk=walk, company=company, light=light, best=best, spoken=spoken
+    )
+
+
+def _silent(target: _Target, phase: Phase, sentence: str) -> Guide:
+    """Say one sentence, and no number."""
+    return Guide(
+        phase=phase,
+        goal=target.goal,
+        headline=sentence,
+        clock=words.clock_words(target.goal),
+        arc=target.words,
+        spoken=sentence,
+        lamp=target.lamp,
+    )
+
+
+def _without(target: _Target, source: Source, mode: Mode) -> Guide:
+    if source is Source.AWAY:
+        return _silent(target, Phase.AWAY, _AWAY)
+    if source is Source.STARTING:
+        return _silent(target, Phase.STARTING, _STARTING)
+    direction = words.direction_of(target.goal)
+    walk, company = words.walking_words(direction, mode)
+    sentence = f"No webcam. {words.goal_words(target.goal)}"
+    then = f"Then {target.lamp}" if target.lamp else ""
+    return replace(
+        _silent(target, Phase.NO_WEBCAM, sentence),
+        number=str(abs(target.goal)),
+        direction=direction,
+        walk=walk,
+        company=company,
+        arrow=_arrow(target.goal),
+        spoken=" ".join(f"{part}." for part in (sentence, walk, then) if part),
+    )

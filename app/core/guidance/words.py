@@ -1,0 +1,302 @@
+"""The one place for the numbers and words of a turn.
+
+Every number on screen is whole degrees from `whole`; whatever is computed from shown numbers (how
+far to go, what is left until the light begins) is computed from these whole degrees, so that a
+reader who does the sum gets the same.
+
+Walking: the photographer stands in front of the sitter and looks at them. Seen from above, with
+the sitter in the middle, a photographer in the north looks south and has the east at their left.
+Clockwise runs from north to east, hence clockwise is *to the photographer's left*. Who turns on the
+spot instead turns clockwise by turning *to their right*. A mirrored preview changes neither.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Final, Literal, TypeAlias
+
+from app.core.base.angles import wrap
+
+Direction: TypeAlias = Literal["clockwise", "counter-clockwise", "none"]
+"""Of a turn, seen from above."""
+
+_FAR_DEG: Final = 90  # further off, nobody has stopped short or gone too far
+
+_SIDES: Final = {
+    "left": "Light from the sitter’s left (camera right)",
+    "right": "Light from the sitter’s right (camera left)",
+}
+
+
+class Mode(StrEnum):
+    """Who moves: the photographer around the sitter, or one person on the spot."""
+
+    WALK = "walk"
+    SELFIE = "selfie"
+
+
+_WALKING: Final = {
+    Mode.WALK: ("Walk to your left", "Walk to your right", "The sitter turns with you."),
+    Mode.SELFIE: ("Turn to your right", "Turn to your left", "The camera turns with you."),
+}
+
+
+def whole(turn_deg: float) -> int:
+    """Return a turn in the whole degrees that are shown.
+
+    Parameters
+    ----------
+    turn_deg : float
+        Any finite turn, deg, positive clockwise.
+
+    Returns
+    -------
+    int
+        In (-180, 180]; `whole` of the mirrored turn is the mirrored number, away from 180.
+
+    Examples
+    --------
+    >>> whole(96.2), whole(-179.7), whole(-0.3), whole(200.0)
+    (96, 180, 0, -160)
+    """
+    return int(wrap(round(wrap(turn_deg))))
+
+
+def signed(turn_deg: float) -> str:
+    """Write a turn in whole degrees with a typographic minus.
+
+    Examples
+    --------
+    >>> signed(-12.4), signed(96.0), signed(-179.8)
+    ('−12°', '96°', '180°')
+    """
+    number = whole(turn_deg)
+    return f"−{-number}°" if number < 0 else f"{number}°"
+
+
+def size_words(turn_deg: float) -> str:
+    """Write how large a turn is, without its direction.
+
+    Examples
+    --------
+    >>> size_words(-12.4)
+    '12°'
+    """
+    return f"{abs(whole(turn_deg))}°"
+
+
+def direction_of(turn_deg: float) -> Direction:
+    """Name the direction of a turn from its whole degrees.
+
+    Parameters
+    ----------
+    turn_deg : float
+        Deg, positive clockwise.
+
+    Returns
+    -------
+    str
+        ``clockwise``, ``counter-clockwise``, or ``none`` where 0° is shown. 180° is clockwise.
+
+    Examples
+    --------
+    >>> direction_of(12.0), direction_of(-12.0), direction_of(0.4), direction_of(-180.0)
+    ('clockwise', 'counter-clockwise', 'none', 'clockwise')
+    """
+    number = whole(turn_deg)
+    if number == 0:
+        return "none"
+    return "clockwise" if number > 0 else "counter-clockwise"
+
+
+def direction_words(turn_deg: float) -> str:
+    """Write the direction of a turn; "no turn needed" where 0° is shown.
+
+    Parameters
+    ----------
+    turn_deg : float
+        Deg, positive clockwise.
+    """
+    direction = direction_of(turn_deg)
+    return "no turn needed" if direction == "none" else direction
+
+
+def turn_words(turn_deg: float) -> str:
+    """Write a turn: its size and its direction.
+
+    Parameters
+    ----------
+    turn_deg : float
+        Deg, positive clockwise.
+
+    Examples
+    --------
+    >>> turn_words(96.2), turn_words(-45.0), turn_words(0.3)
+    ('96° clockwise', '45° counter-clockwise', 'no turn needed')
+    """
+    if direction_of(turn_deg) == "none":
+        return "no turn needed"
+    return f"{size_words(turn_deg)} {direction_of(turn_deg)}"
+
+
+def clock_words(turn_deg: float) -> str:
+    """Write where a turn leads as on the face of a clock that lies on the floor.
+
+    12 o’clock is where the sitter faces at turn 0; the hours go clockwise seen from above.
+
+    Parameters
+    ----------
+    turn_deg : float
+        Deg, positive clockwise. Half-way between two hours the even hour is named.
+
+    Examples
+    --------
+    >>> clock_words(96.0), clock_words(-30.0), clock_words(7.0), clock_words(180.0)
+    ('toward 3 o’clock', 'toward 11 o’clock', 'toward 12 o’clock', 'toward 6 o’clock')
+    """
+    hour = round(whole(turn_deg) / 30.0) % 12
+    return f"toward {hour or 12} o’clock"
+
+
+def goal_words(turn_deg: float) -> str:
+    """Write a whole instruction: "Turn 96° clockwise, toward 3 o’clock".
+
+    Parameters
+    ----------
+    turn_deg : float
+        Deg, positive clockwise.
+
+    Examples
+    --------
+    >>> goal_words(-45.0), goal_words(0.0)
+    ('Turn 45° counter-clockwise, toward 10 o’clock', 'No turn needed')
+    """
+    if direction_of(turn_deg) == "none":
+        return "No turn needed"
+    return f"Turn {turn_words(turn_deg)}, {clock_words(turn_deg)}"
+
+
+def ends_of(arc_deg: tuple[float, float]) -> tuple[int, int] | None:
+    """Return the ends of an arc in whole degrees.
+
+    Parameters
+    ----------
+    arc_deg : tuple of float
+        (from, to), deg, going clockwise; may wrap. (-180, 180) is the whole circle.
+
+    Returns
+    -------
+    tuple of int or None
+        Both in (-180, 180]; None for the whole circle.
+    """
+    start, stop = arc_deg
+    if stop - start >= 360.0:
+        return None
+    return whole(start), whole(stop)
+
+
+def arc_words(arc_deg: tuple[float, float]) -> str:
+    """Write an arc; one that wraps reads on from 180 to negative turns.
+
+    Parameters
+    ----------
+    arc_deg : tuple of float
+        (from, to), deg, going clockwise. (-180, 180) is the whole circle.
+
+    Examples
+    --------
+    >>> arc_words((79.2, 110.6)), arc_words((170.0, -170.0)), arc_words((-180.0, 180.0))
+    ('79° to 111°', '170° to −170°', 'any turn')
+    """
+    ends = ends_of(arc_deg)
+    return "any turn" if ends is None else f"{signed(ends[0])} to {signed(ends[1])}"
+
+
+def strip_arc_words(arc_deg: tuple[float, float]) -> str:
+    """Write an arc beside the panorama strip: "in the light from 79° to 111°".
+
+    Parameters
+    ----------
+    arc_deg : tuple of float
+        (from, to), deg, going clockwise.
+    """
+    words = arc_words(arc_deg)
+    return "in the light at any turn" if words == "any turn" else f"in the light from {words}"
+
+
+def side_words(side: str, place: str = "") -> str:
+    """Write where the light of a style comes from, the side named twice.
+
+    Examples
+    --------
+    >>> side_words("left"), side_words("none", "from overhead")
+    ('Light from the sitter’s left (camera right)', 'Light from overhead')
+    >>> side_words("none", "both sides, at head height")
+    'Light from both sides, at head height'
+    """
+    if side in _SIDES:
+        return _SIDES[side]
+    if place.startswith("both sides"):
+        return f"Light from {place}"
+    return f"Light {place}" if place else ""
+
+
+def walking_words(direction: Direction, mode: Mode) -> tuple[str, str]:
+    """Write what to do with one's feet.
+
+    Returns
+    -------
+    tuple[str, str]
+        The instruction, and what else moves with it; both empty for ``none``.
+
+    Examples
+    --------
+    >>> walking_words("clockwise", Mode.WALK)[0], walking_words("clockwise", Mode.SELFIE)[0]
+    ('Walk to your left', 'Turn to your right')
+    """
+    if direction == "none":
+        return "", ""
+    clockwise, back, company = _WALKING[mode]
+    return (clockwise if direction == "clockwise" else back), company
+
+
+def taken_words(
+    turn: int, goal: int, outside: int, match: int, best: int, *, rough: bool = False
+) -> str:
+    """Write how far off the light a photograph was taken.
+
+    Parameters
+    ----------
+    turn, goal : int
+        Whole degrees of turn.
+    outside : int
+        Whole degrees from the light; 0 in it.
+    rough : bool, optional
+        The turn is not known to the degree.
+
+    Examples
+    --------
+    >>> taken_words(93, 96, 0, 81, 82)
+    'Taken at 93°, in the light, 3° short of the best: match 81 of best 82'
+    >>> taken_words(73, 96, 6, 60, 82)
+    'Taken at 73°, 6° short of the light: match 60 of best 82'
+    >>> taken_words(96, 96, 0, 82, 82)
+    'Taken at 96°, in the best light: match 82 of best 82'
+    """
+    to_go = int(wrap(goal - turn))
+    if to_go == 0:
+        where = "in the best light"
+    elif outside:
+        where = f"{outside}° {_beside(to_go, goal)} the light"
+    else:
+        where = f"in the light, {abs(to_go)}° {_beside(to_go, goal)} the best"
+    # Where another turn than the best is the better likeness, but its light is too flat.
+    than = f"match {match} of best {best}" if match <= best else f"match {match}, chosen {best}"
+    return f"Taken at {'about ' if rough else ''}{signed(turn)}, {where}: {than}"
+
+
+def _beside(to_go: int, goal: int) -> str:
+    """Say on which side of the goal a turn is: before it, past it, or far from it."""
+    if goal == 0 or abs(to_go) > _FAR_DEG:
+        return "counter-clockwise of" if to_go > 0 else "clockwise of"
+    return "short of" if (to_go > 0) == (goal > 0) else "past"

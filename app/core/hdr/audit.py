@@ -1,0 +1,319 @@
+"""The clip audit: how much light is missing, and which answers that puts in doubt.
+
+Where every frame is clipped the merged panorama is a lower bound. The audit says how much light
+that concerns, tries what the answers would be if it were brighter, and tells the styles that
+would lose by it from those that would not. A style is in doubt when its turn would give up more
+than 5 % of what the place could give, were any clipped lamp, any part of a wide one, or all of
+them together 1, 3, 6 or 10 stops brighter. On brackets made from 20 places, clipped 1 to 15
+stops deep, every answer that was off by more than 10 % was among those in doubt.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.angles import turn_of_index
+from app.core.hdr.advice import advise
+from app.core.hdr.lights import Light, LightGrid, light_grid
+from app.core.hdr.sky import SPREAD, direct_normal_lux
+from app.core.hdr.sun import added_light
+from app.core.hdr.sun_finder import find_sun, sun_core
+from app.core.hdr.whatif import choices, given_up
+from app.core.solver.environment import reduce_radiance
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.core.hdr.frame import Merged
+    from app.core.hdr.sun import Restoration
+    from app.core.solver.solve import Objective
+    from app.core.solver.style_pack import StylePack
+
+Float64: TypeAlias = NDArray[np.float64]
+
+GAINS: Final = (1.0, 3.0, 6.0)
+"""Stops by which clipped lamps are thought brighter, as reported."""
+
+DOUBT: Final = 0.05
+"""Share of the range of a style's curve that may be given up before its turn is doubted."""
+
+_FURTHER: Final = 10.0  # stops: a bare bulb or the sun behind what looks like a window
+_PART_GAINS: Final = (3.0, 6.0)
+_WIDE_DEG: Final = 20.0
+_PART_ROWS, _PART_COLUMNS = 6, 16  # blocks of 30 x 22.5 deg
+_PART_SHARE: Final = 0.02  # of all that is clipped
+
+
+@dataclass(frozen=True, slots=True)
+class WhatIf:
+    """A style under a brighter lamp.
+
+    Attributes
+    ----------
+    turn_deg : float
+        The turn that would then be best, deg.
+    """
+
+    light: str
+    stops: float
+    turn_deg: float
+    given_up: float
+
+
+@dataclass(frozen=True, slots=True)
+class StyleChange:
+    """How far a style's answer depends on what is clipped.
+
+    Attributes
+    ----------
+    turn_deg : float
+        Its grid turn in the panorama as it is, deg.
+    cases : tuple of WhatIf
+        Every clipped lamp and all together, 1, 3 and 6 stops brighter; a restored light at both
+        ends of its likely range.
+    worst : float
+        The most given up in any case tried, parts of wide lamps and 10 stops included.
+    least_stops : float or None
+        The smallest brightening tried that puts the turn in doubt; None when none does.
+    """
+
+    name: str
+    title: str
+    turn_deg: float
+    cases: tuple[WhatIf, ...]
+    worst: float
+    least_stops: float | None
+
+    @property
+    def in_doubt(self) -> bool:
+        """Whether the turn may be off by what is clipped."""
+        return self.least_stops is not None
+
+
+@dataclass(frozen=True, slots=True)
+class Audit:
+    """What is clipped in every frame, and what that means.
+
+    Attributes
+    ----------
+    clipped_energy_fraction : float
+        Share of the light in clipped texels as measured: a lower bound, 0 to 1.
+    clipped_energy_range : tuple of float
+        From that bound to what it would be if all that is clipped were 6 stops brighter, or,
+        for the sun, as bright as the clear-sky model allows.
+    """
+
+    clipped_energy_fraction: float
+    clipped_energy_range: tuple[float, float]
+    range_note: str
+    advice: tuple[str, ...]
+    style_changes: tuple[StyleChange, ...]
+
+    @property
+    def in_doubt(self) -> tuple[str, ...]:
+        """Names of the styles whose turn may be off."""
+        return tuple(style.name for style in self.style_changes if style.in_doubt)
+
+    @property
+    def safe(self) -> tuple[str, ...]:
+        """Names of the styles whose turn does not depend on what is clipped."""
+        return tuple(style.name for style in self.style_changes if not style.in_doubt)
+
+
+def audit(
+    merged: Merged,
+    lights: Sequence[Light],
+    pack: StylePack,
+    *,
+    objective: Objective = "picture",
+    environment: NDArray[np.floating[Any]] | None = None,
+    restoration: Restoration | None = None,
+    room_stops: float | None = None,
+    grid: LightGrid | None = None,
+) -> Audit:
+    """Say what is clipped in every frame and which answers depend on it.
+
+    Parameters
+    ----------
+    environment : (H, W) float or None
+        Luminance of `merged` reduced to the pack's size, where the caller has it already.
+    restoration : Restoration or None
+        What put the sun or a lamp of `merged` back: its likely range is tried as well. Where
+        there is one, the sun has been looked for already.
+    room_stops : float or None
+        How many stops darker than its darkest frame the camera can go; None where unknown.
+
+    Raises
+    ------
+    ProbeError
+        If `merged` is not a full panorama.
+    """
+    grid = light_grid(merged) if grid is None else grid
+    bound = float((grid.lost * grid.solid_angle).sum()) / grid.total
+    sun = find_sun(merged, lights, grid) if bound > 0 and restoration is None else None
+    high, note = _upper(merged, grid, bound, sun)
+    changes = _changes(lights, pack, objective, grid, environment, restoration)
+    return Audit(
+        clipped_energy_fraction=bound,
+        clipped_energy_range=(bound, high),
+        range_note=note,
+        advice=(*advise(merged, lights, sun, room_stops), *_verdict(changes, bound, restoration)),
+        style_changes=changes,
+    )
+
+
+def _verdict(
+    changes: Sequence[StyleChange], bound: float, restoration: Restoration | None
+) -> tuple[str, ...]:
+    """Say which styles are in doubt, and how much it takes."""
+    given = [s.name for s in changes if s.least_stops is not None and s.least_stops < GAINS[0]]
+    if bound <= 0:
+        if restoration is None or not given:
+            return ()
+        return (
+            f"The likely range of lamp {restoration.light} would change {_all(given, changes)}.",
+        )
+    doubted = [style for style in changes if style.least_stops is not None]
+    if not doubted:
+        return ("No style's turn depends on what is clipped.",)
+    soon = [s.name for s in doubted if (s.least_stops or 0.0) <= GAINS[1]]
+    late = [s.name for s in doubted if s.name not in soon]
+    lines = []
+    if soon:
+        lines.append(f"Up to 3 stops more light would change the turn of {_all(soon, changes)}.")
+    if late:
+        start = "6 stops or more would also change" if soon else "6 stops or more would change"
+        lines.append(f"{start} {_all(late, changes)}.")
+    safe = len(changes) - len(doubted)
+    if safe:
+        lines.append(f"The other {safe} do not depend on it." if safe > 1 else "One is safe.")
+    return tuple(lines)
+
+
+def _all(names: Sequence[str], changes: Sequence[StyleChange]) -> str:
+    """Name styles by what they are, or by what they are not when that is shorter."""
+    rest = [style.name for style in changes if style.name not in names]
+    if not rest:
+        return "every style"
+    if len(rest) < len(names) / 2:
+        return f"every style but {', '.join(rest)}"
+    return ", ".join(names)
+
+
+def _upper(merged: Merged, grid: LightGrid, bound: float, sun: Light | None) -> tuple[float, str]:
+    """Upper end of the clipped share, and in words what it supposes."""
+    if bound <= 0:
+        return 0.0, ""
+    if sun is None or merged.cd_m2 is None:
+        factor = 2.0 ** GAINS[-1]
+        return factor * bound / (1.0 + (factor - 1.0) * bound), "up to 6 stops brighter"
+    most = direct_normal_lux(sun_core(sun, merged).elevation_deg) * SPREAD[1]
+    extra = most / merged.cd_m2 / grid.total
+    return (bound + extra) / (1.0 + extra), "with the sun as bright as a very clear sky lets it be"
+
+
+def _changes(
+    lights: Sequence[Light],
+    pack: StylePack,
+    objective: Objective,
+    grid: LightGrid,
+    environment: NDArray[np.floating[Any]] | None,
+    restoration: Restoration | None,
+) -> tuple[StyleChange, ...]:
+    named, maps, whole = _brightened(lights, grid, pack.header.environment)
+    base = whole if environment is None else np.asarray(environment, np.float64)
+    trials = [
+        (name, stops, (2.0**stops - 1.0) * extra)
+        for name, extra in zip(named, maps, strict=True)
+        for stops in ((*GAINS, _FURTHER) if name else _PART_GAINS)
+    ]
+    if restoration is not None:
+        trials += _restored(restoration, pack.header.environment)
+    brighter = [np.maximum(base + extra, 0.0) for _, _, extra in trials]
+    found = choices(pack, [base, *brighter], objective)
+    turns, then = found[0].turns, found[1:]
+    lost = given_up(then, turns)
+    amounts = np.array([abs(stops) for _, stops, _ in trials])[:, None]
+    least = np.where(lost > DOUBT, amounts, np.inf).min(axis=0, initial=np.inf)
+    best = np.where(then.allowed, then.curve, -np.inf).argmax(axis=-1)
+    told = [k for k, (name, stops, _) in enumerate(trials) if name and stops != _FURTHER]
+    return tuple(
+        StyleChange(
+            style.name,
+            style.title,
+            turn_of_index(int(turns[row])),
+            tuple(
+                WhatIf(*trials[k][:2], turn_of_index(int(best[k, row])), float(lost[k, row]))
+                for k in told
+            ),
+            float(lost[:, row].max(initial=0.0)),
+            float(least[row]) if np.isfinite(least[row]) else None,
+        )
+        for row, style in enumerate(pack.styles)
+    )
+
+
+def _restored(restoration: Restoration, shape: tuple[int, int]) -> list[tuple[str, float, Float64]]:
+    """Both ends of the likely range of a restored light: name, stops, and what to add."""
+    lux, held = restoration.illuminance_lux, restoration.held_lux
+    if restoration.light is None or lux <= held:
+        return []
+    disc = added_light(restoration, shape)
+    return [
+        (restoration.light, math.log2(end / lux), (end - lux) / (lux - held) * disc)
+        for end in restoration.range_lux
+    ]
+
+
+def _brightened(
+    lights: Sequence[Light], grid: LightGrid, shape: tuple[int, int]
+) -> tuple[list[str], Float64, Float64]:
+    """Clipped light that may be brighter, one map (K, H, W) each: by lamp, by part, and all.
+
+    Names are lamp ids, "" for parts of wide lamps and "all"; the last result is the whole
+    panorama, (H, W).
+    """
+    lost = grid.lost.ravel()
+    clipped = [light for light in lights if light.clipped]
+    chosen = [(light.id, light.texels) for light in clipped]
+    chosen += [("", part) for light in clipped for part in _parts(light, grid)]
+    names = [name for name, _ in chosen]
+    if float(lost.max()) > 0:
+        chosen.append(("all", np.arange(lost.size, dtype=np.int32)))
+        names.append("all")
+    cells, weights = _cells(grid, shape)
+    size = shape[0] * shape[1]
+    maps = np.zeros((len(chosen), *shape))
+    for into, (_, texels) in zip(maps, chosen, strict=True):
+        shares = lost[texels] * weights[texels]
+        into[:] = np.bincount(cells[texels], shares, size).reshape(shape)
+    whole = reduce_radiance(grid.luminance[..., None], shape)[..., 0]
+    return names, maps, whole.astype(np.float64)
+
+
+def _cells(grid: LightGrid, shape: tuple[int, int]) -> tuple[NDArray[np.intp], Float64]:
+    """Cell of the reduced panorama that each texel is in, and its share of the cell's area."""
+    height, width = grid.luminance.shape
+    row, column = np.divmod(np.arange(height * width), width)
+    cells = (row * shape[0] // height) * shape[1] + column * shape[1] // width
+    areas = np.repeat(grid.solid_angle.ravel(), width)
+    whole = np.bincount(cells, areas, shape[0] * shape[1])
+    return cells, np.asarray(areas / whole[cells])
+
+
+def _parts(light: Light, grid: LightGrid) -> list[NDArray[np.int32]]:
+    """Cut a wide clipped light into blocks: one part of a sky may hide the sun."""
+    if light.diameter_deg < _WIDE_DEG:
+        return []
+    height, width = grid.luminance.shape
+    row, column = np.divmod(light.texels, width)
+    block = row * _PART_ROWS // height * _PART_COLUMNS + column * _PART_COLUMNS // width
+    lost = (grid.lost * grid.solid_angle).ravel()
+    least = _PART_SHARE * float(lost.sum())
+    parts = [light.texels[block == each] for each in np.unique(block)]
+    return [part for part in parts if float(lost[part].sum()) >= least]

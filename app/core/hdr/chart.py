@@ -1,0 +1,162 @@
+"""Flat charts of a part of the sphere, for work that a panorama's poles and edges would spoil.
+
+A chart is a square picture centred on some direction. In the stereographic kind angles are kept
+(it is conformal), so that what is harmonic on it is harmonic on the sphere; in the equidistant
+kind the distance from the middle is the angle from the centre.
+Directions are in the axes of `app.core.base.sphere`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.sphere import direction
+
+if TYPE_CHECKING:
+    from app.core.base.colour import FloatImage
+
+Float64: TypeAlias = NDArray[np.float64]
+Kind: TypeAlias = Literal["stereographic", "equidistant"]
+
+_MARGIN: Final = 2
+
+
+def azimuth_elevation(vector: Float64) -> tuple[float, float]:
+    """Azimuth and elevation, degrees, of a vector (3,) of any length but 0."""
+    x, y, z = (float(part) for part in vector)
+    return float(np.degrees(np.arctan2(-x, z))), float(np.degrees(np.arctan2(y, np.hypot(x, z))))
+
+
+@dataclass(frozen=True, slots=True)
+class Chart:
+    """A square picture of the sphere around a direction.
+
+    Attributes
+    ----------
+    centre : tuple[float, float]
+        Azimuth and elevation of the middle, degrees.
+    reach_deg : float
+        Angle from the middle to the middle of each edge, degrees; below 180.
+    side : int
+        Pixels along an edge.
+    """
+
+    centre: tuple[float, float]
+    reach_deg: float
+    side: int
+    kind: Kind = "stereographic"
+
+    @property
+    def axes(self) -> Float64:
+        """(3, 3): rightward, upward and outward unit vectors of the chart, one in each row.
+
+        Upward leads to the zenith by the shortest way; at the nadir, to the chart's own azimuth.
+        """
+        azimuth, elevation = np.radians(self.centre[0]), np.radians(self.centre[1])
+        right = direction(self.centre[0] + 90.0, 0.0)
+        flat = np.sin(elevation)
+        up = np.array([flat * np.sin(azimuth), np.cos(elevation), -flat * np.cos(azimuth)])
+        return np.stack([right, up, direction(*self.centre)])
+
+    def distances(self) -> FloatImage:
+        """(side, side): angle of each pixel from the middle, degrees."""
+        x, y = self._grid()
+        return np.degrees(self._angle(np.hypot(x, y))).astype(np.float32)
+
+    def sample(self, panorama: NDArray[Any]) -> NDArray[Any]:
+        """Look a panorama up at the chart's pixels, bilinearly and across its seam.
+
+        Parameters
+        ----------
+        panorama : (H, W) or (H, W, C) float32 or uint8
+            Equirectangular.
+
+        Returns
+        -------
+        (side, side) or (side, side, C), the same kind
+        """
+        height, width = panorama.shape[:2]
+        x, y = self._grid()
+        radius = np.hypot(x, y)
+        angle = self._angle(radius)
+        flat = np.sin(angle) / np.maximum(radius, 1e-9)
+        right, up, out = self.axes.astype(np.float32)
+        where = [flat * (x * right[k] + y * up[k]) + np.cos(angle) * out[k] for k in range(3)]
+        azimuth = np.arctan2(-where[0], where[2])
+        elevation = np.arctan2(where[1], np.hypot(where[0], where[2]))
+        column = (azimuth / (2.0 * np.pi) + 0.5) * width - 0.5 + _MARGIN
+        row = (0.5 - elevation / np.pi) * height - 0.5
+        wide = cv2.copyMakeBorder(panorama, 0, 0, _MARGIN, _MARGIN, cv2.BORDER_WRAP)
+        column, row = column.astype(np.float32), row.astype(np.float32)
+        return np.asarray(
+            cv2.remap(wide, column, row, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        )
+
+    def place(self, shape: tuple[int, int], rows: slice) -> tuple[FloatImage, FloatImage]:
+        """Find where some rows of a panorama lie on the chart.
+
+        Parameters
+        ----------
+        shape : tuple[int, int]
+            Rows and columns of the whole panorama.
+        rows : slice
+            Which rows.
+
+        Returns
+        -------
+        column, row : NDArray[np.float32], (rows, W)
+            Pixels, whole numbers at pixels' middles; beyond the edges where a texel is not on
+            the chart.
+        """
+        x, y, z = self._seen(shape, rows)
+        if self.kind == "stereographic":
+            # tan(angle / 2) / sin(angle) = 1 / (1 + cos(angle))
+            scale = 1.0 / np.maximum(1.0 + z, np.float32(1e-4))
+        else:
+            across = np.hypot(x, y)
+            scale = np.arctan2(across, z) / np.maximum(across, np.float32(1e-9))
+        scale *= np.float32(self.side / 2.0 / self._edge())
+        half = np.float32(self.side / 2.0 - 0.5)
+        return x * scale + half, half - y * scale
+
+    def _seen(self, shape: tuple[int, int], rows: slice) -> list[FloatImage]:
+        """Components along the axes of the texels' directions."""
+        height, width = shape
+        elevation = np.pi * (0.5 - (np.arange(height)[rows] + 0.5) / height)
+        azimuth = 2.0 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
+        flat = np.cos(elevation).astype(np.float32)[:, np.newaxis]
+        upward = np.sin(elevation)[:, np.newaxis]
+        parts = []
+        for axis in self.axes:
+            around = np.cos(azimuth) * axis[2] - np.sin(azimuth) * axis[0]
+            parts.append(flat * around.astype(np.float32) + (axis[1] * upward).astype(np.float32))
+        return parts
+
+    def _edge(self) -> float:
+        reach = float(np.radians(self.reach_deg))
+        return float(np.tan(reach / 2.0)) if self.kind == "stereographic" else reach
+
+    def _grid(self) -> tuple[FloatImage, FloatImage]:
+        """Pixels' coordinates to the right and upward, in the unit of `_edge`."""
+        steps = (2.0 * (np.arange(self.side) + 0.5) / self.side - 1.0) * self._edge()
+        x, y = np.meshgrid(steps.astype(np.float32), -steps.astype(np.float32))
+        return x, y
+
+    def _angle(self, radius: FloatImage) -> FloatImage:
+        """Angle from the middle, radians, of a distance on the chart."""
+        if self.kind == "equidistant":
+            return np.minimum(radius, np.float32(np.pi))
+        return np.asarray(2.0 * np.arctan(radius), np.float32)
+
+
+def wrapped_blur(picture: FloatImage, sigma: float) -> FloatImage:
+    """Gaussian blur of a panorama (H, W) or (H, W, C), across its seam; sigma in pixels."""
+    room = min(int(np.ceil(3.0 * sigma)) + 1, picture.shape[1])
+    wide = cv2.copyMakeBorder(picture, 0, 0, room, room, cv2.BORDER_WRAP)
+    soft = cv2.GaussianBlur(wide, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
+    return np.asarray(soft[:, room:-room], np.float32)

@@ -1,0 +1,224 @@
+"""Whether two frames of a bracket can be of the same thing, pixel by pixel.
+
+Through the camera's response a code of one frame says which codes a brighter frame can have
+there. Frames are compared as they are coded, which makes clipped and black codes inequalities by
+themselves: what is clipped in the darker frame must be clipped in the brighter one, and what is
+black in the brighter one must be black in the darker one. Predicting one frame of a bracket from
+another is how Grosch (Fast and Robust High Dynamic Range Image Generation with Camera and Object
+Movement, VMV 2006) and Gallo et al. (Artifact-free High Dynamic Range Imaging, ICCP 2009) find
+what moved; the tolerances here are those of area means of JPEG pictures.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.hdr.weighting import clipped_code
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float64: TypeAlias = NDArray[np.float64]
+
+_OPEN: Final = (20, 235)  # codes that say how much light there is
+
+CLIPPED: Final = 243
+"""A mean of codes over an area that contains nothing but clipped pixels is above this."""
+
+
+class Curve(Protocol):
+    """A response, as far as it is needed here (`app.core.hdr.response.Response`)."""
+
+    @property
+    def table(self) -> Float64:
+        """(3, 256) or (K, 3, 256) linear light of each code, monotone."""
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerance:
+    """How far frames may differ that show the same.
+
+    Proxies are means of coded values, and the curve from one exposure to a brighter one is
+    concave. So the brighter frame's mean lies under the prediction wherever the averaged area is
+    not even (Jensen's inequality), and hardly ever over it. Measured on 20 scenes, 99.9 % of the
+    pixels lie under by no more than 0.66 of the codes' range among the neighbours.
+
+    Attributes
+    ----------
+    toe : float
+        Further codes near black, where noise is cut off.
+    under, over : float
+        Share of the contrast around a pixel by which the brighter frame may lie under and over
+        the prediction. The latter is for edges that are not quite aligned.
+    """
+
+    stops: float
+    codes: float
+    toe: float
+    under: float
+    over: float
+    either: bool
+
+
+LOOSE: Final = Tolerance(stops=0.17, codes=2.5, toe=2.0, under=1.0, over=0.5, either=True)
+"""What frames of a still scene do not exceed."""
+
+CLOSE: Final = Tolerance(stops=0.09, codes=2.0, toe=1.5, under=0.6, over=0.3, either=False)
+"""What they rarely exceed: for places where something is known to have moved."""
+
+EDGE: Final = Tolerance(stops=0.09, codes=2.0, toe=1.5, under=0.05, over=0.05, either=False)
+"""For the pixels next to those: what is left of them at the edge of something that moved."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Prediction:
+    """Codes (1, 256, 3) of a brighter frame for each code of a darker one."""
+
+    low: Bytes
+    middle: Bytes
+    high: Bytes
+    tolerance: Tolerance
+
+
+class Predictions:
+    """Predictions between any two frames of a bracket, made when they are needed.
+
+    Parameters
+    ----------
+    table : NDArray[np.float64], (3, 256) or (K, 3, 256)
+        Linear light of each code, monotone, in all frames or in each.
+    stops : sequence of float
+        Exposure of each frame in stops.
+    """
+
+    def __init__(self, table: Float64, stops: Sequence[float], slack: float = 0.0) -> None:
+        ramp = np.arange(256) * 1e-9  # flat parts of a table still need an inverse
+        rising = np.maximum.accumulate(np.asarray(table, np.float64), axis=-1)
+        rising = rising / rising[..., -1:] + ramp
+        self._tables = rising if rising.ndim == 3 else np.stack([rising] * len(stops))
+        self._alike = rising.ndim == 2
+        self.stops = tuple(stops)
+        self._slack = slack
+        # White that a local tone curve has darkened counts as clipped from there on.
+        self._clipped = [CLIPPED - (254 - clipped_code(one)) for one in self._tables]
+        self._made: dict[tuple[float, int, int, Tolerance], _Prediction] = {}
+
+    def between(self, bright: int, dark: int, tolerance: Tolerance) -> _Prediction:
+        """Predict frame `bright` from frame `dark`; the first frame is 0, the brightest."""
+        step = round(self.stops[bright] - self.stops[dark], 6)
+        key = (step, 0, 0, tolerance) if self._alike else (step, bright, dark, tolerance)
+        if key not in self._made:
+            wider = replace(tolerance, stops=tolerance.stops + self._slack)
+            clipped = self._clipped[bright], self._clipped[dark]
+            tables = self._tables[bright], self._tables[dark]
+            self._made[key] = _predict(*tables, step, wider, clipped)
+        return self._made[key]
+
+    def apart(self, bright: Bytes, dark: Bytes, index: int) -> Float64:
+        """Measure stops from frame `index` to the next where both are well exposed, any channel."""
+        logs = np.log2(np.maximum(self._tables, 1e-9)) - np.asarray(self.stops)[:, None, None]
+        parts = []
+        for channel in range(3):
+            first, second = bright[..., channel], dark[..., channel]
+            both = (first > _OPEN[0]) & (first < _OPEN[1])
+            both &= (second > _OPEN[0]) & (second < _OPEN[1])
+            there = logs[index, channel][first[both]] - logs[index + 1, channel][second[both]]
+            parts.append(there)
+        return np.concatenate(parts)
+
+    def as_seen(self, frame: Bytes, source: int, target: int) -> Bytes:
+        """Say what one frame shows in the codes of another one."""
+        step = self.stops[target] - self.stops[source]
+        codes = np.arange(256.0)
+        table = np.stack(
+            [
+                _brighter(dark, bright, codes, step)
+                for dark, bright in zip(self._tables[source], self._tables[target], strict=True)
+            ],
+            axis=-1,
+        )
+        return np.asarray(cv2.LUT(frame, _table(table)), np.uint8)
+
+
+def contradiction(bright: Bytes, dark: Bytes, expected: _Prediction) -> Bytes:
+    """Say by how much two frames cannot be of the same thing.
+
+    Parameters
+    ----------
+    bright, dark : NDArray[np.uint8], (h, w, 3)
+        Area means of the coded frames.
+
+    Returns
+    -------
+    NDArray[np.uint8], (h, w)
+        Codes by which the worst channel is beyond its tolerance; 0 where the frames agree.
+    """
+    tolerance = expected.tolerance
+    under = cv2.subtract(cv2.LUT(dark, expected.low), bright)
+    over = cv2.subtract(bright, cv2.LUT(dark, expected.high))
+    shared = cv2.max if tolerance.either else cv2.min
+    contrast = shared(_contrast(bright), _contrast(cv2.LUT(dark, expected.middle)))
+    under = cv2.subtract(under, cv2.convertScaleAbs(contrast, alpha=tolerance.under))
+    over = cv2.subtract(over, cv2.convertScaleAbs(contrast, alpha=tolerance.over))
+    return worst(cv2.max(under, over))
+
+
+def worst(pixels: Any) -> Bytes:
+    """Return the largest channel of each pixel.
+
+    Parameters
+    ----------
+    pixels : NDArray[np.uint8], (h, w, 3)
+        Any codes.
+
+    Returns
+    -------
+    NDArray[np.uint8], (h, w)
+        OpenCV takes a fraction of the time that numpy takes along so short an axis.
+    """
+    red, green, blue = cv2.split(pixels)
+    return np.asarray(cv2.max(cv2.max(red, green), blue), np.uint8)
+
+
+def _predict(
+    brights: Float64, darks: Float64, step: float, tolerance: Tolerance, clipped: tuple[int, int]
+) -> _Prediction:
+    """Lowest, likeliest and highest code after `step` more stops, for each code.
+
+    `clipped` is the mean of codes from which on the brighter and the darker frame are clipped.
+    """
+    codes = np.arange(256.0)
+    slack = tolerance.codes + tolerance.toe * np.exp(-codes / 16.0)
+    low, middle, high = np.empty((3, 256, 3))
+    for channel, (bright, dark) in enumerate(zip(brights, darks, strict=True)):
+        low[:, channel] = _brighter(dark, bright, codes - slack, step - tolerance.stops)
+        middle[:, channel] = _brighter(dark, bright, codes, step)
+        high[:, channel] = _brighter(dark, bright, codes + slack, step + tolerance.stops)
+    # What ought to be clipped may be anything above the clipping limit, and so may what a frame
+    # that is itself clipped predicts.
+    low = np.minimum(low - tolerance.codes, clipped[0])
+    high += tolerance.codes
+    high[(high >= clipped[0]) | (codes[:, None] >= clipped[1])] = 255.0
+    return _Prediction(_table(np.floor(low)), _table(middle), _table(np.ceil(high)), tolerance)
+
+
+def _brighter(dark: Float64, bright: Float64, codes: Float64, stops: float) -> Float64:
+    """Codes that so many stops more would make of these, by each frame's curve."""
+    light = np.interp(codes, np.arange(256.0), dark) * 2.0**stops
+    return np.asarray(np.interp(light, bright, np.arange(256.0)), np.float64)
+
+
+def _table(codes: Float64) -> Bytes:
+    return np.asarray(np.clip(np.rint(codes), 0, 255), np.uint8)[None]
+
+
+def _contrast(frame: Any) -> Bytes:
+    """Range of the codes among a pixel and its neighbours, per channel."""
+    box = np.ones((3, 3), np.uint8)
+    return np.asarray(cv2.morphologyEx(frame, cv2.MORPH_GRADIENT, box), np.uint8)

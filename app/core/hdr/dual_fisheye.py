@@ -1,0 +1,255 @@
+"""Pictures of two fisheye circles, as cameras store them that do not stitch: seen and measured.
+
+A full panorama of 2:1 and an unstitched picture have the same size, and merging the second as the
+first gives an answer that is wrong all over. What tells them apart: two circles of one size, dark
+all around them, in every frame of a bracket, however bright. The first row of a panorama is one
+point of the sky; it cannot be dark at its corners and middle and bright between them.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.colour import srgb_decode
+from app.core.base.errors import ProbeError
+from app.core.hdr.words import listed
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float64: TypeAlias = NDArray[np.float64]
+
+_ASPECT: Final = (1.7, 2.3)  # of the longer side to the shorter one
+_ANGLES: Final = 240
+_REACH: Final = (0.55, 1.42)  # of half a half's side: where rims lie, and the far corners
+_RADII: Final = (0.72, 1.08)
+_CORNER: Final = 1.2
+_DARKEST: Final = 48  # stray light around a circle is no brighter, in codes
+_STEP: Final = 10  # from there to what counts as inside
+_ON_RIM: Final = 0.015  # of the radius
+_LEAST_SHARE: Final = 0.3  # of the angles at which the rim must show
+_LEAST_SECTORS: Final = 5  # of eight, in which it must show
+_MOST_OUTSIDE: Final = 0.004  # of the pixels outside that may be bright
+_MOST_APART: Final = 0.04  # of the circles' radii
+_AROUND: Final = 1.05  # radii
+_PICTURE: Final = 0.02  # linear light; what is darker may be anything
+
+
+@dataclass(frozen=True, slots=True)
+class Circles:
+    """Where the two image circles are, in shares of the picture's shorter side.
+
+    The first circle is the left one, or the upper one of circles that stand on each other. Centres
+    are (x, y) from the picture's left upper corner to the outer corners of pixels.
+    """
+
+    centres: tuple[tuple[float, float], tuple[float, float]]
+    radius: float
+    stacked: bool
+    strength: float
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """How to call them."""
+        return ("upper", "lower") if self.stacked else ("left", "right")
+
+
+def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
+    """Say whether the frames of a bracket are unstitched, and where their circles are.
+
+    Parameters
+    ----------
+    frames : sequence of (h, w, 3) uint8
+        Small copies of the coded frames, of one shape.
+
+    Raises
+    ------
+    ProbeError
+        When some frames are unstitched and others are not.
+    """
+    found = [find_circles(frame) for frame in frames]
+    clear = [circles for circles in found if circles is not None]
+    if not clear:
+        return None
+    best = max(clear, key=lambda circles: circles.strength)
+    odd = [names[k] for k, one in enumerate(found) if one is None and _filled(frames[k], best)]
+    if odd:
+        circled = [names[k] for k, one in enumerate(found) if one is not None]
+        raise ProbeError(
+            f"{listed(circled)} {'shows' if len(circled) == 1 else 'show'} two unstitched fisheye"
+            f" circles, but {listed(odd)} {'does' if len(odd) == 1 else 'do'} not.",
+            "Leave out one kind, or shoot again: all frames must be stitched, or none.",
+        )
+    return best
+
+
+def may_be_circles(shape: tuple[int, int]) -> bool:
+    """Whether a picture of some rows and columns has the proportions of two circles."""
+    return _ASPECT[0] <= max(shape) / min(shape) <= _ASPECT[1]
+
+
+def find_circles(frame: Bytes) -> Circles | None:
+    """Look for two image circles in one frame, (h, w, 3) uint8; None where there are none.
+
+    A frame that is too dark to show enough of a rim gives None, too.
+    """
+    height, width = frame.shape[:2]
+    if not may_be_circles((height, width)):
+        return None
+    stacked = height > width
+    bright = cv2.GaussianBlur(_brightest(frame), (3, 3), 0)
+    halves = np.array_split(bright, 2, axis=0 if stacked else 1)
+    first = _rim(np.ascontiguousarray(halves[0]))
+    second = None if first is None else _rim(np.ascontiguousarray(halves[1]))
+    if first is None or second is None:
+        return None
+    if abs(first.radius / second.radius - 1.0) > _MOST_APART:
+        return None
+    side = min(height, width)
+    shift = halves[0].shape[0 if stacked else 1]
+    circles = Circles(
+        centres=(
+            ((first.x + 0.5) / side, (first.y + 0.5) / side),
+            (
+                (second.x + 0.5 + (0 if stacked else shift)) / side,
+                (second.y + 0.5 + (shift if stacked else 0)) / side,
+            ),
+        ),
+        radius=(first.radius + second.radius) / 2.0 / side,
+        stacked=stacked,
+        strength=first.share + second.share,
+    )
+    return circles if _fits(frame, circles) else None
+
+
+@dataclass(frozen=True, slots=True)
+class _Rim:
+    """A circle in one half of a picture, in its pixels; `share` of its angles show the rim."""
+
+    x: float
+    y: float
+    radius: float
+    share: float
+
+
+def _rim(half: Bytes) -> _Rim | None:
+    """Fit the circle beyond which one half of a picture is dark."""
+    height, width = half.shape
+    size, centre = min(height, width) / 2.0, ((width - 1) / 2.0, (height - 1) / 2.0)
+    angles: Float64 = np.arange(_ANGLES, dtype=np.float64) * (2.0 * math.pi / _ANGLES)
+    radii = np.arange(_REACH[0] * size, _REACH[1] * size, 0.5, dtype=np.float64)
+    x = centre[0] + radii * np.cos(angles)[:, None]
+    y = centre[1] + radii * np.sin(angles)[:, None]
+    inside = (x >= 0) & (y >= 0) & (x <= width - 1) & (y <= height - 1)
+    maps = x.astype(np.float32), y.astype(np.float32)
+    codes = np.asarray(cv2.remap(half, *maps, cv2.INTER_LINEAR), np.uint8)
+    far = inside & (radii > _CORNER * size)
+    if not far.any():
+        return None
+    dark = float(np.quantile(codes[far], 0.98))
+    if dark > _DARKEST:
+        return None
+    limit = dark + _STEP
+    lit = inside & (codes > limit)
+    last = lit.shape[1] - 1 - np.argmax(lit[:, ::-1], axis=1)
+    border = inside.sum(axis=1) - 1
+    # At the picture's border nothing says where the rim would be.
+    usable = lit.any(axis=1) & (last < border - 1)
+    distance = _crossings(codes, last, limit, radii)
+    points = np.stack(
+        [centre[0] + distance * np.cos(angles), centre[1] + distance * np.sin(angles)], axis=1
+    )
+    return _fitted(points.astype(np.float64), usable, angles, size, centre)
+
+
+def _crossings(codes: Bytes, last: NDArray[np.intp], limit: float, radii: Float64) -> Float64:
+    """Refine the outermost bright place of each angle to where its rim is half as bright."""
+    rows = np.arange(len(codes))
+    back = codes[rows[:, None], np.clip(last[:, None] - np.arange(2, 10), 0, None)]
+    half = np.maximum(np.median(back, axis=1) / 2.0, limit)
+    rim = np.clip(last[:, None] - np.arange(-3, 10), 0, codes.shape[1] - 1)
+    first = np.argmax(codes[rows[:, None], rim] >= half[:, None], axis=1)
+    at = rim[rows, first]
+    after = np.minimum(at + 1, codes.shape[1] - 1)
+    step = np.maximum(codes[rows, at].astype(float) - codes[rows, after], 1.0)
+    share = np.clip((codes[rows, at] - half) / step, 0.0, 1.0)
+    return np.asarray(radii[at] + share * (radii[1] - radii[0]))
+
+
+def _fitted(
+    points: Float64,
+    usable: NDArray[np.bool_],
+    angles: Float64,
+    size: float,
+    centre: tuple[float, float],
+) -> _Rim | None:
+    """Fit a circle to the outermost points; what is dark inside only moves points inwards."""
+    x, y = centre
+    if usable.sum() < _LEAST_SHARE * _ANGLES:
+        return None
+    distance = np.hypot(points[:, 0] - x, points[:, 1] - y)
+    radius = float(np.quantile(distance[usable], 0.8))
+    on_rim = usable
+    for width in (0.08, 0.05, 0.03, _ON_RIM, _ON_RIM, _ON_RIM):
+        distance = np.hypot(points[:, 0] - x, points[:, 1] - y)
+        on_rim = usable & (np.abs(distance / radius - 1.0) < width)
+        if on_rim.sum() < _LEAST_SHARE * _ANGLES:
+            return None
+        matrix = np.column_stack([points[on_rim], np.ones(on_rim.sum())])
+        right = (points[on_rim] ** 2).sum(axis=1)
+        a, b, c = np.linalg.lstsq(matrix, right, rcond=None)[0]
+        x, y = a / 2.0, b / 2.0
+        radius = math.sqrt(max(c + x * x + y * y, 1.0))
+    sectors = len(set((angles[on_rim] // (math.pi / 4.0)).astype(int).tolist()))
+    off = math.hypot(x - centre[0], y - centre[1])
+    if sectors < _LEAST_SECTORS or off > 0.1 * size:
+        return None
+    if not _RADII[0] * size <= radius <= _RADII[1] * size:
+        return None
+    # Of what shows an edge, most must lie on the rim, and next to nothing beyond it.
+    beyond = usable & (
+        np.hypot(points[:, 0] - x, points[:, 1] - y) > (1.0 + 2.0 * _ON_RIM) * radius
+    )
+    if beyond.sum() > 0.05 * usable.sum():
+        return None
+    return _Rim(float(x), float(y), float(radius), float(on_rim.mean()))
+
+
+def _fits(frame: Bytes, circles: Circles) -> bool:
+    """Whether a frame is dark around the circles, however dark it is inside."""
+    codes = _brightest(frame)[_away(frame, circles) > _AROUND]
+    if codes.size < 0.02 * frame.shape[0] * frame.shape[1]:
+        return False
+    limit = min(float(np.median(codes)) + 2 * _STEP, _DARKEST + _STEP)
+    return bool(np.mean(codes > limit) < _MOST_OUTSIDE)
+
+
+def _filled(frame: Bytes, circles: Circles) -> bool:
+    """Whether there is a picture around the circles of other frames, not only stray light."""
+    away, light = _away(frame, circles), srgb_decode(_brightest(frame) / 255.0)
+    outside, inside = light[away > _AROUND], light[(away > 0.8) & (away < 0.97)]
+    return float(np.quantile(outside, 0.9)) > _PICTURE and outside.mean() > 0.3 * inside.mean()
+
+
+def _brightest(frame: Bytes) -> Bytes:
+    """Largest code of each pixel; a maximum along the last axis takes thirty times as long."""
+    red, green, blue = cv2.split(frame)
+    return np.asarray(cv2.max(cv2.max(red, green), blue), np.uint8)
+
+
+def _away(frame: Bytes, circles: Circles) -> Float64:
+    """Distance of each pixel from the nearer circle's centre, in radii."""
+    side = min(frame.shape[:2])
+    y, x = np.mgrid[: frame.shape[0], : frame.shape[1]]
+    away = [
+        np.hypot(x + 0.5 - centre[0] * side, y + 0.5 - centre[1] * side)
+        for centre in circles.centres
+    ]
+    return np.asarray(np.minimum(*away) / (circles.radius * side))

@@ -1,0 +1,166 @@
+"""What can be said of a place from its light alone: its lamps, and where it is only a lower bound.
+
+A place that is opened again, or a panorama from elsewhere, comes without the clip mask of its
+merge. Where its bracket is known, the level at which the darkest frame clipped is known too, and
+that is all it takes: what is at that level may have been brighter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.errors import ProbeError
+from app.core.hdr.advice import kind_words
+from app.core.hdr.frame import Merged
+from app.core.hdr.lights import find_lights, light_grid
+from app.core.hdr.merge import reference_exposure
+from app.core.hdr.sun_finder import find_sun
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.core.base.colour import FloatImage
+
+Float32: TypeAlias = NDArray[np.float32]
+
+_NEAR: Final = 0.985  # of the clip level: the last code before the highest, and rounding in files
+_SHOWN: Final = (512, 1024)
+_LEAST_SHARE: Final = 0.0005
+
+
+@dataclass(frozen=True, slots=True)
+class Lamp:
+    """A lamp, a window, the sun, as it is listed.
+
+    Attributes
+    ----------
+    kind : str
+        "sun", "lamp", "window" or "bright area".
+    azimuth_deg, elevation_deg : float
+        Centre of its light in the panorama, deg.
+    diameter_deg : float
+        Of the disc with the same solid angle, deg.
+    share : float
+        Of the place's light, 0 to 1; a lower bound where it is clipped.
+    """
+
+    letter: str
+    kind: str
+    azimuth_deg: float
+    elevation_deg: float
+    diameter_deg: float
+    share: float
+    clipped: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Findings:
+    """What was found in a place's light.
+
+    Attributes
+    ----------
+    clipped : (512, 1024) float32 or None
+        Share of each texel that is clipped, 0 to 1; None where nothing is known to be.
+    """
+
+    lamps: tuple[Lamp, ...] = ()
+    clipped: Float32 | None = field(default=None, repr=False)
+
+    @property
+    def clipped_lamps(self) -> tuple[Lamp, ...]:
+        """Those that are clipped, the largest share first."""
+        return tuple(lamp for lamp in self.lamps if lamp.clipped)
+
+
+def clip_level(stops: Sequence[float]) -> float | None:
+    """Radiance at which the darkest frame of a bracket clips, in the unit of its merge.
+
+    Parameters
+    ----------
+    stops : sequence of float
+        True exposure of each frame, in stops above any common one.
+
+    Examples
+    --------
+    >>> clip_level([2.0, 0.0, -2.0])
+    4.0
+    """
+    if not stops:
+        return None
+    return float(2.0 ** (reference_exposure(stops) - min(stops)))
+
+
+def clipped_share(radiance: FloatImage, level: float | None) -> Float32:
+    """Mark where a panorama is only known from below.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, W, 3)
+        Linear Rec. 709, in the unit of its merge.
+    level : float or None
+        Of `clip_level`; None where nothing is known to be clipped.
+
+    Returns
+    -------
+    NDArray[np.float32], (H, W)
+        1 where the largest channel reaches the level, else 0.
+    """
+    if level is None:
+        return np.zeros(radiance.shape[:2], np.float32)
+    return np.asarray(radiance.max(axis=2) >= _NEAR * level, np.float32)
+
+
+def find(radiance: FloatImage, level: float | None = None, cd_m2: float | None = None) -> Findings:
+    """Look for the lamps of a place, and for what is clipped.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, 2 H, 3)
+        Linear Rec. 709.
+    level : float, optional
+        Radiance at which it clips (`clip_level`); None where nothing is known to be clipped.
+    cd_m2 : float, optional
+        Luminance of radiance 1, cd/m2, where it is known.
+    """
+    lost = clipped_share(radiance, level)
+    merged = Merged(
+        radiance=radiance,
+        clipped=lost,
+        dark=np.zeros_like(lost),
+        reference_ev=0.0,
+        clip_level=level or 2.0 * float(radiance.max()),
+        cd_m2=cd_m2,
+    )
+    try:
+        grid = light_grid(merged)
+        lights = find_lights(merged, grid)
+    except ProbeError:
+        return Findings()
+    sun = find_sun(merged, lights, grid)
+    lamps = tuple(
+        Lamp(
+            light.id,
+            kind_words(light, sun),
+            light.azimuth_deg,
+            light.elevation_deg,
+            light.diameter_deg,
+            light.share,
+            light.clipped,
+        )
+        for light in lights
+        if light.share >= _LEAST_SHARE
+    )
+    return Findings(lamps, _shrunk(lost) if lost.any() else None)
+
+
+def _shrunk(lost: Float32) -> Float32:
+    """Reduce a mask for showing it; what covers a part of a texel stays seen."""
+    if lost.shape[0] <= _SHOWN[0]:
+        return lost
+    size = (_SHOWN[1], _SHOWN[0])
+    return np.asarray(cv2.resize(lost, size, interpolation=cv2.INTER_AREA), np.float32)

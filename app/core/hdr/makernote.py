@@ -1,0 +1,263 @@
+r"""The Ricoh maker note: what a Theta did that its EXIF does not say.
+
+A Theta sets the sensitivity of its two lenses separately, may have levelled the picture already,
+and may have compressed its range. All that stands only in the maker note, which OpenImageIO
+leaves out. What is read here (theta-api-specs, "THETA Metadata Spec"; the tags from 0x0101 on by
+ExifTool's table `Ricoh::ThetaSubdir`):
+
+====== ============================ ==========================================================
+tag    type, count                  meaning
+====== ============================ ==========================================================
+0x0001 SHORT, 1                     picture: 1 equirectangular, 2 to 6 fisheye
+0x0002 SHORT, 1                     HDR rendering 0/1
+0x0007 SHORT, 1                     zenith correction applied 0/1
+0x0008 SHORT, 1                     dynamic range compensation 0/1 (not on the X)
+0x000E SHORT, 1                     handheld HDR 0/1 (not on the S)
+0x0101 SHORT, 2 (X) or 4 (S, V)     ISO of each lens; four are two values, each followed by a 0
+0x0103 RATIONAL, 2 (S, V),          exposure time of each lens in seconds
+       SRATIONAL, 2 (X)
+====== ============================ ==========================================================
+
+Types and counts are those of files of the S (firmware 1.11), V (3.30.1) and X (1.00.1, 2.00.0).
+All are big-endian. The EXIF segment comes first, or second after a JFIF one (the X reductions).
+The note starts with ``Ricoh\0\0\0`` and a directory; entry 0x4001 of that (LONG, 1) holds the
+offset of the Theta directory. All offsets count from the TIFF header, not from the note.
+
+Files come from anywhere, so nothing in them is believed: only the EXIF segment's own bytes (at
+most 64 KiB) are looked at, each offset is checked against its end, four directories of at most
+256 entries are read one after another, and whatever does not fit makes the note absent.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, BinaryIO, Final
+
+from app.core.base.files import open_file
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+_MAX_SEGMENTS: Final = 64
+_MAX_FILL: Final = 16
+_MAX_ENTRIES: Final = 256
+_MAX_VALUES: Final = 4
+_EXIF: Final = b"Exif\x00\x00"
+_RICOH: Final = b"Ricoh\x00\x00\x00"
+
+_EXIF_IFD: Final = 0x8769
+_MAKER_NOTE: Final = 0x927C
+_THETA_IFD: Final = 0x4001
+_PICTURE: Final = 0x0001
+_ZENITH: Final = 0x0007
+_TONE: Final = (0x0002, 0x0008, 0x000E)
+_LENS_ISO: Final = 0x0101
+_LENS_TIME: Final = 0x0103
+
+_SHORT: Final = 3
+_LONG: Final = 4
+_UNDEFINED: Final = 7
+_INTEGERS: Final = {_SHORT: "H", _LONG: "I"}
+_FRACTIONS: Final = {5: "II", 10: "ii"}
+
+_ISO_LIMITS: Final = (1.0, 1e6)
+_TIME_LIMITS: Final = (1e-7, 1e5)
+
+
+@dataclass(frozen=True, slots=True)
+class RicohNote:
+    """What the maker note of a Theta says.
+
+    Attributes
+    ----------
+    lens_shutters_s : tuple[float, ...]
+        Exposure time of each of the two lenses in seconds; empty where not stated.
+    zenith_corrected : bool or None
+        Whether the camera has levelled the picture; None where not stated.
+    equirectangular : bool or None
+        Whether the picture is a stitched panorama; None where not stated.
+    """
+
+    lens_isos: tuple[float, ...] = ()
+    lens_shutters_s: tuple[float, ...] = ()
+    zenith_corrected: bool | None = None
+    tone_mapped: bool = False
+    equirectangular: bool | None = None
+
+
+def read_ricoh_note(path: Path) -> RicohNote | None:
+    """Read the maker note of a JPEG file.
+
+    Returns
+    -------
+    RicohNote or None
+        None where there is none, or none that can be understood.
+    """
+    try:
+        with open_file(path) as stream:
+            segment = exif_segment(stream)
+    except (OSError, ValueError):
+        return None
+    return None if segment is None else parse_ricoh_note(segment)
+
+
+def exif_segment(stream: BinaryIO) -> bytes | None:
+    """Find the EXIF segment of a JPEG file (APP1 of JIS X 5-3, EXIF 2.32 section 4.5).
+
+    Returns
+    -------
+    bytes or None
+        From the TIFF header to the end of the segment, less than 64 KiB; None where there is no
+        whole one.
+    """
+    if stream.read(2) != b"\xff\xd8":
+        return None
+    for _ in range(_MAX_SEGMENTS):
+        size = _segment_size(stream)
+        if size is None:
+            return None
+        marker, length = size
+        if marker != 0xE1 or length < len(_EXIF):
+            stream.seek(length, 1)
+            continue
+        data = stream.read(length)
+        if data.startswith(_EXIF):
+            return data[len(_EXIF) :] if len(data) == length else None
+    return None
+
+
+def _segment_size(stream: BinaryIO) -> tuple[int, int] | None:
+    """Marker and number of bytes that follow the length field; None at the picture's data."""
+    marker = stream.read(2)
+    for _ in range(_MAX_FILL):  # A marker may be preceded by any number of fill bytes.
+        if marker != b"\xff\xff":
+            break
+        marker = b"\xff" + stream.read(1)
+    length = stream.read(2)
+    if len(marker) < 2 or len(length) < 2 or marker[0] != 0xFF:
+        return None
+    code = marker[1]
+    # Segments without a length (0x01, 0xD0 to 0xD9) and the start of the scan end the header.
+    if code in (0x00, 0x01, 0xDA, 0xFF) or 0xD0 <= code <= 0xD9:
+        return None
+    count = int.from_bytes(length, "big")
+    return (code, count - 2) if count >= 2 else None
+
+
+def parse_ricoh_note(exif: bytes) -> RicohNote | None:
+    """Read the Theta directory of a Ricoh maker note.
+
+    Returns
+    -------
+    RicohNote or None
+        None for the EXIF of other cameras and for damaged or hostile bytes.
+    """
+    order = {b"MM\x00*": ">", b"II*\x00": "<"}.get(exif[:4])
+    if order is None:
+        return None
+    tiff = _Tiff(exif, order)
+    main = tiff.directory(tiff.long_at(4))
+    camera = tiff.directory(tiff.pointer(main, _EXIF_IFD))
+    note = camera.get(_MAKER_NOTE)
+    if note is None or note.kind != _UNDEFINED or note.count < len(_RICOH):
+        return None
+    if exif[note.offset : note.offset + len(_RICOH)] != _RICOH:
+        return None
+    theta = tiff.directory(tiff.pointer(tiff.directory(note.offset + len(_RICOH)), _THETA_IFD))
+    return _interpret(tiff, theta) if theta else None
+
+
+@dataclass(frozen=True, slots=True)
+class _Entry:
+    """One entry of a directory; `offset` is that of its values."""
+
+    kind: int
+    count: int
+    offset: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Tiff:
+    """Bounded look-ups in the bytes of a TIFF structure (TIFF 6.0, section 2)."""
+
+    data: bytes
+    order: str
+
+    def unpack(self, form: str, offset: int) -> tuple[int, ...]:
+        """Integers at an offset; empty where they do not lie within the data."""
+        form = self.order + form
+        if offset < 0 or offset + struct.calcsize(form) > len(self.data):
+            return ()
+        return struct.unpack_from(form, self.data, offset)
+
+    def long_at(self, offset: int) -> int:
+        """Offset that is stored at an offset; 0, which is never a directory, where it is not."""
+        return next(iter(self.unpack("I", offset)), 0)
+
+    def directory(self, offset: int) -> dict[int, _Entry]:
+        """Entries of the directory at an offset by tag; empty where there is no whole one."""
+        count = next(iter(self.unpack("H", offset)), 0)
+        whole = offset + 2 + 12 * count <= len(self.data)
+        if offset < 8 or not whole or count > _MAX_ENTRIES:
+            return {}
+        entries: dict[int, _Entry] = {}
+        for start in range(offset + 2, offset + 2 + 12 * count, 12):
+            tag, kind, number = self.unpack("HHI", start)
+            place = start + 8 if _fits_inside(kind, number) else self.long_at(start + 8)
+            entries.setdefault(tag, _Entry(kind, number, place))
+        return entries
+
+    def pointer(self, entries: dict[int, _Entry], tag: int) -> int:
+        """Offset that an entry holds; 0 where it holds none."""
+        entry = entries.get(tag)
+        if entry is None or (entry.kind, entry.count) != (_LONG, 1):
+            return 0
+        return self.long_at(entry.offset)
+
+    def numbers(self, entry: _Entry | None) -> tuple[float, ...]:
+        """Up to four values of an entry; empty where they are more, elsewhere or not numbers."""
+        if entry is None or not 1 <= entry.count <= _MAX_VALUES:
+            return ()
+        if entry.kind in _INTEGERS:
+            form = _INTEGERS[entry.kind] * entry.count
+            return tuple(float(value) for value in self.unpack(form, entry.offset))
+        if entry.kind in _FRACTIONS:
+            flat = self.unpack(_FRACTIONS[entry.kind] * entry.count, entry.offset)
+            return tuple(
+                top / bottom if bottom else math.nan
+                for top, bottom in zip(flat[::2], flat[1::2], strict=True)
+            )
+        return ()
+
+
+def _fits_inside(kind: int, count: int) -> bool:
+    """Whether an entry's values stand in the entry itself: at most four bytes."""
+    size = {1: 1, 2: 1, _SHORT: 2, _LONG: 4, 6: 1, _UNDEFINED: 1, 8: 2, 9: 4, 11: 4}.get(kind, 8)
+    return size * count <= 4
+
+
+def _interpret(tiff: _Tiff, theta: dict[int, _Entry]) -> RicohNote:
+    zenith = _flag(tiff, theta, _ZENITH)
+    picture = tiff.numbers(theta.get(_PICTURE))
+    return RicohNote(
+        lens_isos=_pair(tiff.numbers(theta.get(_LENS_ISO)), _ISO_LIMITS),
+        lens_shutters_s=_pair(tiff.numbers(theta.get(_LENS_TIME)), _TIME_LIMITS),
+        zenith_corrected=zenith,
+        tone_mapped=any(_flag(tiff, theta, tag) for tag in _TONE),
+        equirectangular=picture[0] == 1 if len(picture) == 1 and 1 <= picture[0] <= 6 else None,
+    )
+
+
+def _flag(tiff: _Tiff, theta: dict[int, _Entry], tag: int) -> bool | None:
+    values = tiff.numbers(theta.get(tag))
+    return bool(values[0]) if values in ((0.0,), (1.0,)) else None
+
+
+def _pair(values: tuple[float, ...], limits: tuple[float, float]) -> tuple[float, ...]:
+    """Two plausible values, or none."""
+    if len(values) == 4 and values[1] == values[3] == 0.0:
+        values = values[::2]
+    plausible = len(values) == 2 and all(limits[0] <= value <= limits[1] for value in values)
+    return values if plausible else ()

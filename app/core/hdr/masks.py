@@ -1,0 +1,360 @@
+"""Masks by hand: caps, boxes and polygons in degrees, and pictures of masks."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import cv2
+import numpy as np
+
+from app.core.base.angles import difference, wrap
+from app.core.base.errors import ProbeError
+from app.core.base.image_input import (
+    clear_error,
+    is_unwieldy,
+    open_image,
+    read_rows,
+    read_start,
+    rows_at_once,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from OpenImageIO import ImageInput
+
+    from app.core.base.colour import FloatImage
+
+MaskKind: TypeAlias = Literal["nadir", "zenith", "box", "polygon", "picture", "suggested"]
+
+_PICTURES: Final = (".png", ".tif", ".tiff", ".exr", ".jpg", ".jpeg")
+_WIDEST: Final = 16384
+_BAND_ROWS: Final = 256
+_MOST_POINTS: Final = 1000
+_SUB: Final = 4
+_FORMS: Final = (
+    "Write nadir:-65, box:from,to,low,high, three or more points az,el;az,el;az,el, suggested, "
+    "or the name of a black and white picture."
+)
+
+
+@dataclass(frozen=True, slots=True)
+class MaskSpec:
+    """What a user wants removed, before it is drawn.
+
+    Attributes
+    ----------
+    numbers : tuple[float, ...]
+        Degrees: the cap's elevation; the box's azimuth from and to (clockwise) and elevation
+        from and to; or azimuth and elevation of the polygon's points in turn.
+    """
+
+    kind: MaskKind
+    numbers: tuple[float, ...] = ()
+    path: Path | None = None
+
+    @property
+    def name(self) -> str:
+        """Words for reports."""
+        if self.kind == "nadir":
+            return f"everything below {self.numbers[0]:g}°"
+        if self.kind == "zenith":
+            return f"everything above {self.numbers[0]:g}°"
+        if self.path is not None:
+            return f"mask {self.path.name}"
+        return {"box": "masked box", "polygon": "masked area"}.get(self.kind, "suggested masks")
+
+
+def parse_mask(text: str) -> MaskSpec:
+    """Read a mask from the command line.
+
+    Parameters
+    ----------
+    text : str
+        ``nadir:-65`` or ``zenith:80`` (a cap below or above an elevation),
+        ``box:-20,20,-90,-40`` (azimuth from and to, clockwise, and elevation from and to),
+        ``az,el;az,el;az,el`` (a polygon), ``suggested``, or the name of a picture.
+        All numbers are degrees.
+
+    Returns
+    -------
+    MaskSpec
+        The file of a picture is not opened yet.
+
+    Raises
+    ------
+    ProbeError
+        When it is none of these, or a number is out of range.
+
+    Examples
+    --------
+    >>> parse_mask("nadir:-65")
+    MaskSpec(kind='nadir', numbers=(-65.0,), path=None)
+    """
+    given = text.strip()
+    word, colon, rest = given.partition(":")
+    if given == "suggested":
+        return MaskSpec("suggested")
+    if colon and word in ("nadir", "zenith", "box"):
+        numbers = _numbers(rest.split(","), given)
+        return _cap_or_box("box" if word == "box" else _pole(word), numbers, given)
+    if Path(given).suffix.lower() in _PICTURES:
+        return MaskSpec("picture", path=Path(given))
+    return _polygon(given)
+
+
+def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
+    """Draw a mask by hand at a panorama's size.
+
+    Parameters
+    ----------
+    shape : tuple[int, int]
+        Rows and columns.
+
+    Returns
+    -------
+    NDArray[np.float32], (H, W)
+        1 where something is to be removed, 0 to 1.
+
+    Raises
+    ------
+    ProbeError
+        When a picture cannot be read, or for the kind ``suggested``.
+    """
+    if spec.kind == "nadir":
+        return cap_mask(spec.numbers[0], shape)
+    if spec.kind == "zenith":
+        return np.ascontiguousarray(cap_mask(-spec.numbers[0], shape)[::-1])
+    if spec.kind == "box":
+        start, stop, low, high = spec.numbers
+        return box_mask(start, stop, low, high, shape)
+    if spec.path is not None:
+        return picture_mask(spec.path, shape)
+    if spec.kind == "polygon":
+        pairs = zip(spec.numbers[::2], spec.numbers[1::2], strict=True)
+        return polygon_mask(list(pairs), shape)
+    raise ProbeError("Suggested masks need a panorama to look at.")
+
+
+def cap_mask(elevation_deg: float, shape: tuple[int, int]) -> FloatImage:
+    """Mask everything below an elevation.
+
+    Parameters
+    ----------
+    elevation_deg : float
+        Upper edge of the cap around the nadir, degrees.
+    shape : tuple[int, int]
+        Rows and columns.
+
+    Returns
+    -------
+    NDArray[np.float32], (H, W)
+        Share of each texel's height that lies below.
+    """
+    return box_mask(-180.0, 180.0, -90.0, elevation_deg, shape)
+
+
+def box_mask(
+    from_deg: float, to_deg: float, low_deg: float, high_deg: float, shape: tuple[int, int]
+) -> FloatImage:
+    """Mask a box of azimuth and elevation.
+
+    Parameters
+    ----------
+    from_deg, to_deg : float
+        Azimuths between which it reaches, going clockwise from the first (to the right in the
+        picture, across the seam where need be); -180 and 180 are the whole circle.
+    shape : tuple[int, int]
+        Rows and columns.
+
+    Returns
+    -------
+    NDArray[np.float32], (H, W)
+        Share of each texel in the box.
+    """
+    height, width = shape
+    rows = _overlap((90.0 - high_deg) / 180.0 * height, (90.0 - low_deg) / 180.0 * height, height)
+    span = 360.0 if to_deg - from_deg >= 360.0 else (to_deg - from_deg) % 360.0
+    start = (from_deg / 360.0 + 0.5) % 1.0 * width
+    twice = _overlap(start, start + span / 360.0 * width, 2 * width)
+    columns = twice[:width] + twice[width:]
+    return np.outer(rows, np.minimum(columns, 1.0)).astype(np.float32)
+
+
+def polygon_mask(points_deg: Sequence[tuple[float, float]], shape: tuple[int, int]) -> FloatImage:
+    """Mask a polygon drawn on the panorama.
+
+    Parameters
+    ----------
+    points_deg : Sequence[tuple[float, float]]
+        Azimuth and elevation of three or more corners, degrees. Edges are straight in the
+        panorama and go the shorter way round; a polygon that runs all the way round encloses
+        the pole that is nearer to it.
+    shape : tuple[int, int]
+        Rows and columns.
+
+    Returns
+    -------
+    NDArray[np.float32], (H, W)
+        Share of each texel inside, to a quarter of a texel's side.
+
+    Raises
+    ------
+    ProbeError
+        With fewer than three corners.
+    """
+    if len(points_deg) < 3:
+        raise ProbeError("A mask drawn by its corners needs three or more of them.", _FORMS)
+    corners = [(wrap(points_deg[0][0]), points_deg[0][1])]
+    for azimuth, elevation in [*points_deg[1:], points_deg[0]]:
+        before = corners[-1][0]
+        corners.append((before + difference(azimuth, before), elevation))
+    turned = corners[-1][0] - corners[0][0]
+    if abs(turned) > 180.0:
+        pole = math.copysign(90.0, sum(elevation for _, elevation in points_deg))
+        corners += [(corners[-1][0], pole), (corners[0][0], pole)]
+    return _drawn(np.asarray(corners), shape)
+
+
+def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
+    """Read a mask from a picture: white is removed.
+
+    Parameters
+    ----------
+    shape : tuple[int, int]
+        Rows and columns wanted.
+
+    Returns
+    -------
+    NDArray[np.float32], (H, W)
+        0 to 1; the brightest of the colour channels counts, transparency does not.
+
+    Raises
+    ------
+    ProbeError
+        When it is missing, damaged, wider than 16,384, or not twice as wide as high.
+    """
+    with contextlib.closing(_opened(path)) as source:
+        spec = source.spec()
+        height, width = int(spec.height), int(spec.width)
+        used = min(spec.nchannels, 3 if spec.nchannels > 2 else 1)
+        values = np.empty((height, width), np.float32)
+        step = rows_at_once(spec, _BAND_ROWS)
+        for start in range(0, height, step):
+            stop = min(start + step, height)
+            band = read_rows(source, (start, stop), (0, used), "half")
+            if band is None:
+                clear_error(source)
+                raise ProbeError(f"The mask {path.name} is damaged.", "Save it again.")
+            values[start:stop] = band.max(axis=2)
+    values = np.clip(np.nan_to_num(values, copy=False, nan=0.0), 0.0, 1.0, out=values)
+    larger = shape[1] > width
+    method = cv2.INTER_LINEAR if larger else cv2.INTER_AREA
+    sized = cv2.resize(values, (shape[1], shape[0]), interpolation=method)
+    return np.asarray(sized, np.float32)
+
+
+def check_picture_mask(path: Path) -> None:
+    """Look at a mask's header before any work is done; errors as `picture_mask`."""
+    _opened(path).close()
+
+
+def _opened(path: Path) -> ImageInput:
+    try:
+        read_start(path, 1)
+    except FileNotFoundError:
+        raise ProbeError(f"The mask {path.name} was not found.", _FORMS) from None
+    except (OSError, ValueError) as error:
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        raise ProbeError(f"The mask {path.name} cannot be read: {reason}.", _FORMS) from None
+    source = open_image(path)
+    if source is None:
+        raise ProbeError(
+            f"The mask {path.name} is not a picture that can be read.",
+            "Save it as a PNG, white where something is to be filled.",
+        )
+    spec = source.spec()
+    if spec.deep or spec.width != 2 * spec.height or not 2 <= spec.width <= _WIDEST:
+        source.close()
+        raise ProbeError(
+            f"The mask {path.name} has {spec.width} x {spec.height} pixels.",
+            f"It has to be twice as wide as high, and at most {_WIDEST} wide.",
+        )
+    if is_unwieldy(spec):
+        source.close()
+        raise ProbeError(
+            f"The mask {path.name} is stored in blocks or channels too large to read.",
+            "Save it as a PNG.",
+        )
+    return source
+
+
+def _pole(word: str) -> MaskKind:
+    return "nadir" if word == "nadir" else "zenith"
+
+
+def _cap_or_box(kind: MaskKind, numbers: tuple[float, ...], given: str) -> MaskSpec:
+    wanted = 4 if kind == "box" else 1
+    if len(numbers) != wanted:
+        raise ProbeError(f"The mask '{given}' needs {wanted} numbers after the colon.", _FORMS)
+    elevations = numbers[2:] if kind == "box" else numbers
+    if any(abs(value) > 90.0 for value in elevations):
+        raise ProbeError(f"The mask '{given}' has an elevation outside -90 to 90 degrees.")
+    if kind == "box" and numbers[2] >= numbers[3]:
+        raise ProbeError(f"The mask '{given}' ends below where it starts.", _FORMS)
+    return MaskSpec(kind, numbers)
+
+
+def _polygon(given: str) -> MaskSpec:
+    corners = [corner.split(",") for corner in given.strip(";").split(";")]
+    if any(len(corner) != 2 for corner in corners):
+        raise ProbeError(f"The mask '{given}' is not understood.", _FORMS)
+    if not 3 <= len(corners) <= _MOST_POINTS:
+        raise ProbeError(f"The mask '{given}' needs 3 to {_MOST_POINTS} corners.", _FORMS)
+    numbers = _numbers([number for corner in corners for number in corner], given)
+    if any(abs(value) > 90.0 for value in numbers[1::2]):
+        raise ProbeError(f"The mask '{given}' has an elevation outside -90 to 90 degrees.")
+    return MaskSpec("polygon", numbers)
+
+
+def _numbers(words: Sequence[str], given: str) -> tuple[float, ...]:
+    try:
+        numbers = tuple(float(word.replace("−", "-")) for word in words)
+    except ValueError:
+        raise ProbeError(f"The mask '{given}' is not understood.", _FORMS) from None
+    if not all(abs(value) <= 360.0 for value in numbers):
+        raise ProbeError(f"The mask '{given}' has an angle outside -360 to 360 degrees.")
+    return numbers
+
+
+def _overlap(start: float, stop: float, count: int) -> FloatImage:
+    """Share of each unit cell 0..count that lies between two places."""
+    edges = np.arange(count)
+    shared = np.minimum(edges + 1.0, stop) - np.maximum(edges, start)
+    return np.asarray(np.clip(shared, 0.0, 1.0), np.float32)
+
+
+def _drawn(corners: np.ndarray, shape: tuple[int, int]) -> FloatImage:
+    """Fill an outline whose azimuths run on beyond +-180 degrees."""
+    height, width = shape
+    x = (corners[:, 0] / 360.0 + 0.5) * width
+    y = (90.0 - corners[:, 1]) / 180.0 * height
+    left, right = math.floor(x.min()), math.ceil(x.max())
+    top, bottom = max(math.floor(y.min()), 0), min(math.ceil(y.max()), height)
+    columns, rows = max(right - left, 1), max(bottom - top, 1)
+    fine = np.zeros((rows * _SUB, columns * _SUB), np.uint8)
+    outline = np.stack([(x - left) * _SUB - 0.5, (y - top) * _SUB - 0.5], axis=1) * 16.0
+    cv2.fillPoly(fine, [np.round(outline).astype(np.int32)], (255,), cv2.LINE_8, 4)
+    part = cv2.resize(fine, (columns, rows), interpolation=cv2.INTER_AREA).astype(np.float32)
+    mask = np.zeros(shape, np.float32)
+    where = np.arange(left, left + columns) % width
+    for start in range(0, columns, width):
+        chosen = where[start : start + width]
+        region = mask[top : top + rows, chosen]
+        added = region + part[:, start : start + width] / np.float32(255.0)
+        mask[top : top + rows, chosen] = np.minimum(added, 1.0)
+    return mask

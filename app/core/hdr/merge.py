@@ -1,0 +1,371 @@
+"""Merging the frames of a bracket to linear light, reduced in the same pass."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.progress import Report, Token, silent
+from app.core.hdr.agreement import agree
+from app.core.hdr.decoding import row_bands
+from app.core.hdr.frame import Merged
+from app.core.hdr.half_size import HalfLight, half_lights, merge_halved
+from app.core.hdr.pixels import workers
+from app.core.hdr.reduction import Reduction
+from app.core.hdr.speckle import quiet_colours
+from app.core.hdr.weighted_merge import Band, FrameLight, lift_black, merge_band
+from app.core.hdr.weighting import Scheme, float_tables, frame_tables
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from concurrent.futures import Future
+    from typing import Protocol
+
+    from app.core.hdr.decoding import Pixels
+    from app.core.hdr.pixels import FrameStack
+
+    class Curve(Protocol):
+        """What the merge needs of a response."""
+
+        @property
+        def table(self) -> NDArray[np.float64]:
+            """Linear value in 0..1 of each code, (3, 256) or (K, 3, 256)."""
+
+
+Float32: TypeAlias = NDArray[np.float32]
+
+SIZE: Final = (1024, 2048)
+"""Rows and columns of a merged panorama."""
+
+# Pixels per band: many enough that the interpreter's share of the work is small, few enough that
+# the planes of a band stay near the processor.
+_BAND_PIXELS: Final = 160_000
+# Rows of all frames that are read together when they are not held in memory.
+_READ_BYTES: Final = 48 << 20
+# Bands that are being merged or wait for their turn.
+_WAITING: Final = 16
+# What the brightest frame cannot tell from black, as a share of what saturates it.
+_BLACK: Final = 0.0045
+
+
+@dataclass(slots=True)
+class _Result:
+    """Pictures that are being filled."""
+
+    radiance: Float32
+    clipped: Float32
+    dark: Float32
+    counts: list[int]
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """What a band of rows adds to the result, from row `first` on."""
+
+    first: int
+    radiance: Float32 = field(repr=False)
+    clipped: Float32 | None = field(repr=False)
+    dark: Float32 | None = field(repr=False)
+    counts: list[int]
+    stop: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Plan:
+    """What all bands have in common."""
+
+    lights: tuple[FrameLight, ...]
+    trusts: tuple[Float32 | None, ...]
+    reduction: Reduction
+    token: Token
+    halves: tuple[HalfLight, ...] = ()
+    black: float = 0.0
+    doubts: tuple[float, ...] = ()
+
+
+def reference_exposure(stops: Sequence[float]) -> float:
+    """Exposure of the middle frame, in stops: its saturation is the merged light's unit."""
+    return sorted(stops)[len(stops) // 2]
+
+
+def merge(
+    stack: FrameStack,
+    response: Curve,
+    stops: Sequence[float],
+    *,
+    scheme: Scheme = "noise",
+    known: bool = True,
+    doubts: Sequence[float] = (),
+    trust: Sequence[Float32 | None] | None = None,
+    size: tuple[int, int] | None = SIZE,
+    sphere: bool = True,
+    token: Token | None = None,
+    report: Report = silent,
+) -> Merged:
+    """Merge the frames to linear light.
+
+    Each pixel is the weighted mean of what its frames say (`app.core.hdr.weighting`). A pixel
+    that is clipped in every frame gets the darkest frame's value, a lower bound; one that is
+    black in every frame the brightest frame's value. The merged pixels, not the frames', are
+    reduced by area and solid angle.
+
+    Parameters
+    ----------
+    response : Response
+        Its `table`: linear value in 0..1 of each code, (3, 256), or (K, 3, 256) where each frame
+        has its own. Not used for float frames.
+    stops : Sequence[float]
+        True exposures of the stack's frames in stops.
+    doubts : Sequence[float], optional
+        By how much each frame differs from its neighbours, where frames do not fit each other
+        (`app.core.hdr.agreement`); only for 8-bit frames of full size.
+    trust : Sequence of NDArray[np.float32] or None, (h, w) each, optional
+        How far to trust each frame at each place, 0 to 1, at the size of the proxies,
+        interpolated bilinearly; None for a frame that is trusted everywhere.
+    size : tuple[int, int] or None, optional
+        Rows and columns wanted, no more than the frames have; None keeps the frames' own size.
+        Pictures that are not panoramas keep theirs.
+
+    Returns
+    -------
+    Merged
+        See there. `Merged.clipped_fractions` are in the order of the stack.
+
+    Raises
+    ------
+    ProbeError
+        When a file has been damaged since it was first read.
+    ValueError
+        When the numbers of frames, stops and trusts differ.
+    Cancelled
+        When the token was cancelled.
+    """
+    if len(stops) != len(stack.frames) or not stops:
+        raise ValueError(f"{len(stops)} exposures for {len(stack.frames)} frames")
+    trusts = tuple(trust) if trust is not None else (None,) * len(stops)
+    if len(trusts) != len(stops):
+        raise ValueError(f"{len(trusts)} trust maps for {len(stops)} frames")
+    # The kernel takes the last frame for the darkest; corrected exposures may swap two of them.
+    order = sorted(range(len(stops)), key=lambda index: -stops[index])
+    reference = reference_exposure(stops)
+    lights = _lights(stack, response, stops, scheme, reference, order, known)
+    whole = [stack.whole[index] for index in order]
+    halved = not all(whole)
+    shape = (stack.shape[0] // 2, stack.shape[1] // 2) if halved else stack.shape
+    plan = _Plan(
+        lights=lights,
+        trusts=tuple(_useful(trusts[index]) for index in order),
+        reduction=_reduction(shape, size, sphere),
+        token=token or Token(),
+        halves=half_lights(lights, whole) if halved else (),
+        black=_black(stack, known, sphere) * 2.0 ** (reference - max(stops)),
+        doubts=_doubts(stack, doubts, scheme, order),
+    )
+    result = _run(stack, plan, order, report)
+    if plan.black:
+        quiet_colours(result.radiance, [light.tables.value for light in lights], plan.token)
+    pixels = stack.shape[0] * stack.shape[1]
+    fractions = [0.0] * len(order)
+    for place, index in enumerate(order):
+        fractions[index] = result.counts[place] / pixels
+    known = all(f.exposure is not None and f.exposure.known for f in stack.frames)
+    return Merged(
+        radiance=result.radiance,
+        clipped=result.clipped,
+        dark=result.dark,
+        reference_ev=reference,
+        clip_level=2.0 ** (reference - min(stops)),
+        # ISO 12232, as `Exposure.saturation_cd_m2`, for the exposure that the unit stands for.
+        cd_m2=1.2 / 2.0**reference if known else None,
+        clipped_fractions=tuple(fractions),
+    )
+
+
+def _lights(
+    stack: FrameStack,
+    response: Curve,
+    stops: Sequence[float],
+    scheme: Scheme,
+    reference: float,
+    order: Sequence[int],
+    known: bool,
+) -> tuple[FrameLight, ...]:
+    lights = []
+    for index in order:
+        kind = stack.frames[index].kind
+        if kind in ("half", "float"):
+            clips = math.isfinite(stack.top)
+            unit = stack.top if clips else 1.0
+            tables = float_tables(index, stops, clips=clips, scheme=scheme)
+            scale = 2.0 ** (reference - stops[index]) / unit
+            lights.append(FrameLight(tables, scale, unit, clips))
+        else:
+            fine = kind == "uint16"
+            table = response.table if response.table.ndim == 2 else response.table[index]
+            tables = frame_tables(
+                table, index, stops, reference, scheme=scheme, fine=fine, known=known
+            )
+            lights.append(FrameLight(tables))
+    return tuple(lights)
+
+
+def _doubts(
+    stack: FrameStack, doubts: Sequence[float], scheme: Scheme, order: Sequence[int]
+) -> tuple[float, ...]:
+    """Doubts in order, where all frames are of 8 bits and full size and their weights ours."""
+    coded = all(stack.whole) and all(frame.kind == "uint8" for frame in stack.frames)
+    return tuple(doubts[k] for k in order) if doubts and coded and scheme == "noise" else ()
+
+
+def _black(stack: FrameStack, known: bool, sphere: bool) -> float:
+    """Light of the brightest frame below which there is no telling; 0 where that is known."""
+    told = all(frame.kind != "uint8" for frame in stack.frames)
+    return 0.0 if told or (known and _panorama(stack.shape, sphere)) else _BLACK
+
+
+def _panorama(shape: tuple[int, int], sphere: bool) -> bool:
+    return sphere and shape[1] == 2 * shape[0]
+
+
+def _useful(trust: Float32 | None) -> Float32 | None:
+    """Leave out a map that trusts everything."""
+    return None if trust is None or float(trust.min()) >= 1.0 else np.asarray(trust, np.float32)
+
+
+def _reduction(shape: tuple[int, int], size: tuple[int, int] | None, sphere: bool) -> Reduction:
+    panorama = _panorama(shape, sphere)
+    wanted = shape if size is None or (sphere and not panorama) else size
+    smaller = min(wanted[0], shape[0]), min(wanted[1], shape[1])
+    return Reduction.between(shape, smaller, panorama)
+
+
+def _run(stack: FrameStack, plan: _Plan, order: Sequence[int], report: Report) -> _Result:
+    height = plan.reduction.given[0]
+    rows, columns = plan.reduction.wanted
+    result = _Result(
+        radiance=np.zeros((rows, columns, 3), np.float32),
+        clipped=np.zeros((rows, columns), np.float32),
+        dark=np.zeros((rows, columns), np.float32),
+        counts=[0] * len(order),
+    )
+    sources = [stack.sources[index] for index in order]
+    band = plan.reduction.band_rows(_BAND_PIXELS)
+    slab = stack.shape[0] if stack.in_memory else _slab_rows(stack, band)
+
+    with ThreadPoolExecutor(workers(height)) as pool:
+        for top, bottom in row_bands(stack.shape[0], slab):
+            plan.token.check()
+            frames = list(pool.map(lambda source, a=top, b=bottom: source.rows(a, b), sources))
+            merge_rows = partial(_merge_rows, plan, frames, top)
+            # Frames at half size are all in memory: then this is the one and only slab.
+            bands = [(top + a, top + b) for a, b in row_bands(min(bottom, height) - top, band)]
+            for part in _flow(pool, merge_rows, bands):
+                plan.token.check()
+                _put(result, part)
+                report(part.stop / height, "merging")
+    return result
+
+
+def _slab_rows(stack: FrameStack, band: int) -> int:
+    """Rows to read at a time of frames that are not in memory: whole bands."""
+    row_bytes = sum(3 * frame.shape[1] * _bytes(frame.kind) for frame in stack.frames)
+    return max(1, _READ_BYTES // row_bytes // band) * band
+
+
+def _bytes(kind: str) -> int:
+    return {"uint8": 1, "uint16": 2}.get(kind, 4)
+
+
+def _flow(
+    pool: ThreadPoolExecutor,
+    work: Callable[[tuple[int, int]], _Part],
+    bands: Iterable[tuple[int, int]],
+) -> Iterator[_Part]:
+    """Results in order, with only a few tasks under way or waiting at any time."""
+    waiting: deque[Future[_Part]] = deque()
+    try:
+        for band in bands:
+            waiting.append(pool.submit(work, band))
+            if len(waiting) > _WAITING:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+    finally:
+        for future in waiting:
+            future.cancel()
+
+
+def _merge_rows(plan: _Plan, frames: Sequence[Pixels], offset: int, rows: tuple[int, int]) -> _Part:
+    """Merge some rows of the frames, whose first row is row `offset` of the picture."""
+    plan.token.check()
+    start, stop = rows
+    shape = plan.reduction.given
+    trusts = [None if t is None else _trust_rows(t, start, stop, shape) for t in plan.trusts]
+    if plan.halves:
+        sizes = [len(pixels) // shape[0] for pixels in frames]
+        bands = [p[k * start : k * stop] for p, k in zip(frames, sizes, strict=True)]
+        band = merge_halved(bands, plan.halves, trusts)
+    else:
+        bands = [pixels[start - offset : stop - offset] for pixels in frames]
+        band = merge_band(bands, plan.lights, trusts)
+        if plan.doubts:
+            agree(bands, plan.lights, trusts, plan.doubts, band.radiance)
+    if plan.black:
+        lift_black(band.radiance, plan.black)
+    return _reduced(band, plan.reduction, start, stop)
+
+
+def _reduced(band: Band, reduction: Reduction, start: int, stop: int) -> _Part:
+    """Reduce a band to what it adds to the result."""
+    clipped, dark = (None if m is None else _share(m) for m in (band.clipped, band.dark))
+    if reduction.whole:
+        return _Part(start, _mixed(band.radiance), clipped, dark, band.clipped_counts, stop)
+    first, rows = reduction.rows(start, stop)
+
+    def small(plane: Float32 | None) -> Float32 | None:
+        return None if plane is None else reduction.columns(rows @ plane)
+
+    light = _mixed([reduction.columns(rows @ plane) for plane in band.radiance])
+    return _Part(first, light, small(clipped), small(dark), band.clipped_counts, stop)
+
+
+def _mixed(planes: Sequence[Float32]) -> Float32:
+    return np.asarray(cv2.merge(planes))
+
+
+def _share(mask: NDArray[np.uint8]) -> Float32:
+    return mask.astype(np.float32) * np.float32(1.0 / 255.0)
+
+
+def _put(result: _Result, part: _Part) -> None:
+    """Add a band's part to the pictures."""
+    rows = slice(part.first, part.first + part.radiance.shape[0])
+    result.radiance[rows] += part.radiance
+    if part.clipped is not None:
+        result.clipped[rows] += part.clipped
+    if part.dark is not None:
+        result.dark[rows] += part.dark
+    for index, count in enumerate(part.counts):
+        result.counts[index] += count
+
+
+def _trust_rows(trust: Float32, start: int, stop: int, shape: tuple[int, int]) -> Float32 | None:
+    """Interpolate rows ``start..stop`` of a trust map at full size; None where all are 1."""
+    # Pixel centres: the same as one cv2.resize of the whole map.
+    places = (np.arange(start, stop) + 0.5) * (trust.shape[0] / shape[0]) - 0.5
+    places = np.clip(places, 0.0, trust.shape[0] - 1.0)
+    above = places.astype(np.intp)
+    below = np.minimum(above + 1, trust.shape[0] - 1)
+    if trust[above[0] : below[-1] + 1].min() >= 1.0:
+        return None
+    share = (places - above).astype(np.float32)[:, None]
+    rows = trust[above] * (1.0 - share) + trust[below] * share
+    return np.asarray(cv2.resize(rows, (shape[1], stop - start), interpolation=cv2.INTER_LINEAR))

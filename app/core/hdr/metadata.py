@@ -1,0 +1,325 @@
+"""What one file of a bracket says about itself, without its pixels.
+
+Size, kind of number and EXIF come from OpenImageIO's header read; what a Theta says in its maker
+note comes from `app.core.hdr.makernote`. Files come from anywhere: whatever cannot be a frame
+ends in a `ProbeError` with one sentence, and tags with values that no camera has count as absent.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from app.core.base.errors import ProbeError
+from app.core.base.image_input import is_unwieldy, open_image, read_start, stated_orientation
+from app.core.hdr.frame import Exposure, Frame, LensExposure, Pose
+from app.core.hdr.makernote import RicohNote, read_ricoh_note
+
+if TYPE_CHECKING:
+    from OpenImageIO import ImageInput, ImageSpec
+
+ENDINGS: Final = (".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".exr", ".hdr")
+"""Endings of the files that are taken from a folder; .insp is Insta360's for unstitched JPEGs."""
+
+MAX_SIDE: Final = 16384
+"""Longest side of a frame in pixels; a panorama is then 16384 x 8192."""
+
+MIN_WIDTH: Final = 16
+"""Least width of a frame in pixels, and twice its least height: 22.5 degrees each."""
+
+SHUTTER_LIMITS_S: Final = (1e-7, 1e5)
+"""Exposure times in seconds that are believed."""
+
+ISO_LIMITS: Final = (0.5, 1e7)
+"""Sensitivities that are believed."""
+
+APERTURE_LIMITS: Final = (0.3, 1000.0)
+"""F-numbers that are believed; cameras write 0 for a lens that they do not know."""
+
+_MOST_TILED: Final = 1 << 21  # pixels in a row of tiles, of which each frame holds one
+
+_KINDS: Final = {
+    "uint8": "uint8",
+    "uint16": "uint16",
+    "half": "half",
+    "float": "float",
+    "double": "float",
+}
+_FORMATS: Final = ("jpeg", "png", "tiff", "openexr", "hdr")
+_SIGNATURES: Final = (b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"\x76\x2f\x31\x01", b"#?")
+_TIFF_SIGNATURES: Final = (b"II*\x00", b"MM\x00*", b"II+\x00", b"MM\x00+")
+_ISO_TAGS: Final = (
+    "Exif:PhotographicSensitivity",
+    "Exif:ISOSpeedRatings",
+    "ISOSpeedRatings",
+)
+# EXIF 2.32, table 4: the 16 bits of PhotographicSensitivity end at 65535; then these hold more.
+_LARGE_ISO_TAGS: Final = (
+    "Exif:RecommendedExposureIndex",
+    "Exif:StandardOutputSensitivity",
+    "Exif:ISOSpeed",
+)
+_ISO_OVERFLOW: Final = 65535
+_APEX_TOLERANCE: Final = 0.5
+_COPY_AGAIN: Final = "Copy or export it again."
+_READ_KINDS: Final = "JPEG, PNG, TIFF, OpenEXR and Radiance pictures are read."
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """A frame with the tags it was made from.
+
+    Attributes
+    ----------
+    shutter_s, iso, aperture : float or None
+        Exposure time in seconds, sensitivity and f-number of EXIF; None where not stated.
+    """
+
+    frame: Frame
+    shutter_s: float | None = None
+    iso: float | None = None
+    aperture: float | None = None
+    orientation: int = 1
+    note: RicohNote | None = None
+    doubts: tuple[str, ...] = ()
+
+
+def read_frame(path: Path | str) -> Frame:
+    """Read what a picture file says about its exposure and orientation; no pixel is decoded.
+
+    Returns
+    -------
+    Frame
+        With `exposure` None where no exposure time is stated; where only ISO or f-number is
+        missing it is 100 or 1, and the exposure is marked as not known.
+
+    Raises
+    ------
+    ProbeError
+        When the file is missing, a folder, empty, damaged, not a picture of these kinds, too large
+        or too small.
+    """
+    return read_header(path).frame
+
+
+def read_header(path: Path | str) -> Header:
+    """Read the same as `read_frame`, with the tags themselves.
+
+    Raises
+    ------
+    ProbeError
+        As `read_frame`.
+    """
+    file = Path(path)
+    jpeg = _check_signature(file).startswith(b"\xff\xd8")
+    source = open_image(file)
+    if source is None:
+        raise ProbeError(f"{file.name} is damaged or incomplete.", _COPY_AGAIN)
+    try:
+        note = read_ricoh_note(file) if jpeg else None
+        return _header(source, file, note)
+    finally:
+        source.close()
+
+
+def _check_signature(file: Path) -> bytes:
+    """Judge the file by its first bytes, before any decoder sees it."""
+    try:
+        if file.is_dir():
+            raise ProbeError(f"{file} is a folder, not a picture.", "Name its files.")
+        start = read_start(file, 16)
+    except FileNotFoundError:
+        raise ProbeError(f"There is no file {file}.", "Check the name.") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ProbeError(f"{file} cannot be read: {reason.lower()}.") from None
+    if not start:
+        raise ProbeError(f"{file.name} is empty.", _COPY_AGAIN)
+    if start.startswith(_TIFF_SIGNATURES):
+        if file.suffix.lower() in (".tif", ".tiff"):
+            return start
+        raise ProbeError(
+            f"{file.name} is a raw or TIFF-like file that is not read as it is.",
+            "Develop it without tone curve to a TIFF file (.tif), or use the camera's JPEG.",
+        )
+    # Radiance files may carry lines before the one that names them.
+    if not start.startswith(_SIGNATURES) and file.suffix.lower() != ".hdr":
+        raise ProbeError(f"{file.name} is not a picture that can be read.", _READ_KINDS)
+    return start
+
+
+def _header(source: ImageInput, file: Path, note: RicohNote | None) -> Header:
+    spec = source.spec()
+    _check_format(source.format_name(), spec, file)
+    _check_size(spec, file)
+    shutter, iso, aperture = _shutter(spec), _iso(spec), _aperture(spec)
+    orientation = stated_orientation(source)
+    rows, columns = int(spec.height), int(spec.width)
+    # How a full panorama is held is said by its pose; viewers pass over EXIF's tag there.
+    passed_over = columns == 2 * rows and source.format_name() != "hdr"
+    turned = 1 if passed_over else orientation
+    frame = Frame(
+        path=file,
+        shape=(columns, rows) if turned >= 5 else (rows, columns),
+        kind=_KINDS[str(spec.format)],
+        exposure=_exposure(shutter, iso, aperture),
+        camera=_text(spec, "Model"),
+        pose=_pose(spec),
+        zenith_corrected=None if note is None else note.zenith_corrected,
+        lenses=() if note is None else _lenses(note, shutter),
+        tone_mapped=note is not None and note.tone_mapped,
+        fisheye=note is not None and note.equirectangular is False,
+        orientation=turned,
+    )
+    return Header(
+        frame,
+        shutter,
+        iso,
+        aperture,
+        orientation,
+        note,
+        _apex_doubts(spec, shutter, aperture),
+    )
+
+
+def _check_format(name: str, spec: ImageSpec, file: Path) -> None:
+    if name not in _FORMATS:
+        raise ProbeError(f"{file.name} is not a picture that can be read.", _READ_KINDS)
+    if str(spec.format) not in _KINDS:
+        raise ProbeError(
+            f"{file.name} stores its pixels in a way that is not read ({spec.format}).",
+            "Export it with 8 or 16 bits, or as floating point.",
+        )
+    if spec.tile_height * spec.width > _MOST_TILED or is_unwieldy(spec):
+        raise ProbeError(
+            f"{file.name} is stored in blocks or channels too large to read.",
+            "Export it in rows, or in tiles of 64 x 64.",
+        )
+    window = (spec.x, spec.y, spec.width, spec.height)
+    whole = (spec.full_x, spec.full_y, spec.full_width, spec.full_height)
+    if name == "openexr" and window != whole:
+        raise ProbeError(
+            f"{file.name} holds only a part of its picture (its data window is cropped).",
+            "Export it whole.",
+        )
+
+
+def _check_size(spec: ImageSpec, file: Path) -> None:
+    width, height = int(spec.width), int(spec.height)
+    size = f"{width} x {height}"
+    if max(width, height) > MAX_SIDE or width * height > MAX_SIDE * MAX_SIDE // 2:
+        raise ProbeError(
+            f"{file.name} is {size} pixels; at most {MAX_SIDE} x {MAX_SIDE // 2} are read.",
+            "Scale all frames down by the same factor.",
+        )
+    if width < MIN_WIDTH or height < MIN_WIDTH // 2:
+        raise ProbeError(
+            f"{file.name} is only {size} pixels: too few to tell where the light comes from.",
+            "Use the pictures themselves, not their thumbnails.",
+        )
+
+
+def _exposure(shutter: float | None, iso: float | None, aperture: float | None) -> Exposure | None:
+    if shutter is None:
+        return None
+    known = iso is not None and aperture is not None
+    return Exposure(shutter, 100.0 if iso is None else iso, aperture or 1.0, known)
+
+
+def _shutter(spec: ImageSpec) -> float | None:
+    stated = _number(spec, "ExposureTime", SHUTTER_LIMITS_S)
+    if stated is not None:
+        whole = 1.0 / max(round(1.0 / stated), 1)
+        # 1/60 s, not the shortest fraction that is the same in 32 bits.
+        return whole if np.float32(whole) == np.float32(stated) else stated
+    apex = _number(spec, "Exif:ShutterSpeedValue", (-16.0, 23.0))
+    return None if apex is None else 2.0**-apex
+
+
+def _aperture(spec: ImageSpec) -> float | None:
+    stated = _number(spec, "FNumber", APERTURE_LIMITS)
+    if stated is not None:
+        return stated
+    # 0 would be f/1, but is what cameras write that do not know.
+    apex = _number(spec, "Exif:ApertureValue", (0.01, 19.0))
+    return None if apex is None else round(2.0 ** (apex / 2.0), 2)
+
+
+def _iso(spec: ImageSpec) -> float | None:
+    first = None
+    for name in _ISO_TAGS:
+        first = first or _number(spec, name, ISO_LIMITS)
+    if first is not None and first < _ISO_OVERFLOW:
+        return first
+    for name in _LARGE_ISO_TAGS:
+        larger = _number(spec, name, ISO_LIMITS)
+        if larger is not None:
+            return larger
+    return first
+
+
+def _apex_doubts(spec: ImageSpec, shutter: float | None, aperture: float | None) -> tuple[str, ...]:
+    """Compare the plain values with the logarithmic ones that stand beside them in EXIF."""
+    doubts = []
+    apex = _number(spec, "Exif:ShutterSpeedValue", (-16.0, 23.0))
+    if shutter and apex and abs(math.log2(shutter) + apex) > _APEX_TOLERANCE:
+        doubts.append(f"states both {shutter:.4g} s and {2.0**-apex:.4g} s as its exposure time")
+    apex = _number(spec, "Exif:ApertureValue", (0.01, 19.0))
+    if aperture and apex and abs(2.0 * math.log2(aperture) - apex) > _APEX_TOLERANCE:
+        doubts.append(f"states both f/{aperture:.3g} and f/{2.0 ** (apex / 2):.3g}")
+    return tuple(doubts)
+
+
+def _pose(spec: ImageSpec) -> Pose | None:
+    """GPano pose (Photo Sphere XMP); an angle that is not stated is 0, as its schema says."""
+    pitch = _number(spec, "GPano:PosePitchDegrees", (-90.0, 90.0))
+    roll = _number(spec, "GPano:PoseRollDegrees", (-180.0, 180.0))
+    if pitch is None and roll is None:
+        return None
+    heading = _number(spec, "GPano:PoseHeadingDegrees", (-360.0, 360.0))
+    return Pose(pitch or 0.0, roll or 0.0, heading)
+
+
+def _lenses(note: RicohNote, shutter: float | None) -> tuple[LensExposure, ...]:
+    shutters = note.lens_shutters_s or ((shutter, shutter) if shutter else ())
+    if not note.lens_isos or not shutters:
+        return ()
+    pairs = zip(shutters, note.lens_isos, strict=True)
+    return tuple(LensExposure(float(seconds), iso) for seconds, iso in pairs)
+
+
+def _number(spec: ImageSpec, name: str, limits: tuple[float, float]) -> float | None:
+    """Value of a tag as a number; None where it is absent, not a number or not believable."""
+    value: object = None
+    with contextlib.suppress(UnicodeError):  # A text in no known encoding.
+        value = spec.getattribute(name)
+    if isinstance(value, tuple) and value:
+        value = value[0]
+    if not isinstance(value, (str, int, float)):
+        return None
+    try:
+        number = float(value)
+    except (ValueError, OverflowError):
+        return None
+    if not limits[0] <= number <= limits[1]:  # Not a number fails this too.
+        return None
+    return _shortest(number)
+
+
+def _shortest(value: float) -> float:
+    """Undo the trip through 32 bits that fractions make: 0.0020000000949949026 is 0.002."""
+    single = np.float32(value)
+    return float(str(single)) if float(single) == value else value
+
+
+def _text(spec: ImageSpec, name: str) -> str:
+    """Value of a tag as a text without the blanks and zeros that cameras pad it with."""
+    value: object = ""
+    with contextlib.suppress(UnicodeError):
+        value = spec.getattribute(name)
+    return " ".join(str(value or "").replace("\0", " ").split())

@@ -1,0 +1,447 @@
+"""The whole way from files to an environment: what `merge` does, and the app after a capture.
+
+    files -> bracket -> pixels -> aligned -> response -> what moved -> merged -> levelled
+          -> lamps -> sun, gains, meter readings -> clutter filled -> clip audit
+
+Frames of two fisheye circles are not aligned, and stitched between merging and levelling.
+
+Every step is a module beside this one; here is only their order.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Self, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.colour import srgb_encode
+from app.core.base.errors import ProbeError
+from app.core.base.progress import Report, Token, silent, span
+from app.core.base.sphere import remap_frame, rotate_light
+from app.core.hdr import align, deghosting, handheld
+from app.core.hdr.agreement import doubts
+from app.core.hdr.bracket import read_bracket
+from app.core.hdr.decoding import MemoryRows, halvable, is_whole
+from app.core.hdr.display import display_panorama
+from app.core.hdr.dual_fisheye import may_be_circles, recognise
+from app.core.hdr.finish import Finished, MergeOptions, finish
+from app.core.hdr.fisheye_stitch import circle_size, to_panorama
+from app.core.hdr.frame import Bracket, Exposure, Frame
+from app.core.hdr.frame_preprocessing import (
+    OpenedFrame,
+    open_frame,
+    proxy_shape,
+    sample_places,
+    sampled,
+    shrunk,
+)
+from app.core.hdr.half_size import anchors
+from app.core.hdr.level import Levelling, first_shot, levelling
+from app.core.hdr.merge import SIZE, merge
+from app.core.hdr.pixels import FrameStack, open_frames, reduced, relaid
+from app.core.hdr.response import ResponseChoice, choose_response
+from app.core.hdr.theta_limits import theta_limits
+from app.core.hdr.tripod_detection import foot_of
+from app.core.solver.environment import from_radiance
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.core.hdr.dual_fisheye import Circles
+    from app.core.hdr.fisheye_stitch import Stitching
+    from app.core.hdr.frame import Merged
+    from app.core.hdr.frame_preprocessing import Opener
+    from app.core.solver.environment import Environment
+    from app.core.solver.style_pack import StylePack
+
+__all__ = ["MergeOptions", "Probe", "measure", "rehearse"]
+
+Float64: TypeAlias = NDArray[np.float64]
+
+_MOST_KEPT: Final = 12288 * 6144
+_REHEARSAL: Final = (128, 256)
+# Frames at half size that differ over so much of the sphere are looked at for damage.
+_SUSPICIOUS: Final = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """The light of a place as a bracket tells it, and how far to trust that.
+
+    Attributes
+    ----------
+    bracket : Bracket
+        The frames that were used, with their true exposures.
+    display : (h, w, 3) uint8
+        The panorama for looking at, as measured, sRGB.
+    stitching : Stitching or None
+        How unstitched frames became a panorama; None for all others.
+    """
+
+    bracket: Bracket
+    response: ResponseChoice
+    alignments: tuple[align.Alignment, ...]
+    lays: tuple[handheld.Lay, ...]
+    levelling: Levelling
+    moved: deghosting.Moved
+    finished: Finished
+    display: NDArray[np.uint8] = field(repr=False)
+    warnings: tuple[str, ...]
+    notes: tuple[str, ...]
+    stitching: Stitching | None = None
+
+    @property
+    def merged(self) -> Merged:
+        """The light, with everything done to it."""
+        return self.finished.merged
+
+    def environment(self, name: str) -> Environment:
+        """Return the light as an environment that can be solved.
+
+        Raises
+        ------
+        EnvironmentFileError
+            For pictures that are not panoramas, and when everything is black.
+        """
+        return from_radiance(self.merged.radiance.copy(), name)
+
+
+def measure(
+    paths: Sequence[Path],
+    pack: StylePack,
+    wishes: MergeOptions | None = None,
+    *,
+    opener: Opener = open_frame,
+    token: Token | None = None,
+    report: Report = silent,
+) -> Probe:
+    """Make an environment of a bracket.
+
+    Parameters
+    ----------
+    paths : Sequence[Path]
+        The exposures in any order, or one folder of them. They are only read.
+
+    Raises
+    ------
+    ProbeError
+        When the files are no bracket, or a wish cannot be met: one sentence and what to do.
+    Cancelled
+        When the token was cancelled.
+    """
+    wishes, token = wishes or MergeOptions(), token or Token()
+    bracket = read_bracket(paths, wishes.times)
+    if bracket.panorama or not may_be_circles(bracket.shape):
+        _check_wishes(bracket, wishes)
+    found = _to_light(bracket, wishes, opener, token, span(report, 0.0, 0.9))
+    token.check()
+    report(0.9, "finding lamps")
+    with ThreadPoolExecutor(1) as beside:
+        display = beside.submit(display_panorama, found.merged.radiance)
+        finished = _finished(found, pack, wishes)
+    report(1.0, "done")
+    return Probe(
+        bracket=found.bracket,
+        response=found.response,
+        alignments=found.alignments,
+        lays=found.lays,
+        levelling=found.level,
+        moved=found.motion,
+        finished=finished,
+        display=display.result(),
+        warnings=found.warnings,
+        notes=tuple(note for note in (found.level.note, *finished.notes) if note),
+        stitching=found.stitching,
+    )
+
+
+def _check_wishes(bracket: Bracket, wishes: MergeOptions) -> None:
+    """Refuse wishes that only a panorama can fulfil, and pictures too large for memory."""
+    _check_size(bracket, wishes)
+    if not bracket.panorama and (wishes.gains or wishes.lux or wishes.masks):
+        raise ProbeError(
+            "These pictures are not full panoramas (2:1): they have no lamps or directions.",
+            "Leave out what names lamps or masks.",
+        )
+
+
+def _check_size(bracket: Bracket, wishes: MergeOptions) -> None:
+    """Refuse results that would take more memory than a computer can be expected to have."""
+    rows, columns = bracket.shape
+    if rows * columns <= _MOST_KEPT or (bracket.panorama and not wishes.full):
+        return
+    raise ProbeError(
+        f"At {columns} x {rows} pixels these frames are too large to be merged at their own size.",
+        "Leave out --full." if bracket.panorama else "Scale all of them down by the same factor.",
+    )
+
+
+def rehearse(pack: StylePack) -> None:
+    """Go the whole way once with a small made-up bracket.
+
+    Libraries are loaded, tables computed and memory is asked for then. Done while a camera is
+    exposing, it saves a third of the first `measure` of a process.
+    """
+    frames = tuple(
+        Frame(Path(f"rehearsal {stop}"), _REHEARSAL, exposure=Exposure(4.0**-stop))
+        for stop in range(3)
+    )
+    bracket = Bracket(frames, tuple(float(-2 * stop) for stop in range(3)))
+    found = _to_light(bracket, MergeOptions(), _made_up, Token(), silent)
+    _finished(found, pack, MergeOptions())
+    display_panorama(found.merged.radiance)
+
+
+def _made_up(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
+    """Open a frame that is in no file: squares of light at its exposure."""
+    del hold, token, half
+    assert frame.exposure is not None
+    squares = np.random.default_rng(0).random((frame.shape[0] // 8, frame.shape[1] // 8, 3))
+    light = 2.0 * frame.exposure.factor * squares.repeat(8, axis=0).repeat(8, axis=1)
+    codes = np.rint(255.0 * srgb_encode(np.minimum(light, 1.0))).astype(np.uint8)
+    places = sample_places(frame.shape)
+    small = shrunk(codes, proxy_shape(frame.shape))
+    return OpenedFrame(MemoryRows(codes), small, sampled(codes, places), 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """Merged and levelled light, and what was found out on the way."""
+
+    bracket: Bracket
+    alignments: tuple[align.Alignment, ...]
+    lays: tuple[handheld.Lay, ...]
+    response: ResponseChoice
+    motion: deghosting.Moved
+    level: Levelling
+    merged: Merged
+    warnings: tuple[str, ...]
+    stitching: Stitching | None = None
+
+
+def _to_light(
+    bracket: Bracket, wishes: MergeOptions, opener: Opener, token: Token, report: Report
+) -> _Found:
+    """Go from files to light, with bright frames at half their size where that is enough."""
+    halves = () if wishes.full else _halves(bracket)
+    found = _light_of(bracket, wishes, opener, token, report, halves)
+    if any(halves) and found.motion.share > _SUSPICIOUS:
+        small = [frame for frame, half in zip(bracket.frames, halves, strict=True) if half]
+        if not all(is_whole(frame, token) for frame in small):
+            return _light_of(bracket, wishes, open_frame, token, report)
+    return found
+
+
+def _light_of(
+    bracket: Bracket,
+    wishes: MergeOptions,
+    opener: Opener,
+    token: Token,
+    report: Report,
+    halves: Sequence[bool] = (),
+) -> _Found:
+    """Go from files to light; what was opened is closed however it ends."""
+    opened, circles = _opened(bracket, opener, token, span(report, 0.0, 0.4), halves)
+    choose = partial(choose_response, mode=wishes.response)
+    with opened, ThreadPoolExecutor(1) as beside:
+        early = beside.submit(choose, opened.samples, opened.stops)
+        bracket = replace(bracket, unstitched=circles is not None)
+        _check_wishes(bracket, wishes)
+        size = None if wishes.full else SIZE
+        with _align(opened, circles is None, token, span(report, 0.4, 0.5)) as aligned:
+            stack = aligned.stack
+            used = replace(bracket, frames=stack.frames, stops=stack.stops)
+            report(0.5, "checking the exposures")
+            # Frames that were turned have other samples.
+            same = stack is opened
+            response = early.result() if same else choose(stack.samples, stack.stops)
+            known = response.response.name == "sRGB"
+            motion = deghosting.trust(
+                stack.proxies,
+                response.stops,
+                response.response,
+                seen=stack.seen,
+                known=known and not response.remarks,
+                sphere=circles is None,
+            )
+            level = levelling(used, aligned.first_rotation(used), aligned.picture(used))
+            merged = merge(
+                stack,
+                response.response,
+                response.stops,
+                scheme=wishes.weights,
+                known=known,
+                doubts=_unlike(stack, response),
+                trust=motion.masks,
+                size=size if circles is None else circle_size(stack.shape, circles, size),
+                sphere=circles is None,
+                token=token,
+                report=span(report, 0.55, 1.0),
+            )
+    stitching = None
+    if circles is not None:
+        report(1.0, "stitching")
+        merged, stitching = to_panorama(merged, circles, used.frames[0].camera, size, token)
+    names = [frame.path.name for frame in stack.frames]
+    return _Found(
+        bracket=replace(used, stops=tuple(response.stops)),
+        alignments=aligned.alignments,
+        lays=aligned.lays,
+        response=response,
+        motion=motion,
+        level=level,
+        merged=_levelled(merged, level),
+        warnings=(
+            *bracket.warnings,
+            *stack.warnings,
+            *aligned.sentences,
+            *response.sentences(names),
+            *motion.sentences,
+            *(stitching.warnings() if stitching is not None else ()),
+        ),
+        stitching=stitching,
+    )
+
+
+def _unlike(stack: FrameStack, choice: ResponseChoice) -> tuple[float, ...]:
+    """Measure how far frames differ, unless they are panoramas or the curve is why."""
+    doubtful = bool(choice.remarks) or stack.shape[1] == 2 * stack.shape[0]
+    if choice.response.name == "sRGB" and doubtful:
+        return ()
+    return doubts(stack.samples, choice.response.table, choice.stops)
+
+
+def _opened(
+    bracket: Bracket, opener: Opener, token: Token, report: Report, halves: Sequence[bool]
+) -> tuple[FrameStack, Circles | None]:
+    """Open the frames; those of two circles in full, since half the sphere fills half of them."""
+    opened = open_frames(bracket, opener=opener, token=token, report=report, halves=halves)
+    try:
+        circles = _circles(opened)
+    except ProbeError:
+        opened.close()
+        raise
+    if circles is None or all(opened.whole):
+        return opened, circles
+    return open_frames(bracket, token=token, report=report), circles
+
+
+def _circles(stack: FrameStack) -> Circles | None:
+    """Look at every frame whether it is a panorama, or two fisheye circles."""
+    names = [frame.path.name for frame in stack.frames]
+    circles = recognise(stack.proxies, names)
+    fisheye = [frame.path.name for frame in stack.frames if frame.fisheye]
+    if circles is None and fisheye:
+        raise ProbeError(
+            f"{fisheye[0]} is a fisheye picture, but its two image circles cannot be made out.",
+            "Stitch it in the camera or with its maker's program.",
+        )
+    return circles
+
+
+def _halves(bracket: Bracket) -> tuple[bool, ...]:
+    """Choose the frames that are decoded at half their size, which is still more than is wanted."""
+    fits = bracket.panorama and bracket.shape[0] >= 2 * SIZE[0]
+    if not fits or not all(halvable(frame) for frame in bracket.frames):
+        return ()
+    return tuple(not whole for whole in anchors(bracket.stops))
+
+
+def _finished(found: _Found, pack: StylePack, wishes: MergeOptions) -> Finished:
+    """Do what can be done to a panorama; other pictures are left as they are."""
+    if not found.bracket.panorama:
+        return Finished(found.merged, found.merged)
+    foot = foot_of(found.level.rotation)
+    return finish(found.merged, pack, wishes, foot=foot, room_stops=_room(found.bracket))
+
+
+@dataclass(frozen=True, slots=True)
+class _Aligned:
+    """Frames that lie on each other."""
+
+    stack: FrameStack
+    alignments: tuple[align.Alignment, ...]
+    sentences: tuple[str, ...]
+    lays: tuple[handheld.Lay, ...] = ()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *failure: object) -> None:
+        self.stack.close()
+
+    def first_rotation(self, bracket: Bracket) -> Float64 | None:
+        """Return what was done to the frame that was shot first, whose pose counts."""
+        return self.alignments[first_shot(bracket)].rotation if self.alignments else None
+
+    def picture(self, bracket: Bracket) -> NDArray[np.uint8] | None:
+        """Return a small copy of the frame in which edges can be seen best, if one is needed."""
+        poses = [frame.pose for frame in bracket.frames if frame.pose is not None]
+        if not self.alignments or not any(pose.pitch_deg or pose.roll_deg for pose in poses):
+            return None
+        return self.stack.proxies[align.reference_of(self.stack.proxies)]
+
+
+def _align(stack: FrameStack, sphere: bool, token: Token, report: Report) -> _Aligned:
+    """Lay panoramas on each other where they do not lie so already."""
+    report(0.0, "aligning frames")
+    if not sphere:
+        return _Aligned(stack, (), ())
+    found = align.estimate(stack.proxies, stack.stops)
+    names = [frame.path.name for frame in stack.frames]
+    if stack.shape[1] != 2 * stack.shape[0]:
+        return _aligned_by_hand(stack, found, names, token, report)
+    turns = [one.rotation for one in found]
+    if any(turn is not None for turn in turns):
+        ways = [None if turn is None else partial(remap_frame, matrix=turn) for turn in turns]
+        stack = relaid(stack, ways, token=token, report=report)
+    return _Aligned(stack, found, align.sentences(found, names))
+
+
+def _aligned_by_hand(
+    stack: FrameStack,
+    unturned: tuple[align.Alignment, ...],
+    names: Sequence[str],
+    token: Token,
+    report: Report,
+) -> _Aligned:
+    """Undo what a hand did between the frames of ordinary pictures."""
+    small = reduced(stack, handheld.LONGEST, token)
+    scale = max(stack.shape) / max(small[0].shape)
+    home = handheld.reference_of(small)
+    lays = handheld.lay_on_each_other(small, stack.stops, home, scale)
+    moves = [lay.homography if lay.needed else None for lay in lays]
+    seen = handheld.shown(stack.proxies, moves, stack.shape)
+    if any(move is not None for move in moves) or any(mask is not None for mask in seen):
+        ways = [None if m is None else partial(handheld.laid, homography=m) for m in moves]
+        stack = relaid(stack, ways, seen=seen, token=token, report=report)
+    return _Aligned(stack, unturned, handheld.sentences(lays, names), lays)
+
+
+def _levelled(merged: Merged, level: Levelling) -> Merged:
+    """Turn merged light so that up is up."""
+    if level.rotation is None:
+        return merged
+    shares = np.stack([merged.clipped, merged.dark], axis=-1)
+    turned = rotate_light(shares, level.rotation)
+    return replace(
+        merged,
+        radiance=rotate_light(merged.radiance, level.rotation),
+        clipped=np.clip(turned[..., 0], 0.0, 1.0),
+        dark=np.clip(turned[..., 1], 0.0, 1.0),
+    )
+
+
+def _room(bracket: Bracket) -> float | None:
+    """Count the stops from the darkest frame to the darkest that the camera could have shot."""
+    known = theta_limits(bracket.frames[0].camera)
+    if known is None:
+        return None
+    limits = known.limits
+    floor = Exposure(min(limits.shutters_s), min(limits.isos), max(limits.apertures))
+    return max(min(bracket.stops) - floor.ev, 0.0)

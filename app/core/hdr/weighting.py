@@ -1,0 +1,317 @@
+"""How far each code of each frame is trusted, and what light it stands for.
+
+One weight serves all three channels of a pixel, so that no weighting can colour it. It is a
+product of two tables: one looked up with the largest of the three codes (a pixel is clipped when
+its worst channel is), one with the smallest (the noise of the channel that has least light).
+There is one exception in the default weights: in a pixel that is clipped in one channel, channels
+that are well below clipping keep most of their weight, beside what darker frames say about them. A
+blue sky is clipped in blue long before red and green carry no more news.
+
+**Noise-aware weights** (the default). The linear estimate x = g(z) / t of a frame with response g
+and exposure t has the variance
+
+    v(z) / t^2,   v(z) = g(z) / W + (r / W)^2 + (g'(z) c)^2 + b^2
+
+from shot noise with a full well of W electrons, read noise of r electrons, an error of c codes from
+quantisation and JPEG, carried through the slope of the response, and an uncertainty b of black:
+glare in the lens, film base, a black level that is not 0. The least noisy mean has weights
+t^2 / v (Granados et al. 2010, "Optimal HDR reconstruction with linear digital cameras";
+Hasinoff, Durand and Freeman 2010, "Noise-optimal capture for high dynamic range photography").
+v is taken at the frame's own noisy code, which pulls the mean down a little where v rises with z
+(Aguerrebere et al. 2014, "Best algorithms for HDR image generation", section 4); the smallest of
+three codes lies where v is flattest. Weights that rise with t instead of t^2 would not be pulled,
+but then what adds to black would count in the dark frames: on the memorial church bracket that
+trebles the median error.
+
+A recovered response is wrong by some per cent besides, in every frame in its own way, and these
+weights leave nearly all to one frame. So where the response is not known, a code with a relative
+error e = sqrt(v) / g counts by another d^-2 / (1 + (e / e0)^4): darker frames keep a say. They have
+more to say the closer they are: d grows with the square of the steps between the frames.
+
+**Reinhard's weights**, as the paper: w(z) = 1 - (2 z / 255 - 1)^12 (Reinhard et al. 2010, "High
+Dynamic Range Imaging", 2nd edition), with codes outside 2 to 98 % of the range excluded as
+Matlab's makehdr does.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.colour import srgb_encode
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+Scheme: TypeAlias = Literal["noise", "reinhard"]
+
+CLIPPED_CODE: Final = 254
+"""Codes from here on count as clipped: JPEG moves 255 by one."""
+
+# A small sensor at base sensitivity, in electrons. Twice or half as many change no weight by more
+# than a third, since the error of the codes is the larger part of an 8-bit picture's noise.
+_FULL_WELL: Final = 20_000.0
+_READ_NOISE: Final = 4.0
+_BLACK_ERROR: Final = 0.0015
+# Error of 8-bit pictures in codes: rounding (0.29) and JPEG at the usual qualities (0.6 to 2).
+_CODE_ERROR: Final = 1.0
+# 16-bit files come from raw converters.
+_FINE_CODE_ERROR: Final = 0.1
+# The ramp ends some codes under clipping and is this wide: ringing around clipped areas makes
+# JPEG codes a few too low or too high there.
+_RAMP_END: Final = 4.0
+_RAMP_WIDTH: Final = 40.0
+# What an unclipped channel of a clipped pixel counts, and over which codes that fades.
+_OWN_WEIGHT: Final = 0.7
+_OWN_FADE: Final = (200.0, 240.0)
+# Relative error of a recovered response for steps of one stop, and the relative error at which a
+# code loses its say in that.
+_CURVE_ERROR: Final = 0.065
+_TELLING_ERROR: Final = 0.2
+_LEAST_DOUBT: Final = 0.03
+_HAT_LIMITS: Final = (0.02 * 255.0, 0.98 * 255.0)
+_PLATEAU: Final = 0.9995
+# Weights of last resort: far below every proper weight, so that they matter only where all
+# frames are clipped (the darkest then decides) or black (the brightest does).
+_CLIPPED_DARKEST: Final = 1e-6
+_CLIPPED_OTHERS: Final = 1e-10
+_BLACK: Final = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class FrameTables:
+    """Look-up tables of one frame; n is 256, or 65,536 for 16-bit and float frames.
+
+    Attributes
+    ----------
+    bright : NDArray[np.float32], (n,)
+        Weight by the largest of a pixel's three codes.
+    faint : NDArray[np.float32], (n,)
+        Weight by the smallest of them; the weight of the pixel is the product.
+    own : NDArray[np.float32], (n,)
+        Takes the place of `bright` for a channel where it is larger, by the channel's own code.
+    full : int
+        Below this code `bright` is 1.
+    ramp : int
+        Below this code `bright` is 1 at least where `own` is not 0, and `own` need not be asked.
+    value : NDArray[np.float32], (3, n)
+        Radiance that a code stands for, per channel.
+    spent : int
+        Codes from here on may be clipped: JPEG moves 255 by several beside a lamp. They have no
+        weight, and a pixel that a darker frame clips is clipped in this one. The darkest frame's
+        are those that are clipped.
+    """
+
+    bright: Float32 = field(repr=False)
+    faint: Float32 = field(repr=False)
+    own: Float32 = field(repr=False)
+    full: int
+    ramp: int
+    value: Float32 = field(repr=False)
+    clipped: int
+    spent: int
+
+
+def clipped_code(table: Float64) -> int:
+    """Find the first code that counts as clipped.
+
+    Parameters
+    ----------
+    table : NDArray[np.float64], (3, 256)
+        Response: linear value of each code.
+
+    Returns
+    -------
+    int
+        254, or less where some channel's response has reached its end before.
+    """
+    flat = (table >= _PLATEAU * table[:, -1:]).any(axis=0)
+    return min(CLIPPED_CODE, int(np.argmax(flat)))
+
+
+def frame_tables(
+    table: Float64,
+    index: int,
+    stops: Sequence[float],
+    reference_ev: float,
+    *,
+    scheme: Scheme = "noise",
+    fine: bool = False,
+    known: bool = True,
+) -> FrameTables:
+    """Make the tables of one frame of a bracket.
+
+    Parameters
+    ----------
+    table : NDArray[np.float64], (3, 256)
+        Response: linear value in 0..1 of each code of each channel, rising.
+    stops : Sequence[float]
+        Exposures of all frames in stops.
+    fine : bool, optional
+        Tables of 65,536 codes, for 16-bit frames.
+    """
+    count = 65536 if fine else 256
+    codes = np.linspace(0.0, 255.0, count)
+    linear = np.stack([np.interp(codes, np.arange(256.0), row) for row in neutral_end(table)])
+    first = clipped_code(table)
+    exposure = 2.0 ** (np.asarray(stops, np.float64) - max(stops))
+    mean = linear.mean(axis=0)
+    if scheme == "reinhard":
+        bright, faint = _reinhard(codes)
+        own = np.zeros(count)
+    else:
+        step = float(np.median(np.diff(np.sort(stops)))) if len(stops) > 1 else 0.0
+        doubt = math.inf if known else _CURVE_ERROR * step**2
+        bright, faint = _ramp(codes, first), _noise(mean, codes, fine, doubt) * exposure[index] ** 2
+        own = _own(codes, first)
+    bright = np.where(codes >= first, 0.0, bright)
+    floors = _floors(exposure, index)
+    return FrameTables(
+        bright=np.maximum(bright, floors[0]).astype(np.float32),
+        faint=np.maximum(faint, floors[1]).astype(np.float32),
+        own=own.astype(np.float32),
+        full=_first(bright < 1.0),
+        ramp=_first(bright < own.max()),
+        value=(linear * 2.0 ** (reference_ev - stops[index])).astype(np.float32),
+        clipped=int(np.searchsorted(codes, first)),
+        spent=int(np.searchsorted(codes, first - _RAMP_END * (index != np.argmin(exposure)))),
+    )
+
+
+def float_tables(
+    index: int, stops: Sequence[float], *, clips: bool, scheme: Scheme = "noise"
+) -> FrameTables:
+    """Make the tables of a frame that is linear already.
+
+    Parameters
+    ----------
+    stops : Sequence[float]
+        Exposures of all frames in stops.
+
+    Returns
+    -------
+    FrameTables
+        65,536 places, by the square root of the linear value; `value` is not meant to be used,
+        the frame's own values are finer.
+    """
+    places = np.linspace(0.0, 1.0, 65536)
+    linear = places * places
+    exposure = 2.0 ** (np.asarray(stops, np.float64) - max(stops))
+    codes = 255.0 * srgb_encode(linear).astype(np.float64)
+    own = np.zeros_like(codes)
+    if scheme == "reinhard":
+        bright, faint = _reinhard(codes)
+    else:
+        variance = _variance(linear, 0.0)
+        bright = _ramp(codes, CLIPPED_CODE)
+        faint = np.asarray(variance.min() / variance) * exposure[index] ** 2
+        own = _own(codes, CLIPPED_CODE)
+    if not clips:
+        bright = np.ones_like(bright)
+    floors = _floors(exposure, index)
+    return FrameTables(
+        bright=np.maximum(bright, floors[0]).astype(np.float32),
+        faint=np.maximum(faint, floors[1]).astype(np.float32),
+        own=own.astype(np.float32),
+        full=_first(bright < 1.0),
+        ramp=_first(bright < own.max()),
+        value=np.stack([linear] * 3).astype(np.float32),
+        clipped=65536,
+        spent=65536,
+    )
+
+
+def relative_error(value: Float32) -> Float64:
+    """Relative error of 8-bit codes by noise alone, (256,), of the light they stand for, (3, 256).
+
+    Infinite for codes of no light.
+    """
+    linear = value.mean(axis=0, dtype=np.float64) / float(value.max())
+    variance = _variance(linear, np.gradient(linear) * _CODE_ERROR)
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.sqrt(variance) / linear)
+
+
+def neutral_end(table: Float64) -> Float64:
+    """Let all channels of a response end at the same value.
+
+    A lamp that clips all three channels must come out neutral. A recovered response can end at a
+    different value in each: it is the least certain there, where no frame shows anything darker.
+    The difference is spread over the last codes, rising towards the largest.
+
+    Parameters
+    ----------
+    table : NDArray[np.float64], (3, 256)
+        Response.
+
+    Returns
+    -------
+    NDArray[np.float64], (3, 256)
+        The response, changed only above code 235 and never lowered.
+    """
+    share = np.clip((np.arange(256.0) - 235.0) / 20.0, 0.0, 1.0)
+    gain = table[:, -1].max() / table[:, -1:]
+    return np.asarray(table * (1.0 + (gain - 1.0) * share * share * (3.0 - 2.0 * share)))
+
+
+def _first(codes: NDArray[np.bool_]) -> int:
+    """Find the first code of which something is true, one after the last where it never is."""
+    return int(np.argmax(codes)) if codes.any() else codes.size
+
+
+def _floors(exposure: Float64, index: int) -> tuple[float, float]:
+    """Weights of last resort of a frame where all are clipped, and where all are black."""
+    if index == int(np.argmin(exposure)):
+        clipped = _CLIPPED_DARKEST
+    else:
+        clipped = _CLIPPED_OTHERS * float(exposure.min() / exposure[index]) ** 2
+    return clipped, _BLACK * float(exposure[index]) ** 2
+
+
+def _ramp(codes: Float64, first: int) -> Float64:
+    """Fall from 1 to 0 just under clipping."""
+    return _fade(codes, first - _RAMP_END - _RAMP_WIDTH, first - _RAMP_END)
+
+
+def _own(codes: Float64, first: int) -> Float64:
+    """Weight of a channel by itself where another one is clipped."""
+    shift = first - CLIPPED_CODE
+    return _OWN_WEIGHT * _fade(codes, _OWN_FADE[0] + shift, _OWN_FADE[1] + shift)
+
+
+def _fade(codes: Float64, start: float, stop: float) -> Float64:
+    """Fall from 1 to 0 without corners."""
+    share = np.clip((stop - codes) / (stop - start), 0.0, 1.0)
+    return np.asarray(share * share * (3.0 - 2.0 * share))
+
+
+def _noise(linear: Float64, codes: Float64, fine: bool, doubt: float) -> Float64:
+    """1 / v(z) and what doubt of the response adds, in units of the least v."""
+    error = _FINE_CODE_ERROR if fine else _CODE_ERROR
+    variance = _variance(linear, np.gradient(linear, codes) * error)
+    weight = np.asarray(variance.min() / variance)
+    if math.isfinite(doubt):
+        square = np.maximum(linear, 1e-9) ** 2
+        fades = 1.0 + (variance / square / _TELLING_ERROR**2) ** 2
+        weight += variance.min() / (max(doubt, _LEAST_DOUBT) ** 2 * square * fades)
+    return weight
+
+
+def _variance(linear: Float64, error: Float64 | float) -> Float64:
+    """v, of all the errors above and one of its own."""
+    floor = (_READ_NOISE / _FULL_WELL) ** 2 + _BLACK_ERROR**2
+    return np.asarray(linear / _FULL_WELL + np.square(error) + floor)
+
+
+def _reinhard(codes: Float64) -> tuple[Float64, Float64]:
+    """Reinhard's hat, its upper half by the largest code, its lower half by the smallest."""
+    hat = 1.0 - (2.0 * codes / 255.0 - 1.0) ** 12
+    hat[(codes < _HAT_LIMITS[0]) | (codes > _HAT_LIMITS[1])] = 0.0
+    upper = codes > 127.5
+    return np.where(upper, hat, 1.0), np.where(upper, 1.0, hat)

@@ -1,0 +1,192 @@
+"""Laying the live view over the goal view: the best homography, and what it says about the turn.
+
+Both are perspective pictures of the place behind the sitter, one from the probe, one from the
+camera. Points are matched as for the live heading, and a homography is fitted to them
+(`app.core.localization.homography`). It is right for a plane only; with more depth it is the best
+fit, and what is behind the sitter, which decides the turn, is interpolated from what is around
+them.
+
+The live heading (`app.core.localization.heading`) is more exact, knows the whole panorama, and is
+what the numbers come from. The homography is what the overlay needs.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Final, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.localization.features import describe, pair
+from app.core.localization.heading_conversion import offset_angle
+from app.core.localization.homography import UNSURE, Alignment, Size, fit_pairs, scaled
+from app.core.localization.views import Lens
+
+__all__ = ["Alignment", "align", "laid_over", "sitter_mask"]
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+
+_POINTS: Final = 1500
+_WIDTH: Final = 720
+_PIXELS: Final = 720 * 1280
+_RATIO: Final = 0.8
+
+
+def align(
+    target: Bytes,
+    view: Bytes,
+    *,
+    fov_deg: float = 60.0,
+    sitter_deg: float = 0.0,
+    view_fov_deg: float | None = None,
+    mask: Mask | None = None,
+) -> Alignment:
+    """Find the homography that lays a view over a target.
+
+    Parameters
+    ----------
+    target : (H, W, 3) uint8
+        sRGB; what the camera should see, with the goal in its middle.
+    view : (h, w, 3) uint8
+        sRGB; what it sees, not mirrored.
+    fov_deg : float, optional
+        Horizontal field of view of the target, in the panorama's frame, deg: that of
+        `app.core.localization.views.goal_lens`.
+    sitter_deg : float, optional
+        Where the sitter is in the view, from its axis, deg, positive to the right.
+    view_fov_deg : float, optional
+        Horizontal field of view of the camera, deg; needed only where the sitter is off the axis.
+        The target's by default.
+    mask : (h, w) bool, optional
+        Where the view shows background. By default all but the usual place of a sitter
+        (`sitter_mask`), if that leaves enough, else everything.
+
+    Returns
+    -------
+    Alignment
+        ``unsure`` where too few points agree, or the view would be mirrored, folded, or stretched
+        as no turn of a camera stretches it.
+    """
+    if min(*target.shape[:2], *view.shape[:2]) < 32:
+        return UNSURE
+    masks = [mask] if mask is not None else [sitter_mask(view.shape[:2]), None]
+    best = UNSURE
+    for where in masks:
+        found = _aligned(target, view, where, (fov_deg, sitter_deg, view_fov_deg or fov_deg))
+        if found.status == "found":
+            return found
+        best = max(best, found, key=lambda one: one.inliers)
+    return best
+
+
+def sitter_mask(shape: tuple[int, ...]) -> Mask:
+    """Return where the background usually is: all but a head and shoulders in the middle.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Rows and columns.
+
+    Returns
+    -------
+    (rows, columns) bool
+        False on the sitter.
+    """
+    rows, columns = shape[0], shape[1]
+    y, x = np.mgrid[:rows, :columns]
+    across = (x + 0.5 - columns / 2.0) / rows  # in heights, whatever the picture's proportions
+    down = (y + 0.5) / rows
+    head = (across / 0.13) ** 2 + ((down - 0.5) / 0.22) ** 2 < 1.0
+    body = (np.abs(across) < 0.24) & (down > 0.68)
+    return np.asarray(~(head | body))
+
+
+def laid_over(target: Bytes, view: Bytes, homography: Float64 | None, opacity: float) -> Bytes:
+    """Blend a view over a target.
+
+    Parameters
+    ----------
+    target : (H, W, 3) uint8
+        sRGB.
+    view : (h, w, 3) uint8
+        sRGB.
+    homography : (3, 3) float64 or None
+        As in `Alignment`; None fits the view's frame to the target's.
+    opacity : float
+        Of the view, 0 to 1.
+
+    Returns
+    -------
+    (H, W, 3) uint8
+        The target where the view does not reach.
+    """
+    size = (target.shape[1], target.shape[0])
+    if homography is None:
+        scale = np.diag([size[0] / view.shape[1], size[1] / view.shape[0], 1.0])
+        homography = np.asarray(scale, np.float64)
+    half = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
+    centred = np.linalg.inv(half) @ homography @ half  # OpenCV's pixels have their middle at (0, 0)
+    moved = cv2.warpPerspective(view, centred, size, flags=cv2.INTER_LINEAR)
+    full = np.full(view.shape[:2], 255, np.uint8)
+    there = cv2.warpPerspective(full, centred, size, flags=cv2.INTER_LINEAR)
+    share = (there.astype(np.float32) * np.float32(min(max(opacity, 0.0), 1.0) / 255.0))[..., None]
+    mixed = target + share * (moved.astype(np.float32) - target)
+    return (mixed + np.float32(0.5)).astype(np.uint8)
+
+
+def _aligned(
+    target: Bytes, view: Bytes, mask: Mask | None, angles: tuple[float, float, float]
+) -> Alignment:
+    small_target, target_scale = _shrunk(target)
+    small_view, view_scale = _shrunk(view)
+    small_mask = None if mask is None else _fitted(mask, small_view.shape)
+    there = describe(small_target, _POINTS)
+    here = describe(small_view, _POINTS, small_mask)
+    pairs = pair(here.descriptors, there.descriptors, there.places, 3.0, _RATIO)
+    start, stop = here.places[pairs.first], there.places[pairs.second]
+    sizes = (_size(small_view), _size(small_target))
+    found = fit_pairs(start, stop, sizes)
+    if found.homography is None:
+        return found
+    error = _turn_error(found.homography, sizes[0], sizes[1][0], angles)
+    whole = np.diag([1 / target_scale[0], 1 / target_scale[1], 1.0]) @ found.homography
+    whole = whole @ np.diag([*view_scale, 1.0])
+    return replace(found, homography=scaled(whole), turn_error_deg=error)
+
+
+def _turn_error(
+    matrix: Float64, size: tuple[int, int], width: int, angles: tuple[float, float, float]
+) -> float:
+    """Goal minus view: what is behind the sitter in the view, against the target's middle."""
+    fov, sitter, view_fov = angles
+    lens = Lens(view_fov, size)
+    column = size[0] / 2.0 + math.tan(math.radians(sitter)) * lens.focal_px
+    place = matrix @ np.array([column, size[1] / 2.0, 1.0])
+    return -offset_angle(float(place[0] / place[2]), width, fov)
+
+
+def _size(picture: Bytes) -> Size:
+    return picture.shape[1], picture.shape[0]
+
+
+def _shrunk(picture: Bytes) -> tuple[Bytes, tuple[float, float]]:
+    """Bring a picture to at most `_WIDTH` columns and `_PIXELS`; and by which factors."""
+    columns, rows = _size(picture)
+    scale = min(_WIDTH / columns, math.sqrt(_PIXELS / (columns * rows)), 1.0)
+    if scale == 1.0:
+        return picture, (1.0, 1.0)
+    size = (max(round(columns * scale), 1), max(round(rows * scale), 1))
+    small = cv2.resize(picture, size, interpolation=cv2.INTER_AREA)
+    return np.asarray(small, np.uint8), (size[0] / columns, size[1] / rows)
+
+
+def _fitted(mask: Mask, shape: tuple[int, ...]) -> Mask:
+    size = (shape[1], shape[0])
+    small = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
+    return np.asarray(small, np.uint8) > 0

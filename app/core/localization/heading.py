@@ -1,0 +1,343 @@
+"""The live heading: where in the panorama a camera's picture is.
+
+A picture of the camera is described and matched with the points of the panorama
+(`app.core.localization.heading_index`), all of them or those near the last heading;
+`app.core.localization.rotation` finds the rotation, knowing that the camera stands away from where
+the probe stood; `app.core.localization.match_coverage` asks the rest of the picture, and
+`app.core.localization.confidence` says how likely it is to be right.
+
+A heading that cannot be trusted is `unsure`, without a number: better none than a wrong one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.angles import wrap
+from app.core.localization import rotation
+from app.core.localization.confidence import LEAST_CONFIDENCE, Evidence, trust
+from app.core.localization.features import Features, Pairs, describe, pair, pair_near, thinned
+from app.core.localization.field_of_view import assumed_fov
+from app.core.localization.heading_index import HeadingIndex, build_index
+from app.core.localization.match_coverage import strays, support
+from app.core.localization.stand import Matches, Question, Stand, find_stand
+from app.core.localization.views import Lens
+
+if TYPE_CHECKING:
+    from app.core.localization.rotation import Pose
+
+__all__ = [
+    "FINE",
+    "SEARCHING",
+    "UNSURE",
+    "Effort",
+    "Found",
+    "Heading",
+    "HeadingIndex",
+    "Sight",
+    "build_index",
+    "compare",
+    "find_heading",
+    "judged",
+    "see",
+]
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+
+_LEAST_SIDE: Final = 32
+_SAME: Final = math.radians(1.5)
+_RATIO: Final = 0.9  # generous: the fit and the whole picture decide
+_REACH: Final = math.radians(8.0)  # about where a first answer says
+_CLOSER_RATIO: Final = 0.85
+_PARTS: Final = 16  # of the longer side
+_MOST: Final = 6  # matches from one part
+_NEAR_DEG: Final = 60.0
+_CARRIER_DEG: Final = 25.0  # who is further to the side carries no camera
+_CERTAIN: Final = 0.8  # ratio of a match that is seldom wrong
+_STATED: Final = 0.03  # spread of the logarithm of a lens that EXIF states: rounded, steadied
+_ABOUT: Final = 0.1  # of a camera's that somebody has set
+_FIELDS: Final = (25.0, 110.0)
+
+
+class Effort(NamedTuple):
+    """Pixels of a picture that are looked at, and points in them."""
+
+    pixels: int
+    points: int
+
+
+SEARCHING: Final = Effort(640 * 480, 1000)
+"""For a live picture, anywhere."""
+
+_TRACKING: Final = Effort(320 * 240, 350)  # nearly as exact, and three times as quick
+
+FINE: Final = Effort(1200 * 900, 2500)
+"""For photographs, which need not be quick."""
+
+
+@dataclass(frozen=True, slots=True)
+class Heading:
+    """Where a camera points.
+
+    Attributes
+    ----------
+    heading_deg : float or None
+        Panorama azimuth of the camera's axis, deg in (-180, 180]; None when unsure.
+    pitch_deg, roll_deg : float
+        Up, and clockwise in the picture; deg. 0 when unsure.
+    confidence : float
+        Probability that the heading is within 3 deg of the truth, 0 to 1.
+    zoom : float
+        How much larger things near the sitter are in the panorama, as angles, than in the picture;
+        it shows how far behind the sitter the background is. 1 when unsure.
+    fov_deg : float
+        Horizontal field of view, deg: as given, or estimated; 0 when unsure.
+    """
+
+    status: Literal["found", "unsure"]
+    heading_deg: float | None
+    pitch_deg: float = 0.0
+    roll_deg: float = 0.0
+    inliers: int = 0
+    confidence: float = 0.0
+    zoom: float = 1.0
+    fov_deg: float = 0.0
+
+    @property
+    def words(self) -> str:
+        """Quality in words, for beside the picture."""
+        if self.status == "found":
+            return f"Heading found, {self.inliers} points agree"
+        return "Looking for the background"
+
+
+UNSURE: Final = Heading("unsure", None)
+"""Nothing was found."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sight:
+    """A camera's picture, described.
+
+    Attributes
+    ----------
+    size : tuple of int
+        Columns and rows that they are in.
+    """
+
+    features: Features
+    size: tuple[int, int]
+    fine: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """A pose and what speaks for it.
+
+    Attributes
+    ----------
+    fov_deg : float
+        Horizontal field of view, given or estimated, deg.
+    """
+
+    pose: Pose
+    evidence: Evidence
+    fov_deg: float
+
+
+def find_heading(
+    frame: Bytes,
+    index: HeadingIndex,
+    fov_deg: float | None,
+    *,
+    near_deg: float | None = None,
+    sitter_deg: float | None = 0.0,
+    mask: NDArray[np.bool_] | None = None,
+    fine: bool = False,
+    away: bool = False,
+) -> Heading:
+    """Find where a camera points.
+
+    Parameters
+    ----------
+    frame : (H, W, 3) uint8
+        sRGB, not mirrored, upright, of any size.
+    fov_deg : float or None
+        The camera's horizontal field of view, deg; 20 % off does no harm. None when it is not
+        known: it is estimated.
+    near_deg : float, optional
+        The last heading, deg: only what lies around it is searched, which is quicker and more
+        certain. Without it, and when that fails, everything should be.
+    sitter_deg : float or None, optional
+        Where the sitter is from the axis, deg, positive to the right: where the field of view is
+        not known, as if it were `app.core.localization.field_of_view.ASSUMED_DEG` along the longer
+        side. None when that is not known either.
+    mask : (H, W) bool, optional
+        Where the background is; by default all of it, since points on the sitter match nothing.
+    fine : bool, optional
+        Look closer, at up to a million pixels: for photographs, which need not be quick.
+    away : bool, optional
+        Whether the camera looks away from the sitter, as the own camera of a laptop does that is
+        carried around them: it is then nearer to what it sees than the probe was, and `sitter_deg`
+        is that of who carries it, who is about on the line from the sitter.
+    """
+    effort = _TRACKING if near_deg is not None else FINE if fine else SEARCHING
+    if away and sitter_deg is not None and abs(sitter_deg) > _CARRIER_DEG:
+        sitter_deg, mask = None, None
+    sight = see(frame, mask, effort)
+    found = compare(sight, index, fov_deg, near_deg, sitter_deg, away=away)
+    heading = UNSURE if found is None else judged(found)
+    if not away or heading.heading_deg is not None or near_deg is not None:
+        return heading
+    # Who carries the camera is but a hint, and may have been seen where nobody is.
+    found = compare(see(frame, None, effort), index, fov_deg, away=True, sitter_deg=None)
+    return heading if found is None else judged(found)
+
+
+def see(frame: Bytes, mask: NDArray[np.bool_] | None = None, effort: Effort = SEARCHING) -> Sight:
+    """Describe a camera's picture.
+
+    Parameters
+    ----------
+    frame : (H, W, 3) uint8
+        As in `find_heading`.
+    mask : (H, W) bool, optional
+        As in `find_heading`.
+    """
+    if frame.ndim != 3 or min(frame.shape[:2]) < _LEAST_SIDE:
+        return Sight(describe(np.zeros((64, 64), np.uint8), 1), (64, 64))
+    small, small_mask = _shrunk(frame, mask, effort.pixels)
+    size = (small.shape[1], small.shape[0])
+    return Sight(describe(small, effort.points, small_mask), size, effort == FINE)
+
+
+def compare(
+    sight: Sight,
+    index: HeadingIndex,
+    fov_deg: float | None,
+    near_deg: float | None = None,
+    sitter_deg: float | None = 0.0,
+    *,
+    away: bool = False,
+) -> Found | None:
+    """Find the pose that explains a picture best, whether it can be trusted or not."""
+    chosen = np.arange(len(index)) if near_deg is None else index.near(near_deg, _NEAR_DEG)
+    spots, known = index.bearings[chosen], index.descriptors[chosen]
+    described = sight.features.descriptors
+    cell = max(sight.size) / _PARTS
+    pairs = pair(described, known, spots, _SAME, _RATIO)
+    pairs = thinned(pairs, sight.features.places, cell, _MOST)
+    lens = _lens(fov_deg, sight.size)
+    rays = _rays(sight.features.places, lens)
+    shape = max(sight.size) / min(sight.size)
+    known_lens = None if fov_deg is None else _STATED if sight.fine else _ABOUT
+    question = Question(known_lens, sitter_deg, away, near_deg is not None)
+
+    def matches(pairs: Pairs) -> Matches:
+        there = spots[pairs.second].astype(np.float64)
+        return Matches(rays[pairs.first], there, pairs.ratio, shape)
+
+    stand = find_stand(matches(pairs), question)
+    if stand is None:
+        return None
+    if sight.fine and not away:
+        expected = (stand.pose.expected(stand.rays(rays)) @ stand.pose.rotation.T).astype("f4")
+        closer = pair_near(described, known, spots, expected, _REACH, _SAME, _CLOSER_RATIO)
+        closer = thinned(closer, sight.features.places, cell, _MOST)
+        closer_stand = find_stand(matches(closer), question, stand.pose)
+        if closer_stand is not None:
+            pairs, stand = closer, closer_stand
+    whole = support(stand.rays(rays), described, spots, known, stand.pose)
+    evidence = _evidence(stand, pairs, matches(pairs), lens, question, whole)
+    evidence = evidence if sight.fine else replace(evidence, guided=True)
+    return Found(stand.pose, evidence, fov_deg or _field(lens, stand.factor))
+
+
+def _evidence(
+    stand: Stand, pairs: Pairs, matches: Matches, lens: Lens, question: Question, whole: float
+) -> Evidence:
+    pose, line, rays = stand.pose, stand.line, stand.rays(matches.rays)
+    certain = pairs.ratio < _CERTAIN
+    inside = pose.inside[certain]
+    wide = stand.factor * max(lens.size) / 2.0 / lens.focal_px
+    return Evidence(
+        # One thing in the panorama that several points look like counts once.
+        points=len(np.unique(pairs.second[pose.inside])),
+        share=_share(inside),
+        spread=_spread(rays[pose.inside], lens),
+        support=whole,
+        error_deg=stand.error_deg(question),
+        tilt=float(np.linalg.norm(pose.plane[1:])),
+        zoom=1.0 / max(pose.zoom, 0.1) if question.away else pose.zoom,
+        wide=None if question.lens_known else wide,
+        strays=strays(rays[certain], matches.bearings[certain], inside, pose),
+        freed=line.freed if line else 0.0,
+        aside=line.aside if line else 0.0,
+        loose_deg=math.degrees(line.loose_rad) if line else 0.0,
+        flat=line.flat if line and line.loose_rad else 0.0,
+        agree=line.agree if line else 0.0,
+    )
+
+
+def judged(
+    found: Found, least: float = LEAST_CONFIDENCE, confidence: float | None = None
+) -> Heading:
+    """Trust a pose, or not."""
+    confidence = trust(found.evidence) if confidence is None else confidence
+    points = found.evidence.points
+    heading, pitch, roll = found.pose.angles_deg
+    absurd = abs(pitch) > rotation.MOST_PITCH_DEG or abs(roll) > rotation.MOST_ROLL_DEG
+    if absurd or confidence < least:
+        return Heading("unsure", None, inliers=points, confidence=0.0 if absurd else confidence)
+    zoom, fov = found.pose.zoom, round(found.fov_deg, 2)
+    return Heading("found", wrap(heading), pitch, roll, points, confidence, zoom, fov)
+
+
+def _lens(fov_deg: float | None, size: tuple[int, int]) -> Lens:
+    return Lens(assumed_fov(size) if fov_deg is None else min(max(fov_deg, 1.0), 170.0), size)
+
+
+def _field(lens: Lens, factor: float) -> float:
+    half = factor * lens.size[0] / 2.0 / lens.focal_px
+    return min(max(math.degrees(2.0 * math.atan(half)), _FIELDS[0]), _FIELDS[1])
+
+
+def _share(inside: NDArray[np.bool_]) -> float:
+    """Return how many of the certain matches agree, as if two more were undecided."""
+    return (float(inside.sum()) + 1.0) / (len(inside) + 2.0)
+
+
+def _spread(rays: Float64, lens: Lens) -> float:
+    """Return the least standard deviation of points in any direction, in half widths."""
+    if len(rays) < 2:
+        return 0.0
+    least = float(np.linalg.eigvalsh(np.cov(rays.T))[0])
+    return math.sqrt(max(least, 0.0)) * lens.focal_px * 2.0 / max(lens.size)
+
+
+def _shrunk(
+    frame: Bytes, mask: NDArray[np.bool_] | None, pixels: int
+) -> tuple[Bytes, NDArray[np.bool_] | None]:
+    scale = math.sqrt(pixels / (frame.shape[0] * frame.shape[1]))
+    if scale >= 1.0:
+        return frame, mask
+    size = (max(round(frame.shape[1] * scale), 1), max(round(frame.shape[0] * scale), 1))
+    small = np.asarray(cv2.resize(frame, size, interpolation=cv2.INTER_AREA), np.uint8)
+    if mask is None:
+        return small, None
+    shrunk = cv2.resize(mask.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST)
+    return small, np.asarray(shrunk, np.uint8) > 0
+
+
+def _rays(places: Float32, lens: Lens) -> Float64:
+    """Points in the picture plane, right and down, (N, 2)."""
+    middle = np.array(lens.size, np.float64) / 2.0
+    return np.asarray((places.astype(np.float64) - middle) / lens.focal_px)

@@ -1,0 +1,175 @@
+"""From where a camera points to how far the sitter has turned, and back.
+
+A camera that looks at the sitter, its axis at panorama azimuth h, sees the sitter's face at the
+horizontal angle s from that axis. The line from the camera through the sitter then points to
+h + s, and that is what lies behind the sitter; the sitter, who faces the camera, faces the opposite
+way: turn = h + s - 180, less the azimuth at which the photographer stood at turn 0.
+
+A laptop's own camera looks at the person before it instead. When the photographer carries it around
+the sitter it points away from the sitter, and so the same way as the sitter faces: turn = h. When
+the photographer is the sitter, it looks at the sitter after all.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+from typing import Final
+
+from app.core.base.angles import wrap
+from app.core.guidance.words import Mode
+
+CAMERA_M: Final = 1.5
+"""How far a camera stands from the sitter when nobody says: a head-and-shoulders portrait."""
+
+BACKGROUND_M: Final = 5.0
+"""How far behind the sitter the background is taken to be: that of a large room. In the demo
+location the middle of what a camera sees behind the sitter is 4 to 6 m away indoors, 10 to 17 m in
+the court."""
+
+_WIDEST_DEG: Final = 160.0
+
+
+class Looks(StrEnum):
+    """Which way a camera looks: at the sitter, or at the person who holds it."""
+
+    SITTER = "sitter"
+    PHOTOGRAPHER = "photographer"
+
+
+def sees_sitter(looks: Looks, mode: Mode) -> bool:
+    """Tell whether a camera sees the sitter: in a selfie the photographer is the sitter."""
+    return looks is Looks.SITTER or mode is Mode.SELFIE
+
+
+def turn_of_heading(
+    heading_deg: float,
+    *,
+    looks: Looks = Looks.SITTER,
+    mode: Mode = Mode.WALK,
+    sitter_deg: float = 0.0,
+    front_deg: float = 0.0,
+) -> float:
+    """Return the turn at which a camera has a heading.
+
+    Parameters
+    ----------
+    heading_deg : float
+        Panorama azimuth of the camera's axis, deg.
+    sitter_deg : float, optional
+        Where the sitter's face is from the axis, deg, positive to the right in the picture as the
+        camera took it (not mirrored). Without meaning where the camera does not see the sitter.
+    front_deg : float, optional
+        Panorama azimuth at which the photographer stands at turn 0, deg.
+
+    Returns
+    -------
+    float
+        In (-180, 180], deg.
+
+    Examples
+    --------
+    >>> turn_of_heading(180.0), turn_of_heading(-90.0), turn_of_heading(170.0, sitter_deg=20.0)
+    (0.0, 90.0, 10.0)
+    >>> turn_of_heading(30.0, looks=Looks.PHOTOGRAPHER)
+    30.0
+    """
+    if sees_sitter(looks, mode):
+        return wrap(heading_deg + sitter_deg - 180.0 - front_deg)
+    return wrap(heading_deg - front_deg)
+
+
+def heading_of_turn(
+    turn_deg: float,
+    *,
+    looks: Looks = Looks.SITTER,
+    mode: Mode = Mode.WALK,
+    sitter_deg: float = 0.0,
+    front_deg: float = 0.0,
+) -> float:
+    """Return where a camera points at a turn; the inverse of `turn_of_heading`.
+
+    Parameters
+    ----------
+    turn_deg : float
+        Deg, positive clockwise.
+
+    Returns
+    -------
+    float
+        Panorama azimuth in (-180, 180], deg.
+    """
+    if sees_sitter(looks, mode):
+        return wrap(turn_deg + 180.0 - sitter_deg + front_deg)
+    return wrap(turn_deg + front_deg)
+
+
+def background_azimuth(turn_deg: float, front_deg: float = 0.0) -> float:
+    """Return the panorama azimuth behind the sitter, in (-180, 180] deg.
+
+    Parameters
+    ----------
+    turn_deg : float
+        Deg, positive clockwise.
+    front_deg : float, optional
+        Panorama azimuth at which the photographer stands at turn 0, deg.
+    """
+    return wrap(turn_deg + 180.0 + front_deg)
+
+
+def offset_angle(column: float, width: int, fov_deg: float) -> float:
+    """Return the horizontal angle of a picture's column from the camera's axis.
+
+    Parameters
+    ----------
+    column : float
+        Position from the left edge in pixels; the middle of the first pixel is 0.5.
+    fov_deg : float
+        Horizontal field of view, deg, in (0, 180).
+    """
+    share = 2.0 * column / width - 1.0
+    return math.degrees(math.atan(share * math.tan(math.radians(fov_deg) / 2.0)))
+
+
+def widened_fov(
+    fov_deg: float,
+    camera_m: float = CAMERA_M,
+    background_m: float = BACKGROUND_M,
+    *,
+    sees_the_sitter: bool = True,
+) -> float:
+    """Return how much of the panorama fills a camera's field of view.
+
+    The probe stood where the sitter is; the camera stands d in front of that, and what it sees lies
+    in a plane D behind the sitter, square to the axis. A point of that plane at x from the axis is
+    at the angle b from the camera, tan b = x / (D + d), and at the angle a from the probe,
+    tan a = x / D. Hence tan a = tan b (D + d) / D: the camera's picture is a *wider* crop of the
+    panorama, and as both are perspective pictures of one plane, nothing but its scale differs. A
+    camera that looks away from the sitter stands d nearer to what it sees: (D - d) / D.
+
+    Parameters
+    ----------
+    fov_deg : float
+        The camera's horizontal field of view, deg, in (0, 180).
+    camera_m : float, optional
+        d: from the sitter's head to the camera, metres.
+    background_m : float, optional
+        D: from the sitter's head to what lies behind, metres. It is not known; the default is
+        `BACKGROUND_M`. Infinity leaves the field as it is.
+
+    Returns
+    -------
+    float
+        Horizontal field of view in the panorama, deg, at most 160.
+
+    Examples
+    --------
+    >>> round(widened_fov(60.0, 1.5, 5.0), 1), widened_fov(60.0, 0.0)
+    (73.8, 60.0)
+    """
+    if camera_m == 0.0 or math.isinf(background_m):
+        return min(fov_deg, _WIDEST_DEG)
+    away = camera_m if sees_the_sitter else -min(camera_m, 0.8 * background_m)
+    factor = (background_m + away) / background_m
+    half = math.atan(math.tan(math.radians(fov_deg) / 2.0) * factor)
+    return min(2.0 * math.degrees(half), _WIDEST_DEG)

@@ -1,0 +1,419 @@
+"""Where the probe stood as a picture sees it, by how near things are shifted against far ones.
+
+Each point lies in one plane with its counterpart in the panorama and the way from the camera to the
+probe. So matches alone tell the camera's rotation and that way (D. Nister, PAMI 2004), and whether
+the way is toward the sitter: a camera on the line through them has it there, one that stands
+elsewhere has it anywhere. Both are fitted; how many more points the second explains is
+`Line.freed`.
+A camera at the probe's own place sees no shift at all; then the way says nothing, and need not.
+What a lens bends, a little more or less of it, and a hand that turns while the rows are read, are
+unknowns, too.
+
+Axes of the camera are right, down, front; of the panorama as in `app.core.base.sphere`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base import sphere
+
+if TYPE_CHECKING:
+    from app.core.localization.rotation import Pose
+
+Float64: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+
+_NOISE: Final = 0.0015  # radians
+_STILL_NOISE: Final = 1.5  # times as much of a point in any direction as out of a plane
+_LEAST: Final = 8
+_ROUNDS: Final = 7
+_NEAR: Final = 0.03  # sine of the angle from the way: nearer a point says little
+_AHEAD: Final = 0.2  # cosine: what is further to the side is behind the camera
+_BEND: Final = 0.03  # of the picture plane's radius, at its square
+_SKEW: Final = 0.005  # of the picture plane: 0.6 deg from the first row to the last
+_LEVEL: Final = 0.1  # radians: how far the camera is above or below the probe
+_ANY: Final = 1.0  # radians: a way that is free
+_SAMPLES: Final = 1000
+_SAMPLE_NOISE: Final = 0.003
+_AS_FREE: Final = 0.3  # spread of a lens that nobody knows
+_BEST: Final = 3
+_ALIKE_RAD: Final = 0.005
+_UNMOVED: Final = 0.75  # of the points, without any shift: what bends otherwise takes the rest
+_MOST_TURN: Final = 0.3
+
+
+class Aim(NamedTuple):
+    """Where the probe's place is expected: radians to the right of the axis, and their spread.
+
+    `unlikely` is a cost, as of so many points.
+    """
+
+    angle: float
+    spread: float
+    unlikely: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Line:
+    """A camera on the line to the sitter.
+
+    Attributes
+    ----------
+    rotation : (3, 3) float64
+        From the camera's axes to the panorama's.
+    lens : (3,) float64
+        Logarithm of the scale of the picture plane, its bend, and its skew.
+    probe : (2,) float64
+        Where the probe's place is in the picture plane.
+    inside : (N,) bool
+        The points that agree.
+    aside : float
+        How much less likely the place of the sitter is than that camera's way: a cost, as of so
+        many points.
+    loose_rad : float
+        How exactly the points tell where the probe's place is: a standard deviation. 0 where
+        nothing is shifted, and it does not matter.
+    flat : float
+        Of the points that agree, those that lie in one plane, 0 to 1: another lens elsewhere would
+        show that alike.
+    """
+
+    rotation: Float64
+    lens: Float64
+    probe: Float64
+    inside: Mask = field(repr=False)
+    error_rad: float
+    agree: float
+    freed: float
+    aside: float
+    loose_rad: float
+    flat: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Way:
+    """A rotation, a lens, the way to the probe in camera axes; and how they fit."""
+
+    rotation: Float64
+    lens: Float64
+    way: Float64
+    points: float = 0.0
+    cost: float = 0.0
+    agree: Float64 = field(default_factory=lambda: np.zeros(0))
+    normal: Float64 = field(default_factory=lambda: np.eye(8))
+
+    @property
+    def worth(self) -> float:
+        return self.points - self.cost
+
+    @property
+    def azimuth(self) -> float:
+        return math.atan2(self.way[0], self.way[2])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Seen:
+    """Points of the picture plane, and of the panorama; how uncertain their lens is."""
+
+    rays: Float64
+    bearings: Float64
+    scale: float
+
+    def spreads(self) -> Float64:
+        return np.array([self.scale, _BEND, _SKEW])
+
+    def slopes(self, lens: Float64) -> Float64:
+        """Return the derivatives of `straightened` by the lens, (N, 3, 2)."""
+        plain = self.rays * math.exp(lens[0])
+        squared = (plain**2).sum(axis=1, keepdims=True)
+        skewed = np.stack([plain[:, 1], np.zeros(len(plain))], axis=1)
+        return np.stack([plain, plain * squared, skewed], axis=1)
+
+
+def straightened(rays: Float64, lens: Float64) -> Float64:
+    """Undo what a lens and a turning hand did to points of the picture plane, (N, 2)."""
+    plain = rays * math.exp(lens[0])
+    flat = plain * (1.0 + lens[1] * (plain**2).sum(axis=1, keepdims=True))
+    flat[:, 0] += lens[2] * plain[:, 1]
+    return np.asarray(flat)
+
+
+def lined_up(
+    poses: list[Pose],
+    rays: Float64,
+    bearings: Float64,
+    ratio: NDArray[np.float32],
+    aims: list[Aim],
+    scale: float,
+    *,
+    known: bool,
+) -> Line | None:
+    """Find the camera on the line to the sitter that explains a picture best, and a freer one.
+
+    Parameters
+    ----------
+    rays, bearings : (N, 2) and (N, 3) float64
+        As in `app.core.localization.rotation.fit`: all matches, right and wrong.
+    ratio : (N,) float32
+        Of the matches, as `app.core.localization.features.pair` gives it.
+    known : bool
+        Whether anybody has said how wide the lens is, or that is no more than what is likely.
+    """
+    ahead = bearings @ poses[0].rotation[:, 2] > _AHEAD
+    if int(ahead.sum()) < _LEAST:
+        return None
+    seen = _Seen(rays[ahead], bearings[ahead], scale)
+    starts = [_Way(p.rotation, np.zeros(3), _unit(np.append(p.sitter, 1.0))) for p in poses]
+    starts += _sampled(seen, poses[0].rotation, ratio[ahead])
+    free = _best([_settled(seen, one) for one in starts])
+    if free[0].worth < _LEAST:
+        return None
+    told = starts[: len(poses)]
+    held = max((w for aim in aims for w in _aimed(seen, told, free, aim)), key=_worth)
+    flat, mirrored = _mirrored(seen, held)
+    free = [*free, *(_settled(seen, one) for one in (held, *mirrored))]
+    most = max(free, key=_worth)
+    still = max((_unmoved(seen, one, known) for one in (held, *free[:_BEST])), key=_worth)
+    if still.points > _UNMOVED * max(held.points, most.points):
+        # Nothing is shifted: the probe's own place, and whatever is bent otherwise is no parallax.
+        held, loose, freed, aside = replace(still, way=held.way), 0.0, 0.0, 0.0
+    else:
+        unaimed = _settled(replace(seen, scale=scale if known else _AS_FREE), held, rounds=0).normal
+        loose = math.sqrt(max(float(np.linalg.inv(unaimed)[6, 6]), 0.0))
+        aside = max(held.cost - most.cost, 0.0)
+        freed = max(most.points - held.points, 0.0)
+    inside = np.zeros(len(rays), bool)
+    inside[ahead] = held.agree > 0.3
+    error = math.sqrt(max(float(np.linalg.inv(held.normal)[1, 1]), 0.0))
+    probe = held.way[:2] / max(float(held.way[2]), _AHEAD)
+    return Line(
+        held.rotation, held.lens, probe, inside, error, held.points, freed, aside, loose, flat
+    )
+
+
+def _worth(way: _Way) -> float:
+    return way.worth
+
+
+def _aimed(seen: _Seen, starts: list[_Way], free: list[_Way], aim: Aim) -> list[_Way]:
+    """Hold the way where the sitter may be."""
+    found = []
+    for one in (*free, *starts):
+        way = one.way if one.way[2] > 0.0 else -one.way
+        if one.points == 0.0:
+            level = float(way[1]) / max(float(way[2]), _AHEAD)
+            way = _unit(np.array([math.tan(aim.angle), level, 1.0]))
+        settled = _settled(seen, replace(one, way=way), aim)
+        found.append(replace(settled, cost=settled.cost + aim.unlikely))
+    return found
+
+
+def _best(ways: list[_Way]) -> list[_Way]:
+    """Choose those that explain most, and differ."""
+    chosen: list[_Way] = []
+    for one in sorted(ways, key=_worth, reverse=True):
+        if all(
+            sphere.angle_of(one.rotation.T @ other.rotation) > math.degrees(_ALIKE_RAD)
+            for other in chosen
+        ):
+            chosen.append(one)
+        if len(chosen) == _BEST:
+            break
+    return chosen
+
+
+def _settled(seen: _Seen, start: _Way, aim: Aim | None = None, rounds: int = _ROUNDS) -> _Way:
+    """Gauss-Newton with weights that fall off, from loose to strict."""
+    state = start
+    for step in range(rounds + 1):
+        noise = _NOISE * max(rounds - 2.0 - step, 1.0)
+        miss, slopes = _out_of_plane(seen, state)
+        weights = 1.0 / (1.0 + (miss / noise) ** 2) ** 2 / noise**2
+        normal = slopes.T @ (slopes * weights[:, None])
+        right = -slopes.T @ (weights * miss)
+        cost = 0.0
+        for row, value, spread in _expected(seen, state, aim):
+            normal += np.outer(row, row) / spread**2
+            right -= row * value / spread**2
+            cost += (value / spread) ** 2
+        if step == rounds:
+            agree = np.where(
+                _in_front(seen, state, normal), 1.0 / (1.0 + (miss / _NOISE) ** 2), 0.0
+            )
+            return replace(state, points=float(agree.sum()), cost=cost, agree=agree, normal=normal)
+        state = _moved(state, np.asarray(np.linalg.solve(normal, right)))
+    raise AssertionError
+
+
+def _moved(state: _Way, change: Float64) -> _Way:
+    turn = change[:3] * min(1.0, _MOST_TURN / max(float(np.linalg.norm(change[:3])), 1e-9))
+    across, up = _beside(state.way)
+    return replace(
+        state,
+        rotation=state.rotation @ sphere.from_vector(turn),
+        lens=np.clip(state.lens + change[3:6], (-1.2, -0.15, -0.05), (1.2, 0.15, 0.05)),
+        way=_unit(state.way + change[6] * across + change[7] * up),
+    )
+
+
+def _out_of_plane(seen: _Seen, state: _Way) -> tuple[Float64, Float64]:
+    """Angles out of the common plane, (N,), and their derivatives, (N, 8)."""
+    full, there, way = _full(seen, state), seen.bearings @ state.rotation, state.way
+    size = _scale_of(full, there, way)[:, None]
+    normal = _cross(there, way) / size
+    both = _cross(full, there) / size
+    turned = (full * (there @ way)[:, None] - way * (full * there).sum(axis=1)[:, None]) / size
+    miss = (normal * full).sum(axis=1)
+    # A lens that brings points nearer to the way makes them no truer.
+    reach = _cross(way, full)
+    nearer = _cross(reach, way) / np.maximum((reach**2).sum(axis=1), _NEAR**2)[:, None]
+    bent = np.einsum(
+        "nk,nlk->nl", (normal - miss[:, None] * nearer)[:, :2], seen.slopes(state.lens)
+    )
+    moved = both @ np.stack(_beside(way), axis=1)
+    return miss, np.concatenate([turned, bent, moved], axis=1)
+
+
+def _scale_of(full: Float64, there: Float64, way: Float64) -> Float64:
+    """Return what makes an angle of a distance from the common plane, (N,).
+
+    A point that is nearer to the way than its counterpart is, by more than others are, swings it
+    further about the way when it is off.
+    """
+    here, beyond = (np.linalg.norm(_cross(way, one), axis=1) for one in (full, there))
+    here = np.maximum(here, _NEAR)
+    larger = beyond / here
+    usual = max(float(np.median(larger)), 0.1)
+    return np.asarray(here * np.sqrt((1.0 + (larger / usual) ** 2) / 2.0))
+
+
+def _expected(seen: _Seen, state: _Way, aim: Aim | None) -> list[tuple[Float64, float, float]]:
+    """Return what is known before: rows of unknowns, how far off each is, and its spread."""
+    rows = []
+    for number, spread in enumerate(seen.spreads()):
+        rows.append((np.eye(8)[3 + number], float(state.lens[number]), float(spread)))
+    across, up = _beside(state.way)
+    level = state.rotation[1]
+    row = np.concatenate([_cross(state.way, level), np.zeros(3), [across @ level, up @ level]])
+    rows.append((row, float(level @ state.way), _LEVEL))
+    if aim is None:
+        return [*rows, (np.eye(8)[6], 0.0, _ANY)]
+    away = math.remainder(state.azimuth - aim.angle, math.tau)
+    slope = 1.0 / max(math.hypot(state.way[0], state.way[2]), 0.3)
+    return [*rows, (slope * np.eye(8)[6], away, aim.spread)]
+
+
+def _in_front(seen: _Seen, state: _Way, normal: Float64) -> Mask:
+    """Which points are before both cameras, or not shifted enough to say."""
+    full, there, way = _full(seen, state), seen.bearings @ state.rotation, state.way
+    length = np.linalg.norm(full, axis=1)
+    shift = _cross(full, there)
+    lens = math.sqrt(max(float(np.linalg.inv(normal)[3, 3]), 0.0))
+    slack = (4.0 * _NOISE) ** 2 + (2.5 * lens * np.sqrt(length**2 - 1.0) / length**2) ** 2
+    small = (shift**2).sum(axis=1) / length**2 < slack
+    before = (shift * _cross(way, there)).sum(axis=1) > 0.0
+    behind = (shift * _cross(way, full)).sum(axis=1) > 0.0
+    return np.asarray(small | (before & behind))
+
+
+def _unmoved(seen: _Seen, start: _Way, known: bool) -> _Way:
+    """Fit a camera at the probe's own place."""
+    state, noise = start, _NOISE * _STILL_NOISE
+    wide = np.array([seen.scale if known else _AS_FREE, _BEND, _SKEW])
+    for step in range(_ROUNDS + 1):
+        loose = noise * max(_ROUNDS - 2.0 - step, 1.0)
+        flat, there = straightened(seen.rays, state.lens), seen.bearings @ state.rotation
+        x, y = (there[:, :2] / np.maximum(there[:, 2:], _AHEAD)).T
+        small = 1.0 / (1.0 + (seen.rays**2).sum(axis=1))  # an angle, of a step in the plane
+        miss = (flat - np.stack([x, y], axis=1)) * small[:, None]
+        turned = np.stack([-x * y, 1.0 + x * x, -y, -1.0 - y * y, x * y, x], axis=1)
+        slopes = np.concatenate(
+            [turned.reshape(-1, 2, 3), seen.slopes(state.lens).transpose(0, 2, 1)], axis=2
+        )
+        slopes *= small[:, None, None]
+        agree = 1.0 / (1.0 + (miss**2).sum(axis=1) / loose**2)
+        rows, weights = slopes.reshape(-1, 6), np.repeat((agree / loose) ** 2, 2)
+        normal = rows.T @ (rows * weights[:, None]) + 1e-3 * np.eye(6)
+        normal[3:, 3:] += np.diag(wide**-2)
+        if step == _ROUNDS:
+            cost = float(((state.lens / wide) ** 2).sum())
+            return replace(state, points=float(agree.sum()), cost=cost, agree=agree, normal=normal)
+        right = -rows.T @ (weights * miss.reshape(-1))
+        right[3:] -= state.lens / wide**2
+        state = _moved(state, np.append(np.linalg.solve(normal, right), [0.0, 0.0]))
+    raise AssertionError
+
+
+def _sampled(seen: _Seen, rotation: Float64, ratio: NDArray[np.float32]) -> list[_Way]:
+    """Cameras that stand anywhere, from samples of five certain points."""
+    there = seen.bearings @ rotation
+    chosen = np.flatnonzero((there[:, 2] > 1.5 * _AHEAD) & (ratio < 0.8))
+    if len(chosen) < _LEAST:
+        return []
+    chosen = chosen[np.argsort(ratio[chosen])]
+    here = np.ascontiguousarray(seen.rays[chosen])
+    flat = np.ascontiguousarray(there[chosen, :2] / there[chosen, 2:])
+    ways = []
+    for method in (cv2.RANSAC, cv2.USAC_ACCURATE):
+        cv2.setRNGSeed(0)
+        found, _ = cv2.findEssentialMat(
+            here, flat, np.eye(3), method=method,
+            prob=0.99, threshold=_SAMPLE_NOISE, maxIters=_SAMPLES,
+        )  # fmt: skip
+        for number in range(0, 0 if np.ndim(found) != 2 else min(len(found), 9), 3):
+            one, other, step = cv2.decomposeEssentialMat(found[number : number + 3])
+            turned = np.asarray(one if np.trace(one) > np.trace(other) else other, np.float64)
+            way = _unit(turned.T @ np.asarray(step, np.float64)[:, 0])
+            ways += [_Way(rotation @ turned, np.zeros(3), sign * way) for sign in (1.0, -1.0)]
+    return ways
+
+
+def _mirrored(seen: _Seen, way: _Way) -> tuple[float, list[_Way]]:
+    """Return the share of the points in one plane, and the cameras that see them alike."""
+    inside = way.agree > 0.3
+    there = seen.bearings[inside] @ way.rotation
+    here = straightened(seen.rays, way.lens)[inside]
+    ahead = there[:, 2] > _AHEAD
+    if int(ahead.sum()) < _LEAST:
+        return 0.0, []
+    cv2.setRNGSeed(0)
+    flat = there[ahead, :2] / there[ahead, 2:]
+    found, in_plane = cv2.findHomography(here[ahead], flat, cv2.RANSAC, 2.0 * _SAMPLE_NOISE)
+    if np.ndim(found) != 2:
+        return 0.0, []
+    _, turns, steps, _ = cv2.decomposeHomographyMat(found, np.eye(3))
+    ways = []
+    for turned, step in zip(turns, steps, strict=True):
+        if np.trace(turned) > 1.0 and float(np.linalg.norm(step)) > 1e-6:
+            along = _unit(turned.T @ np.asarray(step, np.float64)[:, 0])
+            ways += [_Way(way.rotation @ turned, way.lens, sign * along) for sign in (1.0, -1.0)]
+    return float(np.mean(in_plane)), ways
+
+
+def _full(seen: _Seen, state: _Way) -> Float64:
+    flat = straightened(seen.rays, state.lens)
+    return np.concatenate([flat, np.ones((len(flat), 1))], axis=1)
+
+
+def _beside(way: Float64) -> tuple[Float64, Float64]:
+    """Two axes square to a way: to the right, and down or up."""
+    across = _unit(np.array([way[2], 0.0, -way[0]]))
+    return across, _cross(way, across)
+
+
+def _cross(first: Float64, second: Float64) -> Float64:
+    """Cross product of (..., 3) as `numpy.cross`, in a fifth of its time."""
+    a, b, c = first[..., 0], first[..., 1], first[..., 2]
+    x, y, z = second[..., 0], second[..., 1], second[..., 2]
+    return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=-1)
+
+
+def _unit(vector: Float64) -> Float64:
+    return np.asarray(vector / max(float(np.linalg.norm(vector)), 1e-12))

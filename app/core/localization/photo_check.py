@@ -1,0 +1,393 @@
+"""The photograph that was taken: read within bounds, located, and how far off the light it was.
+
+A photograph is a live picture with more pixels and more to say: EXIF knows which way is up, when it
+was taken and how wide the lens was. A photo that is not found with that width is looked for without
+it; then it has been cropped since, for nothing makes a picture wider than its lens.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.angles import difference, wrap
+from app.core.base.errors import CoreError
+from app.core.base.progress import Report, Token, silent
+from app.core.guidance.guide import Goal, Reading, guide
+from app.core.guidance.words import whole
+from app.core.localization.field_of_view import ASSUMED_DEG
+from app.core.localization.heading import (
+    FINE,
+    UNSURE,
+    Found,
+    Heading,
+    HeadingIndex,
+    Sight,
+    compare,
+    judged,
+    see,
+)
+from app.core.localization.heading_conversion import offset_angle, turn_of_heading
+from app.core.localization.picture_file import PictureFile, picture_size, read_picture
+from app.core.localization.sitter import background_mask, find_sitter
+from app.core.solver.portraits import value_at
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from app.core.localization.sitter import Sitter
+    from app.core.solver.solve import StyleResult
+
+Bytes: TypeAlias = NDArray[np.uint8]
+
+Photo = PictureFile
+"""A photograph, upright and small enough to work on."""
+
+PHOTO_ENDINGS: Final = frozenset(
+    {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".heic", ".heif"}
+)
+"""Endings of files that may be a photograph. Of HEIC it is said how to make a JPEG of it."""
+
+_LONGEST: Final = 1600  # pixels of the longer side: more show nothing more of the background
+_SHORTEST: Final = 200
+_PANORAMA: Final = 2.0
+_PANORAMA_OFF: Final = 0.01
+_NO_SITTER: Final = 0.7
+_SEEN: Final = "Looking for the background"
+_CROPPED: Final = 0.87  # of the width that EXIF states, tangents: less is no lens that was rounded
+_WIDER: Final = 1.15
+_PROOF: Final = (0.8, 0.88, 0.96)  # with the sitter, with a sitter ignored, with nobody seen
+_FREE_PROOF: Final = (0.92, 0.97, 0.96)  # a lens that nobody states takes the place of a step aside
+_SAME_DEG: Final = 1.0
+_SAME_PROOF: Final = (0.45, 0.65)  # of two answers that agree, the less and the more certain one
+_OTHER_PROOF: Final = 0.97  # one that is as stated was tried, and nothing makes a picture wider
+_ALIKE: Final = (0.8, 1.0)  # of the points, at the probe's own place and elsewhere
+_AGREE: Final = 25  # points of a mirror image never do
+_NEARER: Final = 0.97  # things never look smaller from the probe: then the lens is narrower
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """From where a photograph was taken.
+
+    Attributes
+    ----------
+    heading_deg : float or None
+        Panorama azimuth of the camera's axis, deg; None when unsure.
+    facing_deg : float or None
+        Panorama azimuth that the sitter faced, deg: the turn, but for where it is counted from.
+    sitter_deg : float or None
+        The sitter from the axis, deg, positive to the right; None where none was seen, and they
+        are taken to be in the middle.
+    fov_deg : float or None
+        Horizontal, as it turned out, deg.
+    confidence : float
+        0 to 1.
+    """
+
+    status: Literal["found", "unsure"]
+    heading_deg: float | None = None
+    facing_deg: float | None = None
+    sitter_deg: float | None = None
+    fov_deg: float | None = None
+    confidence: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Sought:
+    """What looking for a photograph gave.
+
+    Attributes
+    ----------
+    sitter : Sitter or None
+        Who it was found with; None where nobody was seen, or it was found without them. In the
+        frame that is not mirrored.
+    stated_deg : float or None
+        The field of view that its EXIF states where that cannot be right, deg.
+    """
+
+    heading: Heading
+    sitter: Sitter | None = None
+    mirrored: bool = False
+    stated_deg: float | None = None
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the user should know."""
+        if self.stated_deg is None:
+            return []
+        found = self.heading.fov_deg
+        told = f"it is {found:.0f}° wide, and its EXIF data say {self.stated_deg:.0f}°."
+        if found < self.stated_deg:
+            return [f"The picture seems to be cropped: {told}"]
+        return [f"The picture was taken with another lens than its EXIF data state: {told}"]
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """How far off the light a photograph was taken, in the numbers that are shown.
+
+    Attributes
+    ----------
+    turn_deg, goal_deg : int
+        Whole degrees of turn.
+    to_go_deg : int
+        goal - turn the shorter way, positive clockwise.
+    outside_deg : int
+        Whole degrees to the arc; 0 in it.
+    """
+
+    turn_deg: int
+    goal_deg: int
+    to_go_deg: int
+    outside_deg: int
+    match: int
+    best: int
+
+
+def is_panorama(path: Path) -> bool:
+    """Tell a whole panorama from a photograph by its shape, without decoding a pixel.
+
+    Raises
+    ------
+    CoreError
+        When it cannot be read.
+    """
+    columns, rows = picture_size(path)
+    return abs(columns / rows - _PANORAMA) <= _PANORAMA_OFF * _PANORAMA
+
+
+def read_photo(path: Path, token: Token | None = None) -> Photo:
+    """Read a photograph, at most 1,600 pixels on its longer side.
+
+    Raises
+    ------
+    CoreError
+        When it is missing, damaged, no photograph, or too large.
+    Cancelled
+    """
+    photo = read_picture(path, _LONGEST, token)
+    if min(photo.size) < _SHORTEST:
+        raise CoreError(
+            f"{path.name} is only {photo.size[0]} x {photo.size[1]} pixels.",
+            "Open the photograph itself, not its thumbnail.",
+        )
+    return photo
+
+
+def locate_photo(
+    photo: Photo, index: HeadingIndex, token: Token | None = None, report: Report = silent
+) -> Taken:
+    """Find from where a photograph was taken, with the sitter's own angle in it.
+
+    Raises
+    ------
+    Cancelled
+    """
+    sought = search_photo(photo, index, token=token, report=report)
+    heading = sought.heading
+    if heading.heading_deg is None:
+        return Taken("unsure", confidence=heading.confidence)
+    angle = _angle(sought.sitter, heading.fov_deg)
+    facing = turn_of_heading(heading.heading_deg, sitter_deg=angle or 0.0)
+    # Somebody may be anywhere in a picture in which nobody is seen.
+    confidence = heading.confidence * (_NO_SITTER if angle is None else 1.0)
+    return Taken("found", heading.heading_deg, facing, angle, heading.fov_deg, confidence)
+
+
+def search_photo(
+    photo: Photo,
+    index: HeadingIndex,
+    fov_deg: float | None = None,
+    token: Token | None = None,
+    report: Report = silent,
+) -> Sought:
+    """Look for a photograph in the panorama, with what is known of it first and then with less.
+
+    Parameters
+    ----------
+    fov_deg : float, optional
+        Horizontal field of view, deg, where somebody knows it. That of EXIF is only tried first:
+        the picture may have been cropped since.
+
+    Raises
+    ------
+    Cancelled
+    """
+    token = token or Token()
+    search = _Search(photo.fov_deg if fov_deg is None else None)
+    first = fov_deg or photo.fov_deg
+    for mirrored in (False, True):
+        if search.agree >= _AGREE:
+            break  # from elsewhere, perhaps, but the right way round
+        search.with_sitter = None
+        picture = np.ascontiguousarray(photo.picture[:, ::-1]) if mirrored else photo.picture
+        report(0.5 * mirrored, _SEEN)
+        token.check()
+        assumed = _assumed_fov(picture)
+        sitter = _sitter_in(picture, first or assumed)
+        tries = [(first, sitter), (first, None), (fov_deg, sitter), (fov_deg, None)]
+        sights: dict[Sitter | None, Sight] = {}
+        for number, (width, who) in enumerate(dict.fromkeys(tries)):
+            token.check()
+            report(0.5 * mirrored + 0.1 * (number + 1), _SEEN)
+            if who not in sights:
+                sights[who] = _sight_of(picture, who)
+            found = _found(sights[who], index, width, _angle(who, width or assumed))
+            if found is not None and search.ends(found, width, who, mirrored):
+                return _as_stored(search.best)
+        if search.spare is not None:
+            return _as_stored(search.spare)
+    return search.best
+
+
+@dataclass(slots=True)
+class _Search:
+    """What has been found so far of a photograph whose EXIF states a field of view, or does not."""
+
+    stated_deg: float | None
+    best: Sought = field(default_factory=lambda: Sought(UNSURE))
+    spare: Sought | None = None
+    agree: int = 0  # points, at most
+    most: float = 0.0  # the same of a camera with the stated lens that stands anywhere
+    with_sitter: Heading | None = None  # the answer that holds to the person in the picture
+
+    def ends(
+        self, found: Found, width: float | None, sitter: Sitter | None, mirrored: bool
+    ) -> bool:
+        """Take in one more answer, and tell whether it is the last."""
+        sought = Sought(self._judged(found, width, sitter), sitter, mirrored)
+        evidence = found.evidence
+        if self.stated_deg is not None and width is None:
+            least = _ALIKE[evidence.loose_deg > 0.0] * self.most
+            sought = _agreed(sought, self.stated_deg, evidence.agree >= least)
+        elif width is not None:
+            self.most = max(self.most, evidence.agree + evidence.freed)
+        heading = sought.heading
+        if heading.status == "found":
+            if self.stated_deg is None or width is None or heading.zoom >= _NEARER:
+                self.best = sought
+                return True
+            self.spare = self.spare or sought
+            return False
+        self.agree = max(self.agree, heading.inliers)
+        if (heading.confidence, heading.inliers) > (
+            self.best.heading.confidence, self.best.heading.inliers
+        ):  # fmt: skip
+            self.best = Sought(heading)
+        return False
+
+    def _judged(self, found: Found, width: float | None, sitter: Sitter | None) -> Heading:
+        """Ask for more proof where somebody was seen and is ignored; two that agree need less."""
+        alone, with_sitter = judged(found, 0.0), self.with_sitter
+        case = 0 if sitter is not None else 1 if with_sitter is not None else 2
+        if sitter is not None:
+            self.with_sitter = alone
+        if width is None:
+            return judged(found, _FREE_PROOF[case])
+        if with_sitter is not None and _alike(with_sitter, alone):
+            less, more = sorted((with_sitter.confidence, alone.confidence))
+            if less >= _SAME_PROOF[0] and more >= _SAME_PROOF[1]:
+                return judged(found, confidence=1.0 - (1.0 - less) * (1.0 - more))
+        return judged(found, _PROOF[case])
+
+
+def _alike(one: Heading, other: Heading) -> bool:
+    if one.heading_deg is None or other.heading_deg is None:
+        return False
+    return abs(difference(one.heading_deg, other.heading_deg)) <= _SAME_DEG
+
+
+def _agreed(sought: Sought, stated_deg: float, explained: bool) -> Sought:
+    """Hold a field of view that was estimated against what EXIF states.
+
+    That was tried before. So what is found now needs more proof, and no camera with the lens that
+    EXIF states, wherever it stands, may explain the picture better.
+    """
+    heading = sought.heading
+    if heading.heading_deg is None:
+        return sought
+    half, stated = (math.tan(math.radians(d) / 2.0) for d in (heading.fov_deg, stated_deg))
+    cropped, wider = half < _CROPPED * stated, half > _WIDER * stated
+    if not explained or (not cropped and heading.confidence < _OTHER_PROOF):
+        return replace(sought, heading=_refused(heading))
+    if cropped or wider:
+        return replace(sought, stated_deg=stated_deg)
+    return replace(sought, heading=replace(heading, fov_deg=stated_deg))
+
+
+def _refused(heading: Heading) -> Heading:
+    return replace(UNSURE, inliers=heading.inliers, confidence=heading.confidence)
+
+
+def _as_stored(sought: Sought) -> Sought:
+    """Give the roll of the picture as it is."""
+    if not sought.mirrored:
+        return sought
+    heading = sought.heading
+    return replace(sought, heading=replace(heading, roll_deg=-heading.roll_deg))
+
+
+def _sitter_in(picture: Bytes, fov_deg: float) -> Sitter | None:
+    try:
+        return find_sitter(picture, fov_deg, keen=True)
+    except CoreError:
+        # Nobody can be found without the network that does it; the background still can.
+        return None
+
+
+def _sight_of(picture: Bytes, sitter: Sitter | None) -> Sight:
+    mask = None if sitter is None else background_mask(sitter, picture.shape[:2])
+    return see(picture, mask, FINE)
+
+
+def _found(
+    sight: Sight, index: HeadingIndex, fov_deg: float | None, sitter_deg: float | None
+) -> Found | None:
+    try:
+        return compare(sight, index, fov_deg, sitter_deg=sitter_deg)
+    except cv2.error:
+        # A picture that the library cannot work on is one without a heading.
+        return None
+
+
+def _assumed_fov(picture: Bytes) -> float:
+    """Horizontal field of view where nothing says how wide it is, deg."""
+    rows, columns = picture.shape[:2]
+    half = math.tan(math.radians(ASSUMED_DEG) / 2.0) * columns / max(rows, columns)
+    return 2.0 * math.degrees(math.atan(half))
+
+
+def _angle(sitter: Sitter | None, fov_deg: float) -> float | None:
+    return None if sitter is None else offset_angle(sitter.column, 1, fov_deg)
+
+
+def judge(turn_deg: float, goal: Goal, result: StyleResult) -> Verdict:
+    """Say how far off the light a turn is.
+
+    Parameters
+    ----------
+    turn_deg : float
+        Turn of the photograph, deg.
+    """
+    shown, _ = guide(goal, Reading(turn_deg, 0.0))
+    turn = whole(turn_deg)
+    here = value_at(result.match_curve, float(turn))
+    if turn == whole(result.turn_refined_deg):
+        here = result.match
+    elif float(result.match_curve.max()) <= result.match + 1e-6:
+        # Between the turns of the grid the curve may rise a little above its best.
+        here = min(here, result.match)
+    return Verdict(
+        turn_deg=turn,
+        goal_deg=shown.goal,
+        to_go_deg=int(wrap(shown.goal - turn)),
+        outside_deg=shown.until_light or 0,
+        match=max(math.floor(here), 0),
+        best=max(math.floor(result.match), 0),
+    )

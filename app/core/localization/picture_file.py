@@ -1,0 +1,254 @@
+"""Pictures from files: within bounds, upright, with what their EXIF says of time and lens.
+
+Files come from anywhere: how large a picture is, is judged before any of it is decoded, nothing but
+an ordinary file is opened, and a file that ends too early is said to.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import stat
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.errors import CoreError
+from app.core.base.image_input import (
+    clear_error,
+    is_unwieldy,
+    open_image,
+    read_rows,
+    read_start,
+    rows_at_once,
+    upright,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from OpenImageIO import ImageInput
+
+    from app.core.base.progress import Token
+
+Bytes: TypeAlias = NDArray[np.uint8]
+
+_MOST_BYTES: Final = 512 << 20
+_MOST_PIXELS: Final = 160_000_000
+_BAND_PIXELS: Final = 512
+_LEAST_SIDE: Final = 32
+_KINDS: Final = ("jpeg", "png", "tiff", "webp", "bmp")
+_TYPES: Final = ("uint8", "uint16")
+_HEAD_BYTES: Final = 32
+_HEIF: Final = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"mif1", b"msf1", b"avif")
+_FRAME_DIAGONAL_MM: Final = math.hypot(36.0, 24.0)
+_FOCAL_MM: Final = (6.0, 2000.0)
+_COPY_AGAIN: Final = "Copy or export it again."
+_EXPORT: Final = "Export it as a JPEG or PNG."
+_ORIENTATION: Final = "Orientation"
+_FOCAL: Final = "Exif:FocalLengthIn35mmFilm"
+_TIMES: Final = ("Exif:DateTimeOriginal", "Exif:OffsetTimeOriginal")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PictureFile:
+    """A picture as it is to be looked at.
+
+    Attributes
+    ----------
+    picture : (H, W, 3) uint8
+        sRGB, turned upright as its EXIF orientation says.
+    size : tuple of int
+        Columns and rows of the file's picture, upright: more than those of `picture` where less
+        was asked for.
+    focal_mm : float or None
+        As on a frame of 36 x 24 mm; None where the file does not state it.
+    """
+
+    picture: Bytes = field(repr=False)
+    size: tuple[int, int]
+    taken_at: datetime | None = None
+    focal_mm: float | None = None
+
+    @property
+    def fov_deg(self) -> float | None:
+        """Horizontal field of view by the focal length, deg; wrong where a picture was cropped.
+
+        The focal length is meant for the frame's diagonal (CIPA DCG-001).
+        """
+        if self.focal_mm is None:
+            return None
+        half = _FRAME_DIAGONAL_MM / 2.0 / self.focal_mm * self.size[0] / math.hypot(*self.size)
+        return 2.0 * math.degrees(math.atan(half))
+
+
+def picture_size(path: Path | str) -> tuple[int, int]:
+    """Read how large a picture is, without decoding a pixel.
+
+    Returns
+    -------
+    tuple of int
+        Columns and rows as they are stored.
+
+    Raises
+    ------
+    CoreError
+        As `read_picture`.
+    """
+    with _opened(Path(path)) as source:
+        spec = source.spec()
+        return int(spec.width), int(spec.height)
+
+
+def read_picture(path: Path | str, longest: int = 0, token: Token | None = None) -> PictureFile:
+    """Read a picture.
+
+    Parameters
+    ----------
+    path : Path or str
+        JPEG, PNG, TIFF, WebP or BMP of 8 or 16 bits, in colour or grey; it is only read.
+    longest : int, optional
+        Pixels of the longer side that are enough; 0 keeps all of them.
+
+    Raises
+    ------
+    CoreError
+        When it is missing, no ordinary file, no picture of these kinds, damaged, too small or too
+        large.
+    Cancelled
+    """
+    path = Path(path)
+    with _opened(path) as source:
+        said = _said(source.spec())
+        if token is not None:
+            token.check()
+        rows, columns = int(source.spec().height), int(source.spec().width)
+        pixels = _pixels(source, path.name, longest)
+    if token is not None:
+        token.check()
+    orientation = said[_ORIENTATION]
+    orientation = orientation if isinstance(orientation, int) and 1 <= orientation <= 8 else 1
+    focal = said[_FOCAL]
+    if not isinstance(focal, (int, float)) or not _FOCAL_MM[0] <= focal <= _FOCAL_MM[1]:
+        focal = None
+    return PictureFile(
+        upright(_small(pixels, longest), orientation),
+        (rows, columns) if orientation >= 5 else (columns, rows),
+        _time(*(said[name] for name in _TIMES)),
+        None if focal is None else float(focal),
+    )
+
+
+@contextlib.contextmanager
+def _opened(path: Path) -> Iterator[ImageInput]:
+    """Open a picture whose size and kind are good; nothing of it is decoded yet."""
+    _check_file(path)
+    source = open_image(path)
+    if source is None:
+        raise CoreError(f"{path.name} is damaged, or is not a picture that can be read.", _EXPORT)
+    try:
+        _check(source, path.name)
+        yield source
+    finally:
+        source.close()
+
+
+def _check_file(path: Path) -> None:
+    try:
+        about = path.stat()
+    except (FileNotFoundError, NotADirectoryError) as error:
+        raise CoreError(f"There is no file {path}.", "Check the name.") from error
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise CoreError(f"{path} cannot be read: {reason.lower()}.") from error
+    # A pipe would be waited for, and a device has no end.
+    if not stat.S_ISREG(about.st_mode):
+        raise CoreError(f"{path.name} is not a picture file.", "Give the name of a picture.")
+    if about.st_size == 0:
+        raise CoreError(f"{path.name} is empty.", _COPY_AGAIN)
+    if about.st_size > _MOST_BYTES:
+        raise CoreError(f"{path.name} is too large to be a photograph.", _EXPORT)
+    _check_head(path)
+
+
+def _check_head(path: Path) -> None:
+    """Say what to do about the pictures of phones that nothing here reads."""
+    try:
+        head = read_start(path, _HEAD_BYTES)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise CoreError(f"{path} cannot be read: {reason}.") from error
+    # ISO base media file: a box "ftyp" comes first, with the brands (ISO 23008-12).
+    if head[4:8] == b"ftyp" and any(brand in head[8:] for brand in _HEIF):
+        raise CoreError(
+            f"{path.name} is a HEIC picture, which is not read.",
+            "Export it as a JPEG; an iPhone takes JPEGs with Settings, Camera, Formats, Most "
+            "Compatible.",
+        )
+
+
+def _check(source: ImageInput, name: str) -> None:
+    spec = source.spec()
+    rows, columns = spec.height, spec.width
+    if source.format_name() not in _KINDS or str(spec.format) not in _TYPES or spec.depth > 1:
+        raise CoreError(f"{name} is not a picture as cameras and screens make them.", _EXPORT)
+    if rows * columns > _MOST_PIXELS or is_unwieldy(spec):
+        raise CoreError(f"{name} has too many pixels to be looked at.", "Export it smaller.")
+    if min(rows, columns) < _LEAST_SIDE:
+        raise CoreError(f"{name} is only {columns} x {rows} pixels.", "Give a larger picture.")
+
+
+def _pixels(source: ImageInput, name: str, longest: int) -> Bytes:
+    """Decode by rows, a whole number of pixels to one where less is enough, (H, W, 3) uint8."""
+    spec = source.spec()
+    height, width = int(spec.height), int(spec.width)
+    step = max(max(height, width) // longest, 1) if longest > 0 else 1
+    size = (max(width // step, 1), max(height // step, 1))
+    picture = np.empty((size[1], size[0], 3), np.uint8)
+    channels = 1 if spec.nchannels < 3 else 3
+    rows = max(rows_at_once(spec, _BAND_PIXELS) // step, 1)
+    for start in range(0, size[1], rows):
+        stop = min(start + rows, size[1])
+        band = read_rows(source, (start * step, stop * step), (0, channels), "uint8")
+        if band is None or clear_error(source):
+            clear_error(source)
+            raise CoreError(f"{name} is damaged or ends too early.", _COPY_AGAIN)
+        if step > 1:
+            whole = np.ascontiguousarray(band[:, : size[0] * step])
+            small = cv2.resize(whole, (size[0], stop - start), interpolation=cv2.INTER_AREA)
+            band = small.reshape(stop - start, size[0], channels)
+        picture[start:stop] = band
+    return picture
+
+
+def _small(picture: Bytes, longest: int) -> Bytes:
+    rows, columns = picture.shape[:2]
+    if longest <= 0 or max(rows, columns) <= longest:
+        return picture
+    share = longest / max(rows, columns)
+    size = (max(round(columns * share), 1), max(round(rows * share), 1))
+    whole = np.ascontiguousarray(picture)
+    return np.asarray(cv2.resize(whole, size, interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def _said(spec: Any) -> dict[str, Any]:
+    """Tags as they stand there, None where there are none: texts of damaged headers too."""
+    said: dict[str, Any] = {}
+    for name in (_ORIENTATION, _FOCAL, *_TIMES):
+        said[name] = None
+        with contextlib.suppress(UnicodeError):
+            said[name] = spec.getattribute(name)
+    return said
+
+
+def _time(words: Any, offset: Any) -> datetime | None:
+    """Read a time of EXIF, with its offset from UTC where it is stated."""
+    for text, form in ((f"{words}{offset}", "%Y:%m:%d %H:%M:%S%z"), (words, "%Y:%m:%d %H:%M:%S")):
+        with contextlib.suppress(ValueError):
+            return datetime.strptime(str(text).strip("\0 "), form)
+    return None

@@ -1,0 +1,370 @@
+"""Where a camera points, from points it shares with a panorama that was taken where the sitter is.
+
+The camera stands some way off and looks at the place where the probe stood. So it is not a mere
+rotation: what it sees has moved. But its centre lies on the line through the sitter, and a point of
+the scene, the probe and the camera span a plane that contains this line; seen along the line to the
+sitter, a point therefore stays *in the same direction from the sitter* and only comes nearer to
+them, by the factor z / (z + d) for a point z behind the sitter and a camera d in front. For the
+points of one plane 1 + d / z is a linear function of the place in the picture. The fit knows this:
+a rotation, that linear function, and where in the picture the line to the sitter is, which is known
+about as well as a detector finds a face. Residuals are trusted across the line to the sitter and
+hardly along it, where the depth of each point may differ from the plane's.
+
+Axes of the camera are right, down, front.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base import sphere
+
+Float64: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+
+MOST_PITCH_DEG: Final = 40.0
+MOST_ROLL_DEG: Final = 25.0
+"""Nobody holds a camera more askew who takes a portrait."""
+
+_AXES: Final = np.diag([-1.0, -1.0, 1.0])  # camera axes from those of a panorama, and back
+
+_LEAST_PAIRS: Final = 6
+_SPREAD: Final = 0.06  # radians: closer pairs fix no rotation
+_LOOSE: Final = 0.05  # radians, about 3 deg, of a hypothesis
+
+_ACROSS: Final = 0.0035  # radians: noise of a point across the line to the sitter
+_ALONG: Final = 0.12  # of its distance from the sitter: depth that is not the plane's
+_ROUNDS: Final = 12
+_INSIDE: Final = 3.0  # standard deviations
+_TILT_SPREAD: Final = 0.4  # of the plane, per unit of the picture plane
+_AHEAD: Final = 0.2  # cosine: what is further to the side is taken to be behind the camera
+_UNKNOWNS: Final = 8
+_LEVEL_SPREAD: Final = 0.1  # radians: how far the camera is above or below the probe's height
+
+
+@dataclass(frozen=True, slots=True)
+class Outlook:
+    """What is known of a camera before a point is compared.
+
+    Attributes
+    ----------
+    sitter : float
+        Where the line to the probe's place is in the picture plane, x / z, positive to the right.
+    zoom : tuple of float
+        Least and greatest enlargement of the picture plane: 1 + d / z, times whatever the field
+        of view is wrong by.
+    """
+
+    sitter: float = 0.0
+    sitter_spread: float = 0.04
+    zoom: tuple[float, float] = (0.8, 2.4)
+    likely: tuple[float, float] = (1.3, 0.3)
+    sitter_known: bool = True
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pose:
+    """How a camera is turned.
+
+    Attributes
+    ----------
+    rotation : (3, 3) float64
+        From the camera's axes (right, down, front) to the panorama's.
+    sitter : (2,) float64
+        Where the line to the probe's place is in the picture plane.
+    plane : (3,) float64
+        Enlargement less 1 in the middle of the picture, and its slopes to the right and down.
+    inside : (N,) bool
+        Points that agree.
+    """
+
+    rotation: Float64
+    sitter: Float64
+    plane: Float64
+    inside: Mask = field(repr=False)
+    error_rad: float
+
+    @property
+    def zoom(self) -> float:
+        """Angles in the panorama over those in the picture, in its middle."""
+        return 1.0 + float(self.plane[0])
+
+    @property
+    def angles_deg(self) -> tuple[float, float, float]:
+        """Heading, pitch up and roll clockwise, deg."""
+        return sphere.angles_of(self.rotation @ _AXES)
+
+    def expected(self, rays: Float64) -> Float64:
+        """Where the panorama should show points of `fit`, unit vectors in camera axes, (N, 3)."""
+        spread = np.maximum(1.0 + self.plane[0] + rays @ self.plane[1:], 0.3)
+        there = self.sitter + (rays - self.sitter) * spread[:, None]
+        full = np.concatenate([there, np.ones((len(there), 1))], axis=1)
+        return np.asarray(full / np.linalg.norm(full, axis=1, keepdims=True))
+
+    def zooms(self, rays: Float64, bearings: Float64) -> Float64:
+        """Return how much each point is enlarged, away from the sitter; nan near them.
+
+        Parameters
+        ----------
+        rays : (N, 2) float64
+            As in `fit`.
+        bearings : (N, 3) float64
+            As in `fit`.
+
+        Returns
+        -------
+        (N,) float64
+        """
+        there = _projected(bearings @ self.rotation)
+        along, _, far = _directions(rays - self.sitter)
+        reach = np.einsum("nk,nk->n", there - self.sitter, along)
+        return np.where(far > _SPREAD, reach / np.maximum(far, _SPREAD), np.nan)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Start:
+    """The best of the samples: for a camera that has the sitter on its axis."""
+
+    rotation: Float64
+    zoom: float
+    inside: Mask
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _State:
+    """What the fit moves."""
+
+    rotation: Float64
+    sitter: Float64
+    plane: Float64
+
+    def moved(self, change: Float64) -> _State:
+        return _State(
+            self.rotation @ sphere.from_vector(change[:3]),
+            self.sitter + change[6:],
+            self.plane + change[3:6],
+        )
+
+
+def fit(
+    rays: Float64,
+    bearings: Float64,
+    outlook: Outlook | None = None,
+    tries: int = 1200,
+    seed: int = 0,
+) -> Pose | None:
+    """Find the rotation of a camera that looks at the sitter, or beside them.
+
+    Parameters
+    ----------
+    rays : (N, 2) float64
+        Points in the camera's picture plane, x / z and y / z (right and down).
+    bearings : (N, 3) float64
+        The same points in the panorama, unit vectors in its axes.
+
+    Returns
+    -------
+    Pose or None
+        None where no rotation explains even a few of them.
+    """
+    if len(rays) < _LEAST_PAIRS:
+        return None
+    known = outlook or Outlook()
+    facing = _facing(known.sitter)
+    start = _search(_turned(rays, facing), bearings, known.zoom, _pairs(len(rays), tries, seed))
+    if start is None:
+        return None
+    sitter = np.array([known.sitter, 0.0])
+    state = _State(start.rotation @ facing, sitter, np.array([start.zoom - 1.0, 0.0, 0.0]))
+    return _refine(rays, bearings, state, start, known)
+
+
+def rescaled(
+    pose: Pose, rays: Float64, bearings: Float64, factor: float, outlook: Outlook
+) -> Pose | None:
+    """Fit again, from a pose, once the lens is known better.
+
+    Parameters
+    ----------
+    rays : (N, 2) float64
+        What it was found with.
+    bearings : (N, 3) float64
+        As in `fit`.
+    """
+    plane = np.array([pose.zoom / factor - 1.0, *(pose.plane[1:] / factor**2)])
+    state = _State(pose.rotation, np.array([outlook.sitter, pose.sitter[1] * factor]), plane)
+    start = _Start(pose.rotation, pose.zoom / factor, pose.inside)
+    return _refine(rays * factor, bearings, state, start, outlook)
+
+
+def _facing(sitter: float) -> Float64:
+    """Rotation from a camera's axes to those of one that has the sitter on its axis."""
+    return sphere.from_vector(np.array([0.0, -np.arctan(sitter), 0.0]))
+
+
+def _turned(rays: Float64, rotation: Float64) -> Float64:
+    full = np.concatenate([rays, np.ones((len(rays), 1))], axis=1) @ rotation.T
+    return np.asarray(full[:, :2] / np.maximum(full[:, 2:], 0.1))
+
+
+def _pairs(count: int, tries: int, seed: int) -> NDArray[np.int64]:
+    return np.random.default_rng(seed).integers(0, count, (tries, 2))
+
+
+def _search(
+    rays: Float64, bearings: Float64, limits: tuple[float, float], pairs: NDArray[np.int64]
+) -> _Start | None:
+    """Try pairs of points: two of them fix a rotation and a zoom."""
+    first, second = pairs.T
+    seen = _angle(bearings[first], bearings[second])
+    zoom = np.ones(len(pairs))
+    for _ in range(4):
+        angle = _angle(_unit(rays[first], zoom), _unit(rays[second], zoom))
+        zoom = np.clip(zoom * seen / np.maximum(angle, 1e-6), 0.3, 5.0)
+    good = (seen > _SPREAD) & (zoom > limits[0]) & (zoom < limits[1])
+    if not good.any():
+        return None
+    first, second, zoom = first[good], second[good], zoom[good]
+    there = _frames(bearings[first], bearings[second])
+    here = _frames(_unit(rays[first], zoom), _unit(rays[second], zoom))
+    rotations = there @ here.transpose(0, 2, 1)
+    upright = _upright(rotations)
+    if not upright.any():
+        return None
+    rotations, zoom = rotations[upright], zoom[upright]
+    return _best(rotations, zoom, rays, bearings)
+
+
+def _best(rotations: Float64, zoom: Float64, rays: Float64, bearings: Float64) -> _Start:
+    """Choose the rotation that most points agree with."""
+    zoomed = _unit(rays[None], zoom[:, None])
+    away_squared = 2.0 - 2.0 * (zoomed * (bearings[None] @ rotations)).sum(axis=2)
+    scores = np.maximum(1.0 - away_squared / _LOOSE**2, 0.0).sum(axis=1)
+    best = int(np.argmax(scores))
+    inside = away_squared[best] < _LOOSE**2
+    return _Start(rotations[best], float(zoom[best]), inside)
+
+
+def _refine(
+    rays: Float64, bearings: Float64, state: _State, start: _Start, known: Outlook
+) -> Pose | None:
+    """Gauss-Newton with weights that fall off for points that do not agree."""
+    weights = start.inside.astype(float)
+    normal = np.eye(_UNKNOWNS)
+    for step in range(_ROUNDS):
+        turned = bearings @ state.rotation
+        ahead = turned[:, 2] > _AHEAD
+        if int((ahead & (weights > 0.05)).sum()) < _LEAST_PAIRS:
+            return None
+        rows, left = _equations(rays, turned, state)
+        held = np.repeat(np.where(ahead, weights, 0.0), 2)
+        normal = rows.T @ (rows * held[:, None])
+        right = rows.T @ (left * held)
+        mean, spread = _expected(state, known)
+        normal[3:, 3:] += np.diag(spread**-2)
+        right[3:] += (mean - np.concatenate([state.plane, state.sitter])) / spread**2
+        normal[:3, :3] += 1e-6 * np.eye(3)
+        state = state.moved(np.linalg.solve(normal, right))
+        deviation = _deviation(rays, bearings @ state.rotation, state)
+        scale = max(6.0 - step, 1.5)
+        weights = 1.0 / (1.0 + (deviation / scale) ** 2) ** 2
+        weights[deviation > 4.0 * scale] = 0.0
+    agree = _deviation(rays, bearings @ state.rotation, state) < _INSIDE
+    error = float(np.sqrt(max(np.linalg.inv(normal)[1, 1], 0.0)))
+    return Pose(state.rotation, state.sitter, state.plane, agree, error)
+
+
+def _expected(state: _State, known: Outlook) -> tuple[Float64, Float64]:
+    """Mean and standard deviation of plane and sitter: the sitter is about at the horizon."""
+    level = float(np.clip(state.rotation[1, 2], -0.7, 0.7))
+    horizon = level / np.sqrt(1.0 - level * level)  # up in the world is down in the picture
+    mean = np.array([known.likely[0] - 1.0, 0.0, 0.0, known.sitter, horizon])
+    tilt, height = _TILT_SPREAD, _LEVEL_SPREAD
+    return mean, np.array([known.likely[1], tilt, tilt, known.sitter_spread, height])
+
+
+def _equations(rays: Float64, turned: Float64, state: _State) -> tuple[Float64, Float64]:
+    """Linearise: rows of unknowns (rotation, plane, sitter), and right side.
+
+    Two rows a point, across and along the line to the sitter, each divided by its deviation.
+    """
+    px, py = _projected(turned).T
+    x, y = rays.T
+    apart = rays - state.sitter
+    more = state.plane[0] + state.plane[1] * x + state.plane[2] * y
+    miss = (state.sitter + apart * (1.0 + more)[:, None]).T - np.stack([px, py])
+    one, none = np.ones_like(px), np.zeros_like(px)
+    # Derivatives of (px, py) by a small rotation of the camera about its three axes.
+    by_rotation = np.stack([[px * py, -(one + px * px), py], [one + py * py, -px * py, -px]])
+    by_plane = -apart.T[:, None] * np.stack([one, x, y])[None]
+    by_sitter = np.stack([[more, none], [none, more]])
+    slopes = np.concatenate([by_rotation, by_plane, by_sitter], axis=1)  # (2, unknowns, N)
+    along, across, far = _directions(apart)
+    rows = np.empty((len(x), 2, _UNKNOWNS))
+    left = np.empty((len(x), 2))
+    for place, (way, deviation) in enumerate(
+        ((across, np.full_like(far, _ACROSS)), (along, _along(far)))
+    ):
+        rows[:, place] = (np.einsum("nk,kcn->cn", way, slopes) / deviation).T
+        left[:, place] = np.einsum("nk,kn->n", way, miss) / deviation
+    return rows.reshape(-1, _UNKNOWNS), left.reshape(-1)
+
+
+def _deviation(rays: Float64, turned: Float64, state: _State) -> Float64:
+    """How many standard deviations each point is off; infinite behind the camera."""
+    apart = rays - state.sitter
+    spread = 1.0 + state.plane[0] + rays @ state.plane[1:]
+    miss = _projected(turned) - state.sitter - apart * spread[:, None]
+    along, across, far = _directions(apart)
+    side = np.einsum("nk,nk->n", across, miss) / _ACROSS
+    line = np.einsum("nk,nk->n", along, miss) / _along(far)
+    return np.where((turned[:, 2] > _AHEAD) & (spread > 0.0), np.hypot(side, line), np.inf)
+
+
+def _projected(turned: Float64) -> Float64:
+    """Vectors in camera axes in its picture plane, (N, 2)."""
+    return np.asarray(turned[:, :2] / np.maximum(turned[:, 2:], _AHEAD))
+
+
+def _directions(apart: Float64) -> tuple[Float64, Float64, Float64]:
+    """Return unit vectors outward from the sitter and across, (N, 2); distances, (N,)."""
+    far = np.linalg.norm(apart, axis=1)
+    along = apart / np.maximum(far, 1e-9)[:, None]
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    return along, across, far
+
+
+def _along(far: Float64) -> Float64:
+    return np.hypot(_ACROSS, _ALONG * far)
+
+
+def _unit(rays: Float64, zoom: Float64) -> Float64:
+    """Rays (..., 2) zoomed by (...) as unit vectors, (..., 3)."""
+    flat = rays * zoom[..., None]
+    full = np.concatenate([flat, np.ones((*flat.shape[:-1], 1))], axis=-1)
+    return np.asarray(full / np.linalg.norm(full, axis=-1, keepdims=True))
+
+
+def _angle(first: Float64, second: Float64) -> Float64:
+    """Angles between unit vectors, radians, precise for small ones."""
+    return np.asarray(2.0 * np.arcsin(np.clip(np.linalg.norm(first - second, axis=-1) / 2, 0, 1)))
+
+
+def _frames(first: Float64, second: Float64) -> Float64:
+    """Right-handed axes from pairs of unit vectors, (K, 3, 3), one axis a column."""
+    middle = first + second
+    middle /= np.maximum(np.linalg.norm(middle, axis=1, keepdims=True), 1e-12)
+    side = np.cross(first, second)
+    side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-12)
+    return np.stack([middle, side, np.cross(middle, side)], axis=2)
+
+
+def _upright(rotations: Float64) -> Mask:
+    """Which of the cameras a person might hold: nobody films upside down or at the ceiling."""
+    pitch = np.degrees(np.arcsin(np.clip(rotations[:, 1, 2], -1.0, 1.0)))
+    roll = np.degrees(np.arctan2(-rotations[:, 1, 0], -rotations[:, 1, 1]))
+    return np.asarray((np.abs(pitch) < MOST_PITCH_DEG) & (np.abs(roll) < MOST_ROLL_DEG))

@@ -1,0 +1,395 @@
+"""Where the sitter's head is in a picture.
+
+A small network looks for heads that face the camera, more or less, in the picture at three sizes;
+what it finds is looked at once more, close to and in the mirror, before it is believed. The two
+looks cancel each other's leaning to one side, so that what is found is the *middle of the head*,
+between the ears, and not the middle of the half of a face that the light shows.
+
+The network is `resources/sitter/heads.npz`, made by `scripts/train_sitter.py` from rendered people
+(CREDITS.md beside it). It sees grey values, their local mean taken away and divided by their local
+deviation: exposure, white balance and half shadows leave little trace in that. Seven convolutions
+with rectifiers between them give, for each cell of 8 x 8 pixels, how likely the middle of a head
+lies in it, how far from the cell's middle it is, and how tall the head is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final, Literal, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.archive import read_arrays
+from app.core.base.errors import CoreError
+from app.core.base.paths import resources
+from app.core.localization.heading_conversion import offset_angle
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float32: TypeAlias = NDArray[np.float32]
+Kind: TypeAlias = Literal["face", "person"]
+Layers: TypeAlias = tuple[tuple[Float32, Float32], ...]
+
+_CELL: Final = 8  # pixels from one answer of the network to the next
+_USUAL_PX: Final = 26.0  # height of a head for which the network answers 0
+_CLOSE: Final = ((96, 28.0), (112, 36.0))  # side of the second looks, height of the head there
+_NEAR_SIDE: Final = 160
+_SIDES: Final = (320, 160, 80)  # longer side of the picture, pixels: heads from 4 to 60 % of it
+_STRIDES: Final = (2, 2, 2, 1, 1, 1, 1)
+_GAPS: Final = (1, 1, 1, 1, 2, 1, 1)  # dilations
+_WINDOW: Final = 31  # pixels, for the local mean and deviation
+_FLOOR: Final = 6.0  # grey levels: noise in an even wall is not made into a pattern
+
+_WORTH_A_LOOK: Final = 0.3
+_BELIEVED: Final = 0.85
+_BELIEVED_NEAR: Final = 0.55
+_BELIEVED_KEEN: Final = 0.75
+_LIKELY_TALL: Final = (0.075, 0.27)  # height over distance: 23 cm from 3 m to 85 cm
+_MOST_LOOKS: Final = 3
+_LEAST_TALL: Final = 0.05  # of the picture's longer side: who is smaller is 4 m away and no sitter
+_UNSEEN: Final = 1e-4  # likelihood where a look shows nothing
+_LEAST_SIDE: Final = 32
+_WIDE: Final = 0.74  # width of a head over its height, crown to chin
+
+
+@dataclass(frozen=True, slots=True)
+class Sitter:
+    """Whose head is in the picture.
+
+    Attributes
+    ----------
+    angle_deg : float
+        The same as a horizontal angle from the camera's axis, deg, positive to the right in the
+        picture as the camera took it.
+    box : tuple of float
+        The head from crown to chin and cheek to cheek: left, top, right, bottom as shares of width
+        and height. It may reach beyond the picture.
+    kind : str
+        "face" for a head that was seen, "person" for a body whose head was not.
+    """
+
+    column: float
+    angle_deg: float
+    box: tuple[float, float, float, float]
+    kind: Kind = "face"
+    confidence: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Head:
+    """A head in pixels of the picture: middle, height from crown to chin, likelihood."""
+
+    x: float
+    y: float
+    tall: float
+    score: float
+
+
+def find_sitter(
+    frame: Bytes, fov_deg: float, near: Sitter | None = None, *, keen: bool = False
+) -> Sitter | None:
+    """Find the sitter's head, or whoever's it is that the camera looks at.
+
+    Of several people it is the one whose head is largest and surest.
+
+    Parameters
+    ----------
+    frame : (H, W, 3) uint8
+        sRGB, as the camera took it: not mirrored.
+    fov_deg : float
+        Horizontal field of view, deg, in (0, 180).
+    near : Sitter, optional
+        The last one found: the search begins there, at a quarter of the cost, and goes on
+        everywhere when the head is gone.
+    keen : bool, optional
+        Whether there is but this one picture, taken of somebody: a head as large as one seems from
+        1 to 3 m is then believed earlier.
+
+    Raises
+    ------
+    CoreError
+        When the program's own network is missing or damaged.
+    """
+    height, width = frame.shape[:2]
+    if min(height, width) < _LEAST_SIDE:
+        return None
+    grey = np.asarray(cv2.cvtColor(frame, cv2.COLOR_RGB2GRAY), np.uint8)
+    head = None if near is None else _found_near(grey, near)
+    if head is None:
+        focal = width / 2.0 / math.tan(math.radians(fov_deg) / 2.0)
+        likely = (_LIKELY_TALL[0] * focal, _LIKELY_TALL[1] * focal) if keen else None
+        head = _found_anywhere(grey, likely)
+    if head is None:
+        return None
+    wide = _WIDE * head.tall / 2.0
+    box = (
+        (head.x - wide) / width,
+        (head.y - head.tall / 2.0) / height,
+        (head.x + wide) / width,
+        (head.y + head.tall / 2.0) / height,
+    )
+    angle = offset_angle(head.x, width, fov_deg)
+    return Sitter(head.x / width, angle, box, "face", min(max(head.score, 0.0), 1.0))
+
+
+def background_mask(sitter: Sitter, shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """Return what of a picture is not the sitter: a rough outline of head, hair and body.
+
+    Parameters
+    ----------
+    shape : tuple[int, int]
+        Rows and columns of the mask; any size.
+
+    Returns
+    -------
+    (H, W) bool
+        True for background.
+    """
+    rows, columns = shape
+    left, top, right, bottom = sitter.box
+    x0, x1 = left * columns, right * columns
+    y0, y1 = top * rows, bottom * rows
+    middle, tall, wide = (x0 + x1) / 2.0, y1 - y0, x1 - x0
+    mask = np.ones((rows, columns), np.uint8)
+    centre = _point(middle, (y0 + y1) / 2.0 - 0.04 * tall)
+    axes = (max(round(0.72 * wide), 1), max(round(0.68 * tall), 1))
+    cv2.ellipse(mask, centre, axes, 0.0, 0.0, 360.0, 0, -1)
+    half = 1.0 / _WIDE * wide  # the head's height, in columns
+    outline = [(0.35, 0.1), (0.95, 0.38), (1.25, 0.75), (1.5, 2.0), (1.5, 9.0)]
+    sides = [[_point(middle + s * x * half, y1 + y * tall) for x, y in outline] for s in (-1, 1)]
+    cv2.fillPoly(mask, [np.array(sides[0] + sides[1][::-1], np.int32)], 0)
+    return mask.astype(bool)
+
+
+def _point(x: float, y: float) -> tuple[int, int]:
+    far = 1 << 15
+    return round(min(max(x, -far), far)), round(min(max(y, -far), far))
+
+
+# -- searching -------------------------------------------------------------------------------------
+
+
+def _found_anywhere(grey: Bytes, likely: tuple[float, float] | None = None) -> _Head | None:
+    """Find the largest and surest head; one of a likely height, pixels, is believed earlier."""
+    heads: list[_Head] = []
+    longer = max(grey.shape)
+    for side in _SIDES:
+        scale = side / longer
+        size = (max(round(grey.shape[1] * scale), 8), max(round(grey.shape[0] * scale), 8))
+        how = cv2.INTER_AREA if scale < 1.0 else cv2.INTER_LINEAR
+        small = np.asarray(cv2.resize(grey, size, interpolation=how), np.uint8)
+        ratio = (grey.shape[1] / size[0], grey.shape[0] / size[1])
+        heads += [
+            _Head(h.x * ratio[0], h.y * ratio[1], h.tall * ratio[1], h.score)
+            for h in _heads_in(small, _WORTH_A_LOOK)
+        ]
+    large = [head for head in _apart(heads) if head.tall >= _LEAST_TALL * longer]
+    looked = [_looked_again(grey, head) for head in large[:_MOST_LOOKS]]
+    low, high = likely or (math.inf, 0.0)
+    sure = [
+        head
+        for head in looked
+        if head is not None
+        and head.score >= (_BELIEVED_KEEN if low < head.tall < high else _BELIEVED)
+    ]
+    return max(sure, key=lambda head: head.score * math.sqrt(head.tall), default=None)
+
+
+def _found_near(grey: Bytes, near: Sitter) -> _Head | None:
+    rows, columns = grey.shape
+    tall = max((near.box[3] - near.box[1]) * rows, 8.0)
+    before = _Head(near.column * columns, (near.box[1] + near.box[3]) / 2.0 * rows, tall, 1.0)
+    heads = _heads_around(grey, before, _NEAR_SIDE, _USUAL_PX)
+    if not heads:
+        return None
+    again = _looked_again(grey, heads[0])
+    return again if again is not None and again.score >= _BELIEVED_NEAR else None
+
+
+def _looked_again(grey: Bytes, head: _Head) -> _Head | None:
+    """Look close to, at two sizes, plainly and in the mirror; all the looks count together."""
+    width = grey.shape[1]
+    mirrored = _Head(width - head.x, head.y, head.tall, head.score)
+    pairs: list[tuple[_Head, _Head]] = []
+    scores = [head.score] * len(_CLOSE)
+    for side, tall_px in _CLOSE:
+        plain = _nearest(_heads_around(grey, head, side, tall_px), head)
+        other = _nearest(_heads_around(grey[:, ::-1], mirrored, side, tall_px), mirrored)
+        scores += [_UNSEEN if one is None else one.score for one in (plain, other)]
+        if plain is not None and other is not None:
+            pairs.append((plain, _Head(width - other.x, other.y, other.tall, other.score)))
+    if not pairs:
+        return None
+    seen = [one for pair in pairs for one in pair]
+    return _Head(
+        sum(one.x for one in seen) / len(seen),
+        sum(one.y for one in seen) / len(seen),
+        math.exp(sum(math.log(one.tall) for one in seen) / len(seen)),
+        _together(scores),
+    )
+
+
+def _together(scores: list[float]) -> float:
+    """Return the likelihood whose log odds are the mean of some likelihoods' log odds."""
+    likely = [min(max(one, _UNSEEN), 1.0 - _UNSEEN) for one in scores]
+    odds = sum(math.log(one / (1.0 - one)) for one in likely) / len(likely)
+    return 1.0 / (1.0 + math.exp(-odds))
+
+
+def _nearest(heads: list[_Head], wanted: _Head) -> _Head | None:
+    close = [h for h in heads if math.hypot(h.x - wanted.x, h.y - wanted.y) < 0.6 * wanted.tall]
+    return max(close, key=lambda head: head.score, default=None)
+
+
+def _heads_around(grey: Bytes, head: _Head, side: int, tall_px: float) -> list[_Head]:
+    """Look at a square around a head, resized so that the head has a height of `tall_px`."""
+    cut = max(round(side * head.tall / tall_px), 8)
+    left, top = round(head.x - cut / 2.0), round(head.y - cut / 2.0)
+    rows, columns = grey.shape
+    x0, x1 = max(left, 0), min(left + cut, columns)
+    y0, y1 = max(top, 0), min(top + cut, rows)
+    if x1 - x0 < 2 or y1 - y0 < 2:
+        return []
+    edges = (y0 - top, top + cut - y1, x0 - left, left + cut - x1)
+    # What is beyond the picture's edge is blank, as in the pictures the network learnt from.
+    how = cv2.INTER_AREA if cut > side else cv2.INTER_LINEAR
+    square = cv2.copyMakeBorder(grey[y0:y1, x0:x1], *edges, borderType=cv2.BORDER_REPLICATE)
+    small = np.asarray(cv2.resize(square, (side, side), interpolation=how), np.uint8)
+    ratio = cut / side
+    return [
+        _Head(left + h.x * ratio, top + h.y * ratio, h.tall * ratio, h.score)
+        for h in _heads_in(small, _WORTH_A_LOOK)
+    ]
+
+
+def _apart(heads: list[_Head]) -> list[_Head]:
+    """Keep the surest of those that are one head, surest first."""
+    kept: list[_Head] = []
+    for head in sorted(heads, key=lambda h: -h.score):
+        if all(math.hypot(head.x - h.x, head.y - h.y) > 0.6 * max(head.tall, h.tall) for h in kept):
+            kept.append(head)
+    return kept
+
+
+# -- the network -----------------------------------------------------------------------------------
+
+
+def likely_places(grey: Bytes, layers: Layers, least: float) -> list[tuple[float, float]]:
+    """Return where a network sees heads of 14 to 46 pixels, surest first; for its training.
+
+    Parameters
+    ----------
+    grey : (H, W) uint8
+        sRGB.
+    layers : tuple
+        Weights (k, k, channels, features) and biases (features,) float32 of each layer.
+
+    Returns
+    -------
+    list of (float, float)
+        Columns and rows, pixels.
+    """
+    return [(head.x, head.y) for head in _decoded(_answers(grey, layers), least)]
+
+
+def _heads_in(grey: Bytes, least: float) -> list[_Head]:
+    return _decoded(_answers(grey, _network()), least)
+
+
+def _decoded(answers: Float32, least: float) -> list[_Head]:
+    """Return heads of 14 to 46 pixels, surest first, in pixels of the picture looked at."""
+    likely = 1.0 / (1.0 + np.exp(-np.clip(answers[..., 0], -30.0, 30.0)))
+    rows, columns = np.nonzero(likely >= least)
+    if not len(rows):
+        return []
+    score = likely[rows, columns].astype(np.float64)
+    place = answers[rows, columns].astype(np.float64)
+    x = (columns + 0.5 + place[:, 1]) * _CELL
+    y = (rows + 0.5 + place[:, 2]) * _CELL
+    tall = _USUAL_PX * np.exp(np.clip(place[:, 3], -1.5, 1.5))
+    heads: list[_Head] = []
+    left = np.ones(len(rows), bool)
+    for k in np.argsort(-score):
+        if not left[k]:
+            continue
+        same = left & (np.hypot(x - x[k], y - y[k]) < 0.5 * tall[k])
+        left &= ~same
+        share = score[same] ** 2 / (score[same] ** 2).sum()
+        heads.append(
+            _Head(
+                float(x[same] @ share),
+                float(y[same] @ share),
+                float(np.exp(np.log(tall[same]) @ share)),
+                float(score[k]),
+            )
+        )
+    return heads
+
+
+def _answers(grey: Bytes, layers: Layers) -> Float32:
+    """Return the network's answers (h, w, 4) for the cells of a grey picture."""
+    values = prepared(grey)[..., None]
+    for number, (weights, bias) in enumerate(layers):
+        values = _convolved(values, weights, bias, _STRIDES[number], _GAPS[number])
+        if number < len(layers) - 1:
+            np.maximum(values, 0.0, out=values)
+    return values
+
+
+def prepared(grey: Bytes) -> Float32:
+    """Take the local mean away and divide by the local deviation.
+
+    Parameters
+    ----------
+    grey : (H, W) uint8
+        sRGB.
+
+    Returns
+    -------
+    (H, W) float32
+        What the network sees.
+    """
+    values = grey.astype(np.float32)
+    mean = cv2.blur(values, (_WINDOW, _WINDOW))
+    square = cv2.blur(values * values, (_WINDOW, _WINDOW))
+    deviation = np.sqrt(np.maximum(square - mean * mean, 0.0)) + np.float32(_FLOOR)
+    return np.asarray((values - mean) / deviation, np.float32)
+
+
+def _convolved(values: Float32, weights: Float32, bias: Float32, stride: int, gap: int) -> Float32:
+    """Convolve (h, w, channels) as one product of matrices."""
+    size, _, channels, features = weights.shape
+    edge = gap * (size - 1) // 2
+    padded = np.pad(values, ((edge, edge), (edge, edge), (0, 0))) if edge else values
+    rows = (values.shape[0] - 1) // stride + 1
+    columns = (values.shape[1] - 1) // stride + 1
+    step = padded.strides
+    windows = np.lib.stride_tricks.as_strided(
+        padded,
+        (rows, columns, size, size, channels),
+        (step[0] * stride, step[1] * stride, step[0] * gap, step[1] * gap, step[2]),
+        writeable=False,
+    )
+    flat = windows.reshape(rows * columns, size * size * channels)
+    # Not NumPy's product: its threads wait for each other where other work goes on.
+    start = np.tile(bias, (len(flat), 1))
+    product = cv2.gemm(flat, weights.reshape(-1, features), 1.0, start, 1.0)
+    return np.asarray(product, np.float32).reshape(rows, columns, features)
+
+
+@lru_cache(maxsize=1)
+def _network() -> Layers:
+    path = resources() / "sitter" / "heads.npz"
+    hint = "Install Turnlight again."
+    stored = read_arrays(path, "network that finds heads", hint, 1 << 24)
+    try:
+        layers = tuple(
+            (stored[f"w{k}"].astype(np.float32), stored[f"b{k}"].astype(np.float32))
+            for k in range(len(_STRIDES))
+        )
+    except KeyError as error:
+        raise CoreError(f"{path.name} is not a network that finds heads.", hint) from error
+    return layers

@@ -1,0 +1,136 @@
+"""Sounds of the guidance, made of sines: mono, 16 bit, nothing to load.
+
+While one turns a beep comes, quicker and a little higher the nearer the goal is; inside the arc it
+is a pair, and within two degrees of the goal a steady tone, so that eyes can stay on the sitter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Final, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.guidance.guide import Guide, Phase
+
+Pcm: TypeAlias = NDArray[np.int16]
+Sound: TypeAlias = Literal["beep", "pair", "steady", "none"]
+"""What is to be heard while one turns."""
+
+RATE: Final = 44_100
+"""Samples per second."""
+
+_LEVEL: Final = 0.35  # of full scale: loud enough outdoors, no start for the sitter
+_FADE_S: Final = 0.008  # without it every tone begins and ends with a click
+_STEADY_HZ: Final = 880.0
+_STEADY_S: Final = 1.0
+_BEEP_S: Final = 0.07
+_FAR_DEG: Final = 90.0
+_SLOWEST_S: Final = 1.2
+_QUICKEST_S: Final = 0.16
+_LOWEST_HZ: Final = 520.0
+_HIGHEST_HZ: Final = 830.0
+_STEPS: Final = 8  # so many pitches, so that few sounds are made and kept
+
+
+@dataclass(frozen=True, slots=True)
+class Cue:
+    """What to play.
+
+    Attributes
+    ----------
+    sound : str
+        ``beep``, ``pair`` (two beeps, inside the arc), ``steady`` (to be looped) or ``none``.
+    every_s : float
+        From one beep's start to the next, seconds; 0 for a steady tone and for none.
+    """
+
+    sound: Sound
+    every_s: float = 0.0
+    step: int = 0
+
+
+def cue(shown: Guide) -> Cue:
+    """Return what is to be heard with a guide.
+
+    Returns
+    -------
+    Cue
+        None while there is no number to go by.
+    """
+    if shown.to_go is None:
+        return Cue("none")
+    if shown.phase is Phase.HOLD:
+        return Cue("steady", step=_STEPS)
+    near = 1.0 - min(abs(shown.to_go), _FAR_DEG) / _FAR_DEG
+    every = _SLOWEST_S * (_QUICKEST_S / _SLOWEST_S) ** near
+    step = min(int(near * _STEPS), _STEPS - 1)
+    if shown.inside:
+        return Cue("pair", max(every, 2.0 * _QUICKEST_S), step)
+    return Cue("beep", every, step)
+
+
+@cache
+def samples(sound: Sound, step: int = 0) -> Pcm:
+    """Return the samples of one sound.
+
+    Returns
+    -------
+    (N,) int16
+        Mono, at `RATE`; not to be written to. ``steady`` is one second whose end joins its start;
+        ``none`` is empty.
+    """
+    if sound == "none":
+        made = np.zeros(0, np.int16)
+    elif sound == "steady":
+        made = _pcm(_sine(_STEADY_HZ, _STEADY_S))
+    else:
+        share = min(max(step, 0), _STEPS) / _STEPS
+        beep = _faded(_sine(_LOWEST_HZ + share * (_HIGHEST_HZ - _LOWEST_HZ), _BEEP_S))
+        gap = np.zeros(round(0.05 * RATE))
+        made = _pcm(np.concatenate([beep, gap, beep]) if sound == "pair" else beep)
+    made.setflags(write=False)
+    return made
+
+
+@cache
+def chime() -> Pcm:
+    """Return the chime that says "You may move now": three rising notes that ring out.
+
+    Returns
+    -------
+    (N,) int16
+        Mono, at `RATE`, about 1.2 s; not to be written to.
+    """
+    length = round(1.2 * RATE)
+    mixed = np.zeros(length)
+    for place, pitch in enumerate((523.25, 659.26, 783.99)):
+        start = round(0.16 * place * RATE)
+        time = np.arange(length - start) / RATE
+        ring = np.exp(-time / 0.25) * (1.0 - np.exp(-time / 0.004))
+        tone = np.sin(2.0 * np.pi * pitch * time) + 0.3 * np.sin(4.0 * np.pi * pitch * time)
+        mixed[start:] += 0.6 * ring * tone
+    made = _pcm(_faded(mixed))
+    made.setflags(write=False)
+    return made
+
+
+def _sine(pitch_hz: float, seconds: float) -> NDArray[np.float64]:
+    time = np.arange(round(seconds * RATE)) / RATE
+    wave: NDArray[np.float64] = np.sin(2.0 * np.pi * pitch_hz * time)
+    return wave
+
+
+def _faded(wave: NDArray[np.float64]) -> NDArray[np.float64]:
+    count = round(_FADE_S * RATE)
+    ramp = 0.5 - 0.5 * np.cos(np.pi * np.arange(count) / count)
+    faded = wave.copy()
+    faded[:count] *= ramp
+    faded[-count:] *= ramp[::-1]
+    return faded
+
+
+def _pcm(wave: NDArray[np.float64]) -> Pcm:
+    return np.round(np.clip(_LEVEL * wave, -1.0, 1.0) * 32767.0).astype(np.int16)

@@ -1,0 +1,360 @@
+"""The live heading from picture to picture: found once, then followed, and never believed blindly.
+
+`track` takes a picture and the `Track` that the last one gave. While the camera is followed only
+what lies around its last heading is searched; after three pictures without a heading everything is.
+A heading that does not follow from the last one has to be *seen twice*, unless nothing is known any
+more and the picture leaves no doubt. What is shown is steadied (`app.core.localization.smoothing`),
+the background behind the sitter as one value: a camera that only pans changes heading and sitter's
+angle against each other, and the turn not at all.
+
+A picture without a heading shows none; whoever shows the number decides how long an old one stays
+(`app.core.guidance.guide` keeps it for a second).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.angles import difference, wrap
+from app.core.base.errors import CoreError
+from app.core.guidance.words import Mode
+from app.core.localization.camera_calibration import Company, Width, assumed_fov, kept, read
+from app.core.localization.heading import Heading, HeadingIndex, find_heading
+from app.core.localization.heading_conversion import Looks, offset_angle, turn_of_heading
+from app.core.localization.motion_detection import STILL, Stillness, watch
+from app.core.localization.sitter import Sitter, background_mask, find_sitter
+from app.core.localization.smoothing import Leash, Steady, steadied
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Status: TypeAlias = Literal["lost", "searching", "tracking"]
+
+_LEASH: Final = Leash(0.95, 4.0)  # degrees; a heading's jitter is 0.1 to 0.3
+_PATIENCE: Final = 3  # pictures without a heading, before everything is searched
+_FORGET_S: Final = 2.0  # after so long a camera may point anywhere
+_STEP_DEG: Final = 8.0  # so far a heading may be from where it was expected,
+_STEP_PER_S: Final = 45.0  # and so much more for each second since
+_CERTAIN: Final = 0.9
+_CONFIDENCE_S: Final = 0.4
+_NO_SITTER: Final = 0.7  # of the confidence: the sitter may be anywhere in the picture
+
+
+@dataclass(frozen=True, slots=True)
+class Seeing:
+    """What looks at a picture; another one for tests and simulations."""
+
+    heading: Callable[..., Heading] = find_heading
+    sitter: Callable[[Bytes, float, Sitter | None], Sitter | None] = find_sitter
+
+
+SEEING: Final = Seeing()
+"""As in the program."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Memory:
+    """What one picture leaves for the next; nothing to show.
+
+    Attributes
+    ----------
+    steady : Steady or None
+        Heading and background behind the sitter, (2,) deg, unwrapped; None when nothing is known.
+    rival : tuple of float or None
+        Heading that waits to be seen again, deg, and when it was seen.
+    """
+
+    steady: Steady | None = None
+    misses: int = 0
+    rival: tuple[float, float] | None = None
+    width: Width = field(default_factory=Width)
+    company: Company = field(default_factory=Company)
+    stillness: Stillness = STILL
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Track:
+    """Where the camera points; begin with `LOST`.
+
+    Attributes
+    ----------
+    status : str
+        ``tracking``: there is a heading; ``searching``: there was one, or there may be one that
+        has yet to be confirmed; ``lost``: there is none.
+    heading_deg : float or None
+        Panorama azimuth of the camera's axis, deg in (-180, 180], steadied; None unless tracking.
+    raw : Heading or None
+        What was found in the last picture; None before the first.
+    sitter : Sitter or None
+        The sitter, or whoever is in the picture; None where nobody is.
+    confidence : float
+        That the turn is right to 3 deg, 0 to 1: lower where nobody is seen, or not for certain. 0
+        unless tracking.
+    fov_deg : float or None
+        The camera's horizontal field of view, deg: as given, or as learnt; None while unknown.
+    background_deg : float or None
+        Panorama azimuth of what lies behind the sitter, deg in (-180, 180], steadied; None unless
+        tracking.
+    """
+
+    status: Status = "lost"
+    heading_deg: float | None = None
+    raw: Heading | None = None
+    sitter: Sitter | None = None
+    confidence: float = 0.0
+    fov_deg: float | None = None
+    left_behind: bool = False
+    since_s: float = 0.0
+    background_deg: float | None = None
+    memory: Memory = field(default_factory=Memory, repr=False)
+
+    @property
+    def pending(self) -> bool:
+        """Whether another look would say more, even at the very same picture.
+
+        So it is while a heading waits to be seen again, and until everything was searched.
+        """
+        return self.memory.rival is not None or 0 < self.memory.misses <= _PATIENCE
+
+    def turn_deg(
+        self, looks: Looks = Looks.SITTER, mode: Mode = Mode.WALK, front_deg: float = 0.0
+    ) -> float | None:
+        """Return how far the sitter has turned, in (-180, 180] deg; None unless tracking."""
+        if self.heading_deg is None:
+            return None
+        behind = self.heading_deg if self.background_deg is None else self.background_deg
+        return turn_of_heading(
+            self.heading_deg,
+            looks=looks,
+            mode=mode,
+            sitter_deg=difference(behind, self.heading_deg),
+            front_deg=front_deg,
+        )
+
+
+LOST: Final = Track()
+"""Nothing is known yet."""
+
+
+def track(
+    frame: Bytes,
+    index: HeadingIndex,
+    fov_deg: float | None,
+    state: Track,
+    now_s: float,
+    *,
+    sees_sitter: bool = True,
+    asked_deg: float | None = None,
+    seeing: Seeing = SEEING,
+) -> Track:
+    """Take a picture.
+
+    Parameters
+    ----------
+    frame : (H, W, 3) uint8
+        sRGB, not mirrored.
+    fov_deg : float or None
+        The camera's horizontal field of view, deg; None when it is unknown, and to be learnt.
+    sees_sitter : bool, optional
+        Whether the person in the picture is the sitter, see
+        `app.core.localization.heading_conversion.sees_sitter`. Whoever is in it is no background in
+        any case.
+    asked_deg : float or None, optional
+        How far it still is to the light, deg, as for
+        `app.core.localization.motion_detection.watch`; None where no turn is asked for.
+    """
+    memory = state.memory
+    known = memory.width.known_deg if fov_deg is None else fov_deg
+    guess = known or memory.width.likely_deg or assumed_fov(frame.shape)
+    company = _company(frame, guess, state, now_s, seeing)
+    memory = replace(memory, company=company)
+    asked = None if fov_deg is None and _width_due(memory, now_s) else known
+    found = _looked(frame, index, asked, memory, now_s, sees_sitter, seeing)
+    if asked is None and found.heading_deg is not None:
+        memory = replace(memory, width=read(memory.width, found.fov_deg, now_s))
+    stillness = watch(
+        memory.stillness,
+        frame,
+        now_s,
+        asked_deg=asked_deg,
+        heading_deg=found.heading_deg,
+        sitter=company.seen,
+    )
+    memory = replace(memory, stillness=stillness)
+    state = replace(
+        state,
+        raw=found,
+        sitter=company.sitter,
+        left_behind=stillness.left_behind,
+        fov_deg=memory.width.likely_deg if fov_deg is None else fov_deg,
+        memory=memory,
+    )
+    return _judged(found, state, now_s, sees_sitter)
+
+
+def missed(state: Track, now_s: float) -> Track:
+    """Take a picture without a heading."""
+    misses = state.memory.misses + 1
+    steady = state.memory.steady
+    recently = steady is not None and now_s - steady.time_s <= _FORGET_S
+    memory = replace(state.memory, misses=misses, rival=None)
+    status: Status = "searching" if recently else "lost"
+    return _without_heading(replace(state, memory=memory), status, now_s)
+
+
+# -- looking ---------------------------------------------------------------------------------------
+
+
+def _looked(
+    frame: Bytes,
+    index: HeadingIndex,
+    fov_deg: float | None,
+    memory: Memory,
+    now_s: float,
+    sees_sitter: bool,
+    seeing: Seeing,
+) -> Heading:
+    near, sitter = _near(memory, now_s), memory.company.sitter
+    angle = _sitter_deg(sitter, fov_deg or assumed_fov(frame.shape))
+    mask = None if sitter is None else background_mask(sitter, frame.shape[:2])
+    away = not sees_sitter
+    return seeing.heading(
+        frame, index, fov_deg, near_deg=near, sitter_deg=angle, mask=mask, away=away
+    )
+
+
+def _width_due(memory: Memory, now_s: float) -> bool:
+    """Whether to estimate the field of view: when due, and in every other search of everything."""
+    if memory.width.known_deg is not None and _near(memory, now_s) is None:
+        return memory.misses % 2 == 1
+    return memory.width.due(now_s)
+
+
+def _near(memory: Memory, now_s: float) -> float | None:
+    """Where to look first; None for everywhere."""
+    if memory.rival is not None:
+        return memory.rival[0]
+    if memory.steady is None or memory.misses >= _PATIENCE:
+        return None
+    return wrap(_expected(memory.steady, now_s))
+
+
+def _expected(steady: Steady, now_s: float) -> float:
+    """Heading by now of a camera that goes on as it did, unwrapped deg."""
+    pause = min(max(now_s - steady.time_s, 0.0), 0.3)
+    return float(steady.measured[0] + steady.speed[0] * pause)
+
+
+# -- believing -------------------------------------------------------------------------------------
+
+
+def _judged(found: Heading, state: Track, now_s: float, sees_sitter: bool) -> Track:
+    if found.heading_deg is None:
+        return missed(state, now_s)
+    memory = state.memory
+    if _follows(found.heading_deg, memory, now_s):
+        return _believed(found.heading_deg, state, now_s, sees_sitter, afresh=False)
+    if _seen_twice(found.heading_deg, memory, now_s) or _beyond_doubt(found, memory, now_s):
+        return _believed(found.heading_deg, state, now_s, sees_sitter, afresh=True)
+    memory = replace(memory, rival=(found.heading_deg, now_s))
+    return _without_heading(replace(state, memory=memory), "searching", now_s)
+
+
+def _follows(heading_deg: float, memory: Memory, now_s: float) -> bool:
+    """Whether a heading is where a turning camera can have got to since the last one."""
+    steady = memory.steady
+    if steady is None or now_s - steady.time_s > _FORGET_S:
+        return False
+    away = abs(difference(heading_deg, _expected(steady, now_s)))
+    return away <= _STEP_DEG + _STEP_PER_S * max(now_s - steady.time_s, 0.0)
+
+
+def _seen_twice(heading_deg: float, memory: Memory, now_s: float) -> bool:
+    if memory.rival is None or now_s - memory.rival[1] > _FORGET_S:
+        return False
+    away = abs(difference(heading_deg, memory.rival[0]))
+    return away <= _STEP_DEG + _STEP_PER_S * max(now_s - memory.rival[1], 0.0)
+
+
+def _beyond_doubt(found: Heading, memory: Memory, now_s: float) -> bool:
+    """Whether one picture is enough: nothing speaks against it, and it is certain."""
+    steady = memory.steady
+    followed = steady is not None and memory.misses < _PATIENCE
+    fresh = steady is not None and now_s - steady.time_s <= _FORGET_S
+    return found.confidence >= _CERTAIN and not (followed and fresh)
+
+
+def _believed(
+    heading_deg: float, state: Track, now_s: float, sees_sitter: bool, *, afresh: bool
+) -> Track:
+    sitter_deg = (_sitter_deg(state.sitter, state.fov_deg) or 0.0) if sees_sitter else 0.0
+    steady = state.memory.steady
+    if steady is None or afresh:
+        steady = Steady.at(np.array([heading_deg, heading_deg + sitter_deg]), now_s)
+    else:
+        heading = steady.measured[0] + difference(heading_deg, float(steady.measured[0]))
+        behind = heading_deg + sitter_deg
+        behind = steady.measured[1] + difference(behind, float(steady.measured[1]))
+        steady = steadied(steady, np.array([heading, behind]), now_s, _LEASH)
+    confidence = _confidence(state, now_s, sees_sitter, afresh)
+    memory = replace(state.memory, steady=steady, misses=0, rival=None)
+    return replace(
+        state,
+        status="tracking",
+        heading_deg=wrap(float(steady.shown[0])),
+        background_deg=wrap(float(steady.shown[1])),
+        confidence=confidence,
+        since_s=state.since_s if state.status == "tracking" else now_s,
+        memory=memory,
+    )
+
+
+def _confidence(state: Track, now_s: float, sees_sitter: bool, afresh: bool) -> float:
+    """Of the last pictures together, so that it does not flicker."""
+    found = state.raw.confidence if state.raw is not None else 0.0
+    if sees_sitter:
+        found *= _NO_SITTER if state.sitter is None else state.sitter.confidence
+    before = state.memory.steady
+    if afresh or before is None or state.status != "tracking":
+        return found
+    share = math.exp(-max(now_s - before.time_s, 0.0) / _CONFIDENCE_S)
+    return found + (state.confidence - found) * share
+
+
+def _without_heading(state: Track, status: Status, now_s: float) -> Track:
+    return replace(
+        state,
+        status=status,
+        heading_deg=None,
+        background_deg=None,
+        confidence=0.0,
+        since_s=state.since_s if state.status == status else now_s,
+    )
+
+
+# -- the sitter ------------------------------------------------------------------------------------
+
+
+def _company(frame: Bytes, fov_deg: float, state: Track, now_s: float, seeing: Seeing) -> Company:
+    company = state.memory.company
+    if state.status == "tracking" and not company.due(now_s):
+        return company
+    try:
+        found = seeing.sitter(frame, fov_deg, company.near(now_s))
+    except CoreError:
+        # Without what finds heads the heading is still worth having.
+        found = None
+    return kept(company, found, now_s)
+
+
+def _sitter_deg(sitter: Sitter | None, fov_deg: float | None) -> float | None:
+    """Where the sitter is from the axis, deg, with the field of view as it is known by now."""
+    if sitter is None or fov_deg is None:
+        return None
+    return offset_angle(sitter.column, 1, fov_deg)

@@ -1,0 +1,286 @@
+"""What a camera sees of the panorama: perspective views, the goal view, the background, the strip.
+
+A view needs the place of each of its pixels in the panorama. Turning a level or tilted camera about
+the vertical only moves these places sideways, so they are computed once for a lens and a pitch, and
+each further azimuth costs one addition and one look-up. Views of panoramas that are finer than the
+view are sampled several times a pixel and averaged, so that nothing flickers while one turns.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Final, TypeAlias, TypeVar
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.guidance.words import Mode
+from app.core.localization.heading_conversion import (
+    BACKGROUND_M,
+    CAMERA_M,
+    Looks,
+    background_azimuth,
+    heading_of_turn,
+    sees_sitter,
+    widened_fov,
+)
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+Picture = TypeVar("Picture", NDArray[np.uint8], NDArray[np.float32])
+
+BACKGROUND_SIZE: Final = (128, 136)
+"""Columns and rows of the background beside a style."""
+
+BACKGROUND_TALL_DEG: Final = 45.0
+"""Vertical field of view of the background beside a style, however wide it is."""
+
+_MOST_SAMPLES: Final = 4  # in each direction of a pixel
+
+
+@dataclass(frozen=True, slots=True)
+class Lens:
+    """An ideal camera: square pixels, the axis through the middle.
+
+    Attributes
+    ----------
+    fov_deg : float
+        Horizontal field of view, deg, in (0, 180).
+    size : tuple[int, int]
+        Columns and rows of its picture.
+    """
+
+    fov_deg: float
+    size: tuple[int, int]
+
+    @property
+    def focal_px(self) -> float:
+        """Focal length in pixels."""
+        return 0.5 * self.size[0] / math.tan(math.radians(self.fov_deg) / 2.0)
+
+    @property
+    def matrix(self) -> Float64:
+        """(3, 3) float64: from camera axes (right, down, front) to pixels, corner at (0, 0)."""
+        width, height = self.size
+        focal = self.focal_px
+        return np.array([[focal, 0.0, width / 2.0], [0.0, focal, height / 2.0], [0.0, 0.0, 1.0]])
+
+
+def bearings(lens: Lens, azimuth_deg: float, pitch_deg: float, pixels: Float64) -> Float64:
+    """Return the directions of some pixels of a view.
+
+    Parameters
+    ----------
+    azimuth_deg, pitch_deg : float
+        Where its axis points: panorama azimuth, and up; deg.
+    pixels : (N, 2) float64
+        Columns and rows; the middle of the first pixel is (0.5, 0.5).
+
+    Returns
+    -------
+    (N, 3) float64
+        Unit vectors in the panorama's axes, see `app.core.base.sphere`.
+    """
+    x = (pixels[:, 0] - lens.size[0] / 2.0) / lens.focal_px
+    y = (lens.size[1] / 2.0 - pixels[:, 1]) / lens.focal_px
+    pitch, azimuth = math.radians(pitch_deg), math.radians(azimuth_deg)
+    front = math.cos(pitch) - y * math.sin(pitch)
+    up = y * math.cos(pitch) + math.sin(pitch)
+    east = x * math.cos(azimuth) + front * math.sin(azimuth)  # toward azimuth 90
+    north = front * math.cos(azimuth) - x * math.sin(azimuth)
+    rays = np.stack([-east, up, north], axis=1)
+    return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
+
+
+def look(panorama: Picture, azimuth_deg: float, lens: Lens, pitch_deg: float = 0.0) -> Picture:
+    """Take a perspective view of a panorama from its middle.
+
+    Parameters
+    ----------
+    panorama : (H, W), or (H, W, C) uint8 or float32
+        Equirectangular, 2:1; any colour space. Linear light is averaged as it should be, display
+        bytes nearly so.
+    azimuth_deg : float
+        Where the axis points, deg.
+    pitch_deg : float, optional
+        How far the axis points up, deg, in [-90, 90].
+
+    Returns
+    -------
+    Same type, (rows, columns) or (rows, columns, C)
+        The view, in the panorama's colour space.
+    """
+    fine = 2.0 * math.pi * lens.focal_px / panorama.shape[1]  # view pixels per texel in the middle
+    samples = min(max(round(0.8 / fine), 1), _MOST_SAMPLES)
+    columns, rows = lens.size
+    dense = Lens(lens.fov_deg, (columns * samples, rows * samples))
+    shape = (panorama.shape[0], panorama.shape[1])
+    return _taken(panorama, azimuth_deg, _places(shape, dense, pitch_deg), lens.size)
+
+
+def strip_view(
+    panorama: Picture, azimuth_deg: float, size: tuple[int, int], wide_deg: float
+) -> Picture:
+    """Take a strip of a panorama: degrees evenly spread from left to right, verticals upright.
+
+    Rows are spread like a cylinder's, so that things in the middle keep their proportions.
+
+    Parameters
+    ----------
+    panorama : (H, W), or (H, W, C) uint8 or float32
+        Equirectangular, 2:1.
+    azimuth_deg : float
+        In the middle of the strip, deg.
+    size : tuple[int, int]
+        Columns and rows.
+    wide_deg : float
+        From edge to edge, deg, at most 360.
+
+    Returns
+    -------
+    Same type, (rows, columns) or (rows, columns, C)
+        The strip.
+    """
+    fine = 360.0 / wide_deg * size[0] / panorama.shape[1]
+    samples = min(max(round(0.8 / fine), 1), _MOST_SAMPLES)
+    dense = (size[0] * samples, size[1] * samples)
+    shape = (panorama.shape[0], panorama.shape[1])
+    return _taken(panorama, azimuth_deg, _strip_places(shape, dense, wide_deg), size)
+
+
+def goal_lens(
+    lens: Lens,
+    *,
+    camera_m: float = CAMERA_M,
+    background_m: float = BACKGROUND_M,
+    looks: Looks = Looks.SITTER,
+    mode: Mode = Mode.WALK,
+) -> Lens:
+    """Return the lens that shows, from where the probe stood, what a camera sees from its place."""
+    wide = widened_fov(
+        lens.fov_deg, camera_m, background_m, sees_the_sitter=sees_sitter(looks, mode)
+    )
+    return Lens(wide, lens.size)
+
+
+def goal_view(
+    panorama: Picture,
+    goal_deg: float,
+    lens: Lens,
+    *,
+    camera_m: float = CAMERA_M,
+    background_m: float = BACKGROUND_M,
+    looks: Looks = Looks.SITTER,
+    mode: Mode = Mode.WALK,
+    front_deg: float = 0.0,
+    pitch_deg: float = 0.0,
+) -> Picture:
+    """Show what the camera should see at the goal, without the sitter.
+
+    The camera looks straight at the sitter, at eye height, from `camera_m` away. The view is right
+    for a background `background_m` behind the sitter; what is nearer looks a little too large in
+    it, what is further away too small. The azimuth behind the sitter is exact at any distance.
+
+    Parameters
+    ----------
+    panorama : (H, W, C) uint8 or float32
+        Equirectangular, 2:1. The view is sharp where it has as many columns as
+        360 / fov times the view's.
+    goal_deg : float
+        Turn to reach, deg.
+    front_deg : float, optional
+        Panorama azimuth at which the photographer stands at turn 0, deg.
+    pitch_deg : float, optional
+        How far the camera points up, deg.
+
+    Returns
+    -------
+    Same type, (rows, columns, C)
+        Not mirrored.
+    """
+    wide = goal_lens(lens, camera_m=camera_m, background_m=background_m, looks=looks, mode=mode)
+    azimuth = heading_of_turn(goal_deg, looks=looks, mode=mode, front_deg=front_deg)
+    return look(panorama, azimuth, wide, pitch_deg)
+
+
+def background_view(
+    panorama: Picture,
+    turn_deg: float,
+    size: tuple[int, int] = BACKGROUND_SIZE,
+    front_deg: float = 0.0,
+) -> Picture:
+    """Show the background behind the sitter at a turn, for the detail of a style.
+
+    Parameters
+    ----------
+    panorama : (H, W, C) uint8 or float32
+        Equirectangular, 2:1.
+    size : tuple[int, int], optional
+        Columns and rows; 128 x 136 beside the panorama, 272 x 136 on a tab of its own. A wider one
+        shows more at the same scale.
+    front_deg : float, optional
+        Panorama azimuth at which the photographer stands at turn 0, deg.
+
+    Returns
+    -------
+    Same type, (rows, columns, C)
+        `BACKGROUND_TALL_DEG` from top to bottom.
+    """
+    half = math.tan(math.radians(BACKGROUND_TALL_DEG) / 2.0) * size[0] / size[1]
+    lens = Lens(2.0 * math.degrees(math.atan(half)), size)
+    return look(panorama, background_azimuth(turn_deg, front_deg), lens)
+
+
+def _taken(
+    panorama: Picture, azimuth_deg: float, places: tuple[Float32, Float32], size: tuple[int, int]
+) -> Picture:
+    columns, rows = places
+    width = panorama.shape[1]
+    moved = columns + np.float32(azimuth_deg % 360.0 * width / 360.0)
+    taken = cv2.remap(panorama, moved, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
+    if (taken.shape[1], taken.shape[0]) != size:
+        taken = cv2.resize(taken, size, interpolation=cv2.INTER_AREA)
+    return np.asarray(taken, panorama.dtype)
+
+
+@lru_cache(maxsize=8)
+def _places(shape: tuple[int, int], lens: Lens, pitch_deg: float) -> tuple[Float32, Float32]:
+    """Return where a view's pixels lie in a panorama when its axis is at azimuth 0."""
+    columns, rows = lens.size
+    pitch = math.radians(pitch_deg)
+    x = ((np.arange(columns) + 0.5 - columns / 2.0) / lens.focal_px).astype(np.float32)
+    y = ((rows / 2.0 - np.arange(rows) - 0.5) / lens.focal_px).astype(np.float32)[:, None]
+    front = np.float32(math.cos(pitch)) - y * np.float32(math.sin(pitch))
+    up = y * np.float32(math.cos(pitch)) + np.float32(math.sin(pitch))
+    azimuth = np.arctan2(x, front)
+    elevation = np.arctan2(up, np.hypot(x, front))
+    return _texels(shape, azimuth, elevation)
+
+
+@lru_cache(maxsize=6)
+def _strip_places(
+    shape: tuple[int, int], size: tuple[int, int], wide_deg: float
+) -> tuple[Float32, Float32]:
+    columns, rows = size
+    radian = columns / math.radians(wide_deg)  # pixels
+    azimuth = ((np.arange(columns) + 0.5 - columns / 2.0) / radian).astype(np.float32)
+    elevation = np.arctan((rows / 2.0 - np.arange(rows) - 0.5) / radian).astype(np.float32)
+    grid = np.broadcast_arrays(azimuth, elevation[:, None])
+    return _texels(shape, grid[0], grid[1])
+
+
+def _texels(
+    shape: tuple[int, int], azimuth: Float32, elevation: Float32
+) -> tuple[Float32, Float32]:
+    """Columns may lie outside of the panorama, rows not."""
+    height, width = shape
+    columns = azimuth * np.float32(width / (2.0 * math.pi)) + np.float32(width / 2.0 - 0.5)
+    rows = np.float32(height / 2.0 - 0.5) - elevation * np.float32(height / math.pi)
+    np.clip(rows, 0.0, height - 1.0, out=rows)
+    columns.setflags(write=False)
+    rows.setflags(write=False)
+    return columns, rows

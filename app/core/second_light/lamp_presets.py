@@ -1,0 +1,172 @@
+"""Lamps from numbers: for those who have no dark room to capture a lamp in.
+
+A lamp is a flat piece of light that faces the head, equally bright all over and from every side
+(Lambertian), known by its size and by the illuminance that it gives at one metre.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+from app.core.base.errors import CoreError
+
+NEAREST_M: Final = 0.2
+FARTHEST_M: Final = 5.0
+
+_WHITE: Final = (1.0, 1.0, 1.0)
+# 3,000 K on the black-body curve, linear Rec. 709, luminance 1.
+_WARM: Final = (1.77, 0.83, 0.30)
+
+_EXPOSURE_CONSTANT: Final = 250.0  # lux seconds at ISO 100 and f/1, as incident meters have it
+_GUIDE_NUMBER_M: Final = 40.0  # of a usual flash on the shoe, ISO 100
+_FLASH_POWER: Final = 1.0 / 16.0
+_SHUTTER_S: Final = 1.0 / 160.0
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of lamp that can be held.
+
+    Attributes
+    ----------
+    size_m : tuple of float
+        Width and height, metres.
+    lux_at_1m : float
+        Illuminance on axis at one metre, lux.
+    colour : tuple of float
+        Linear Rec. 709 of luminance 1.
+    """
+
+    name: str
+    title: str
+    size_m: tuple[float, float]
+    round: bool
+    lux_at_1m: float
+    distance_m: float
+    colour: tuple[float, float, float]
+    words: str
+
+
+def _flash_lux() -> float:
+    """Steady light that exposes like the flash: its lux seconds over the shutter time."""
+    lux_seconds = _EXPOSURE_CONSTANT * _GUIDE_NUMBER_M**2 / 100.0 * _FLASH_POWER
+    return lux_seconds / _SHUTTER_S
+
+
+KINDS: Final = {
+    kind.name: kind
+    for kind in (
+        Kind("phone", "Phone screen", (0.07, 0.15), False, 6.3, 0.3, _WHITE,
+             "a white screen at full brightness, 600 cd/m²"),
+        Kind("torch", "Phone torch", (0.006, 0.006), True, 16.0, 0.4, _WHITE,
+             "the lamp at the back, 50 lm over half the room"),
+        Kind("tablet", "Tablet screen", (0.25, 0.17), False, 21.0, 0.4, _WHITE,
+             "a white screen at full brightness, 500 cd/m²"),
+        Kind("panel", "LED panel", (0.17, 0.10), False, 400.0, 0.5, _WHITE,
+             "a panel for the pocket at full power"),
+        Kind("bulb", "Table lamp", (0.20, 0.15), True, 70.0, 0.6, _WARM,
+             "a shaded bulb of 800 lm, warm white"),
+        Kind("flash", "Bare flash", (0.06, 0.04), False, _flash_lux(), 1.0, _WHITE,
+             "guide number 40 at 1/16 power; counted as steady light through 1/160 s"),
+        Kind("softbox", "Softbox", (0.60, 0.60), False, 1500.0, 1.0, _WHITE,
+             "60 cm, a 100 W LED inside"),
+    )
+}  # fmt: skip
+"""Kinds by name."""
+
+
+@dataclass(frozen=True, slots=True)
+class NumbersLamp:
+    """A lamp known by numbers, at a distance.
+
+    Attributes
+    ----------
+    distance_m : float
+        From the middle of the head to the middle of the lamp, metres.
+    lux_at_1m : float
+        Illuminance on axis at one metre, lux.
+    size_m : tuple of float
+        Width and height, metres.
+    colour : tuple of float
+        Linear Rec. 709 of luminance 1.
+
+    Raises
+    ------
+    CoreError
+        If a number is no lamp's.
+    """
+
+    kind: str
+    title: str
+    distance_m: float
+    lux_at_1m: float
+    size_m: tuple[float, float]
+    round: bool = False
+    colour: tuple[float, float, float] = _WHITE
+
+    def __post_init__(self) -> None:
+        """Refuse what no lamp can be."""
+        if not NEAREST_M <= self.distance_m <= FARTHEST_M:
+            raise CoreError(
+                f"A lamp {self.distance_m:g} m from the middle of the head cannot be reckoned.",
+                f"Hold it between {NEAREST_M:g} and {FARTHEST_M:g} m.",
+            )
+        if not 0.0 < self.lux_at_1m <= 1e6 or not math.isfinite(self.lux_at_1m):
+            raise CoreError(
+                f"{self.lux_at_1m:g} lux at 1 m is no lamp's light.",
+                "Look it up in the lamp's manual, or measure it with a light meter.",
+            )
+        if not all(0.001 <= side <= 3.0 for side in self.size_m):
+            raise CoreError(
+                f"A lamp of {self.size_m[0]:g} x {self.size_m[1]:g} m cannot be reckoned.",
+                "Its sides should be between 1 mm and 3 m.",
+            )
+
+    @property
+    def luminance(self) -> float:
+        """Of the lamp's face, cd/m2."""
+        area = self.size_m[0] * self.size_m[1] * (math.pi / 4.0 if self.round else 1.0)
+        return self.lux_at_1m / area
+
+
+def at_distance(kind: Kind, distance_m: float | None = None) -> NumbersLamp:
+    """Give the lamp of a kind, at a distance from the middle of the head or at its usual one.
+
+    Raises
+    ------
+    CoreError
+        If it cannot be that near or far.
+    """
+    distance = kind.distance_m if distance_m is None else distance_m
+    return NumbersLamp(
+        kind.name, kind.title, distance, kind.lux_at_1m, kind.size_m, kind.round, kind.colour
+    )
+
+
+def parse(text: str) -> NumbersLamp:
+    """Read a lamp from a word.
+
+    Raises
+    ------
+    CoreError
+        If there is no such kind, or it cannot be that near or far.
+
+    Examples
+    --------
+    >>> parse("phone@0.45").distance_m
+    0.45
+    """
+    name, at, metres = text.strip().lower().partition("@")
+    if name not in KINDS:
+        raise CoreError(f"There is no lamp called “{name}”.", f"Known: {', '.join(KINDS)}.")
+    if not at:
+        return at_distance(KINDS[name])
+    try:
+        distance = float(metres.removesuffix("m"))
+    except ValueError:
+        distance = math.nan
+    if not math.isfinite(distance):
+        raise CoreError(f"“{metres}” is no distance.", f"Say it in metres, for example {name}@0.3.")
+    return at_distance(KINDS[name], distance)

@@ -1,0 +1,205 @@
+"""The search itself: all combinations of a turn and a placement, for some styles at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.angles import TURNS
+from app.core.base.errors import CoreError
+from app.core.second_light.choice import Spot, best_spot, refine
+from app.core.second_light.contrast import Norms, norms
+from app.core.second_light.lamp_tables import lamp_alone, left_everywhere
+from app.core.second_light.placements import COUNT
+from app.core.solver.reasons import Limits
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.core.second_light.lamp_tables import LampTables, Place
+    from app.core.solver.solve import Objective
+
+Float64: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The best combination for one style.
+
+    Attributes
+    ----------
+    moves : tuple of float
+        From there to the maximum between the grid's places: turn, azimuth, altitude, in steps.
+    values : (576,) float64
+        The objective at that turn: match of 100, or quality in the unit of the place's light.
+    """
+
+    row: int
+    spot: Spot
+    moves: tuple[float, float, float]
+    values: Float64 = field(repr=False)
+    power: float = 1.0
+
+
+def seek(
+    tables: LampTables,
+    place: Place,
+    rows: Sequence[int],
+    objective: Objective = "picture",
+    limits: Limits | None = None,
+    allowed: Mask | None = None,
+    powers: Sequence[float] = (1.0,),
+    *,
+    turn: int | None = None,
+) -> tuple[Found, ...]:
+    """Evaluate all combinations for some styles and choose.
+
+    Parameters
+    ----------
+    allowed : (576,) bool, optional
+        Placements that can be reached.
+
+    Raises
+    ------
+    CoreError
+        If no placement is allowed.
+    """
+    if allowed is not None and not allowed.any():
+        raise CoreError("The lamp cannot be held anywhere within reach.", "Hold it nearer.")
+    turns = TURNS if turn is None else 1
+    open_ = np.broadcast_to(True if allowed is None else allowed, (turns, COUNT))
+    if objective == "paper":
+        quality = left_everywhere(tables, place, rows, turn)
+        quality += powers[0] * lamp_alone(tables, place, rows)[:, None]
+        answers = [
+            _found(row, values, open_, powers[0], everywhere=allowed is None)
+            for row, values in zip(rows, quality, strict=True)
+        ]
+        return _counted(answers, turn)
+    limits = Limits() if limits is None else limits
+    parts = _Parts.of(tables, place, rows, turn)
+    best: dict[int, tuple[tuple[int, float], Found]] = {}
+    for power in powers:
+        sight = parts.at(power)
+        for row in rows:
+            merit, found = _choose(sight, row, limits, open_)
+            if row not in best or merit > best[row][0]:
+                best[row] = merit, found
+    return _counted([best[row][1] for row in rows], turn)
+
+
+def _counted(answers: list[Found], turn: int | None) -> tuple[Found, ...]:
+    """Where only one turn was looked at, it is the first: give it its number."""
+    if turn is None:
+        return tuple(answers)
+    return tuple(replace(one, spot=Spot(turn, one.spot.number)) for one in answers)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Parts:
+    """All that match and strength are made of, before the lamp's power is known."""
+
+    tables: LampTables
+    where: dict[int, int]
+    left: Float64
+    alone: Float64
+    contrast: Norms
+
+    @classmethod
+    def of(cls, tables: LampTables, place: Place, rows: Sequence[int], turn: int | None) -> _Parts:
+        """Evaluate styles, the mean of the face, and the styles' single lamps."""
+        count, added = tables.count, tables.added
+        lamps = [k for k, row in enumerate(tables.pack.lamp_style) if row in set(rows)]
+        wanted = [*rows, count, *(count + 1 + k for k in lamps)]
+        return cls(
+            tables=tables,
+            where={row: position for position, row in enumerate(wanted)},
+            left=left_everywhere(tables, place, wanted, turn),
+            alone=lamp_alone(tables, place, wanted),
+            contrast=norms(added.contrast, added.hidden, place.light, place.scale, turn),
+        )
+
+    def at(self, power: float) -> _Sight:
+        """See them with the lamp at a power."""
+        contrast = self.contrast.at(power)
+        # A face without any contrast matches nothing.
+        contrast[contrast <= 1e-12 * contrast.max()] = np.inf
+        sight = _Sight(self, power, contrast, contrast)
+        mean = np.maximum(sight.value(self.tables.count), 1e-30)
+        return replace(sight, mean=mean)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sight:
+    """The face at all combinations, at one power: its contrast and its mean."""
+
+    parts: _Parts
+    power: float
+    contrast: Float64
+    mean: Float64
+
+    def value(self, row: int) -> Float64:
+        """(64 or 1, 576) value of a row of `LampTables.lit`."""
+        position = self.parts.where[row]
+        found: Float64 = self.parts.left[position] + self.power * self.parts.alone[position]
+        return found
+
+    def strengths(self, row: int, quality: Float64) -> tuple[Float64, Float64]:
+        """Strength of a style as a whole, and with the weakest of its lamps."""
+        pack, count = self.parts.tables.pack, self.parts.tables.count
+        whole = quality / (0.01 * float(pack.studio_ratio[row]) * self.mean)
+        every = whole
+        for number in np.flatnonzero(pack.lamp_style == row).tolist():
+            lamp = self.value(count + 1 + number)
+            every = np.minimum(every, lamp / (0.01 * float(pack.lamp_ratio[number]) * self.mean))
+        return whole, every
+
+
+def _choose(
+    sight: _Sight, row: int, limits: Limits, open_: Mask
+) -> tuple[tuple[int, float], Found]:
+    """Choose as `app.core.solver.solve` does among turns.
+
+    Returns
+    -------
+    tuple of int and float
+        How far that got: 2 with all the strength that is asked, 1 with that of the pattern as a
+        whole, 0 by quality; and the match.
+    """
+    quality = sight.value(row)
+    match = quality * (100.0 / float(sight.parts.tables.pack.weight_norm[row]))
+    match /= sight.contrast
+    if limits.strength <= 0:
+        found = _found(row, match, open_, sight.power)
+        return (2, _at(match, found)), found
+    whole, every = sight.strengths(row, quality)
+    for tier, strength in ((2, every), (1, whole)):
+        allowed = open_ & (strength >= limits.strength)
+        least = limits.match if tier == 2 else -np.inf
+        if (match[allowed] >= least).any():
+            found = _found(row, match, allowed, sight.power, gate=strength - limits.strength)
+            return (tier, _at(match, found)), found
+    found = _found(row, quality, open_, sight.power)
+    return (0, _at(match, found)), replace(found, values=match[found.spot.turn].copy())
+
+
+def _at(match: Float64, found: Found) -> float:
+    return float(match[found.spot.turn, found.spot.number])
+
+
+def _found(
+    row: int,
+    values: Float64,
+    allowed: Mask,
+    power: float,
+    *,
+    gate: Float64 | None = None,
+    everywhere: bool = False,
+) -> Found:
+    spot = best_spot(values, None if everywhere else allowed)
+    moves = refine(values, spot, allowed, gate)
+    return Found(row, spot, moves, values[spot.turn].copy(), power)

@@ -1,0 +1,1 @@
+"""From a panorama to the turn: transport, styles, search and answer."""

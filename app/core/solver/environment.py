@@ -1,0 +1,305 @@
+"""Environments: linear HDR panoramas of the light at a place, and their exact reduction.
+
+A panorama is equirectangular, row 0 at the zenith, azimuth 0 at the centre column and positive
+to the right (clockwise from above). Texel (i, j) of an H x W environment is the area
+u in [j/W, (j+1)/W), v in [i/H, (i+1)/H), and its radiance is constant over that area.
+Reading the file formats is `app.core.solver.environment_file`'s part.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from app.core.base.colour import FloatImage, luminance
+from app.core.base.errors import EnvironmentFileError
+from app.core.solver.environment_file import Repairs, read_panorama, repair
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+__all__ = [
+    "SHAPE",
+    "Environment",
+    "Repairs",
+    "energy",
+    "enlarge",
+    "from_radiance",
+    "mean_luminance",
+    "read_environment",
+    "reduce",
+    "reduce_radiance",
+    "rotate",
+    "solid_angles",
+]
+
+SHAPE: Final = (32, 64)
+"""Rows and columns of the environment that the search works on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Environment:
+    """A repaired panorama of the light at one place.
+
+    Attributes
+    ----------
+    radiance : NDArray[np.float32], (H, 2 H, 3)
+        Linear Rec. 709 relative radiance, finite, not negative, not all zero; read-only.
+    """
+
+    radiance: FloatImage = field(repr=False)
+    name: str
+    repairs: Repairs = field(default_factory=Repairs)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the panorama."""
+        return self.radiance.shape[0], self.radiance.shape[1]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences to show the user: what was repaired, with counts; empty when nothing was."""
+        return self.repairs.warnings(self.name)
+
+
+def read_environment(path: Path | str) -> Environment:
+    """Read an OpenEXR or Radiance panorama and repair it.
+
+    Raises
+    ------
+    EnvironmentFileError
+        When the file is missing, empty, damaged, not an HDR image, not 2:1, too small or too
+        large, or all black: one sentence, and what to do about it.
+    """
+    radiance, name = read_panorama(path)
+    return from_radiance(radiance, name)
+
+
+def from_radiance(radiance: FloatImage, name: str) -> Environment:
+    """Make an environment of radiance values, repairing them.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, 2 H, 3)
+        Linear Rec. 709 radiance. The array is taken over: it is repaired in place and becomes
+        read-only, since panoramas are too large to be copied for tidiness.
+
+    Raises
+    ------
+    EnvironmentFileError
+        When nothing but black, NaN or infinite texels is in it, or the shape is not 2:1.
+    """
+    shape = radiance.shape
+    if radiance.ndim != 3 or shape[2] != 3 or shape[0] < 1 or shape[1] != 2 * shape[0]:
+        raise EnvironmentFileError(
+            f"{name} is not a full panorama: it has the shape {shape}, not (H, 2 H, 3)."
+        )
+    repairs = repair(radiance, name)
+    radiance.flags.writeable = False
+    return Environment(radiance, name, repairs)
+
+
+def solid_angles(shape: tuple[int, int]) -> NDArray[np.float64]:
+    """Solid angle of one texel in each row of an equirectangular panorama.
+
+    Parameters
+    ----------
+    shape : tuple[int, int]
+        Rows and columns (H, W).
+
+    Returns
+    -------
+    NDArray[np.float64], (H,)
+        Steradians per texel; H rows times W texels sum to 4 pi.
+
+    Examples
+    --------
+    >>> float((solid_angles((32, 64)).sum() * 64 / (4 * np.pi)).round(12))
+    1.0
+    """
+    rows, columns = shape
+    return -np.diff(_row_edges(rows)) * (2.0 * np.pi / columns)
+
+
+def energy(radiance: FloatImage) -> NDArray[np.float64]:
+    """Integrate radiance over the sphere.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, W, ...)
+        Radiance per texel.
+
+    Returns
+    -------
+    NDArray[np.float64], (...)
+        Sum of radiance times solid angle (sr).
+    """
+    sums = radiance.sum(axis=1, dtype=np.float64)
+    return np.tensordot(solid_angles((radiance.shape[0], radiance.shape[1])), sums, axes=1)
+
+
+def reduce(
+    environment: Environment, shape: tuple[int, int] = SHAPE, turn_deg: float = 0.0
+) -> FloatImage:
+    """Reduce an environment to the size the transport works on, as seen at a turn.
+
+    Parameters
+    ----------
+    shape : tuple[int, int], optional
+        Rows and columns wanted; more than the panorama has is allowed.
+    turn_deg : float, optional
+        Turn in degrees, clockwise from above.
+
+    Returns
+    -------
+    NDArray[np.float32], (rows, columns, 3)
+        See `reduce_radiance`.
+    """
+    return reduce_radiance(environment.radiance, shape, turn_deg)
+
+
+def reduce_radiance(
+    radiance: FloatImage, shape: tuple[int, int] = SHAPE, turn_deg: float = 0.0
+) -> FloatImage:
+    """Average radiance over larger (or smaller) texels, weighted by solid angle.
+
+    Every texel wanted is the mean over its area of the piecewise constant radiance given:
+    overlaps are measured in sine of elevation and in azimuth, so that the integral of radiance
+    over the sphere is kept for any pair of sizes and any turn. At turn t the sitter faces
+    azimuth t, hence column u of the result is column u + t/360 of the panorama. A turn by k
+    whole texels is exactly ``rotate(reduce_radiance(radiance, shape), k)``.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, W, C)
+        Linear radiance.
+    shape : tuple[int, int], optional
+        Rows and columns wanted.
+    turn_deg : float, optional
+        Turn in degrees, clockwise from above.
+
+    Returns
+    -------
+    NDArray[np.float32], (rows, columns, C)
+        Linear radiance in the same scale.
+    """
+    height, width, channels = radiance.shape
+    rows, columns = shape
+    bands = np.empty((rows, width * channels))
+    if rows == height:
+        bands[:] = radiance.reshape(rows, -1)
+    else:
+        # Row bands first, each over the few rows it overlaps: one pass over a large panorama,
+        # in double precision without a double-precision copy of all of it.
+        for row, (start, weights) in enumerate(_row_weights(height, rows)):
+            part = radiance[start : start + weights.size].reshape(weights.size, -1)
+            bands[row] = weights @ part
+    matrix = _column_weights(width, columns, turn_deg)
+    mixed = np.einsum("rwc,wk->rkc", bands.reshape(rows, width, channels), matrix, optimize=True)
+    return np.ascontiguousarray(mixed, dtype=np.float32)
+
+
+def rotate(radiance: FloatImage, columns: int) -> FloatImage:
+    """Turn an environment by whole texels, clockwise from above.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, W, ...)
+        Environment at turn 0.
+
+    Returns
+    -------
+    NDArray[np.float32], (H, W, ...)
+        What the sitter sees at turn 360 columns / W degrees: column j shows column
+        (j + columns) mod W.
+    """
+    return np.roll(radiance, -columns, axis=1)
+
+
+def enlarge(radiance: FloatImage, shape: tuple[int, int]) -> FloatImage:
+    """Repeat texels, without interpolation, for reference renders of exactly these texels.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, W, ...)
+        Environment.
+    shape : tuple[int, int]
+        Rows and columns wanted, whole multiples of H and W.
+
+    Returns
+    -------
+    NDArray[np.float32], (rows, columns, ...)
+        The same light on a finer grid.
+
+    Raises
+    ------
+    ValueError
+        When the sizes are not whole multiples.
+    """
+    down, down_rest = divmod(shape[0], radiance.shape[0])
+    across, across_rest = divmod(shape[1], radiance.shape[1])
+    if down_rest or across_rest or not (down and across):
+        raise ValueError(f"{shape} is not a whole multiple of {radiance.shape[:2]}")
+    return np.repeat(np.repeat(radiance, down, axis=0), across, axis=1)
+
+
+def mean_luminance(radiance: FloatImage) -> float:
+    """Mean luminance over the sphere, weighted by solid angle.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, W, 3)
+        Linear Rec. 709 radiance.
+    """
+    return float(energy(luminance(radiance))) / (4.0 * np.pi)
+
+
+def _row_edges(rows: int) -> NDArray[np.float64]:
+    """Sine of elevation of the rows' edges, falling from 1 to -1, symmetric to the last bit."""
+    elevation = np.pi * (0.5 - np.arange(rows // 2 + 1) / rows)
+    half = np.sin(elevation)
+    half[0] = 1.0
+    if rows % 2 == 0:
+        half[-1] = 0.0
+        return np.concatenate([half, -half[-2::-1]])
+    return np.concatenate([half, -half[::-1]])
+
+
+@lru_cache(maxsize=16)
+def _row_weights(height: int, rows: int) -> tuple[tuple[int, NDArray[np.float64]], ...]:
+    """For each row wanted: the first row it overlaps, and the shares (sum 1) from there on."""
+    given, wanted = _row_edges(height), _row_edges(rows)
+    result = []
+    for row in range(rows):
+        first = row * height // rows
+        last = -(-(row + 1) * height // rows)
+        upper = np.minimum(given[first:last], wanted[row])
+        lower = np.maximum(given[first + 1 : last + 1], wanted[row + 1])
+        # Edges that coincide in exact arithmetic can differ in the last bit.
+        overlap = np.maximum(upper - lower, 0.0)
+        result.append((first, overlap / overlap.sum()))
+    return tuple(result)
+
+
+def _column_weights(width: int, columns: int, turn_deg: float) -> NDArray[np.float64]:
+    """Shares (width, columns) of the given columns in the wanted ones; each column sums to 1."""
+    # In units of given columns, moved into [0, width): turning is periodic.
+    shift = (turn_deg * width / 360.0) % width
+    nearest = round(shift)
+    if abs(shift - nearest) < 1e-9 * width:
+        shift = float(nearest)
+    step = width / columns
+    matrix = np.zeros((width, columns))
+    column = np.arange(columns)
+    start, stop = shift + column * step, shift + (column + 1) * step
+    first, last = np.floor(start).astype(np.intp), np.ceil(stop).astype(np.intp)
+    for index in (first + k for k in range(int((last - first).max()))):
+        overlap = np.minimum(index + 1.0, stop) - np.maximum(index, start)
+        matrix[index % width, column] += np.maximum(overlap, 0.0)
+    shares: NDArray[np.float64] = matrix / matrix.sum(axis=0)
+    return shares

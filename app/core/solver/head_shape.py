@@ -1,0 +1,160 @@
+"""The shape of a head beside its transport: where each pixel's skin is, outlines, nearest skin.
+
+A transport knows directions only. What stands near the head, a second light above all, needs to
+know where on the head each pixel looks. Frame: +Y up, +Z out of the face, +X the sitter's left;
+metres from the middle of the head, which is midway between the ears and where the probe stands.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.archive import read_sealed, write_sealed
+from app.core.base.errors import TransportError
+from app.core.base.paths import resources
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from app.core.solver.transport import Transport
+
+Float32: TypeAlias = NDArray[np.float32]
+
+SHAPE_VERSION: Final = 1
+_ENDING: Final = ".shape.npz"
+_AGAIN: Final = "Reinstall Turnlight, or bake the head again with 'turnlight bake'."
+_MOST_BYTES: Final = 1 << 24
+_LARGEST_M: Final = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeadShape:
+    """Where a head's skin is, in metres from the middle of the head.
+
+    Attributes
+    ----------
+    pixels : (P,) int32
+        The transport's pixels.
+    positions : (P, 3) float32
+        Mean place on the head that each pixel sees.
+    skin : (M, 3) float32
+        Points all over the skin, about 6 mm apart.
+    above : (N, 2) float32
+        Closed outline seen from above: x toward the sitter's left, z toward the front.
+    side : (K, 2) float32
+        Closed outline seen from the sitter's left: z toward the front, y up.
+    eye_point : (3,) float32
+        Midway between the eyes.
+    """
+
+    head: str
+    pixels: NDArray[np.int32] = field(repr=False)
+    positions: Float32 = field(repr=False)
+    skin: Float32 = field(repr=False)
+    above: Float32 = field(repr=False)
+    side: Float32 = field(repr=False)
+    eye_point: Float32 = field(repr=False)
+
+    def distance_to_skin(self, place: NDArray[np.floating[Any]]) -> float:
+        """Shortest way from a place to the skin, metres.
+
+        Parameters
+        ----------
+        place : (3,) float
+            Metres from the middle of the head.
+
+        Returns
+        -------
+        float
+            Of a place inside the head, the way out.
+        """
+        away = self.skin - np.asarray(place, np.float32)
+        return float(np.sqrt(np.square(away).sum(axis=1).min()))
+
+
+def shape_path(transport: Path) -> Path:
+    """Return where the shape of a transport's head lies: beside it.
+
+    Examples
+    --------
+    >>> shape_path(Path("heads/anna.npz")).name
+    'anna.shape.npz'
+    """
+    name = transport.name.removesuffix(".npz").removesuffix(".styles")
+    return transport.with_name(name + _ENDING)
+
+
+def save_shape(path: Path, shape: HeadShape) -> str:
+    """Store a shape, atomically, and return its SHA-256."""
+    arrays: dict[str, NDArray[Any]] = {
+        name: np.ascontiguousarray(getattr(shape, name), kind) for name, kind in _KINDS
+    }
+    header = {"format_version": SHAPE_VERSION, "head": shape.head}
+    return write_sealed(path, arrays, header, packed=False)
+
+
+def load_shape(path: Path) -> HeadShape:
+    """Load a head's shape.
+
+    Raises
+    ------
+    TransportError
+        If the file is missing, damaged, made by a newer version, or not a head's shape.
+    """
+    names = [name for name, _ in _KINDS]
+    header, known = read_sealed(
+        path, "head's shape", _AGAIN, SHAPE_VERSION, names=names, most=_MOST_BYTES
+    )
+    if "head" not in header:
+        raise TransportError(f"{path.name} is not a head's shape.", _AGAIN)
+    if not _fits(known):
+        raise TransportError(f"{path.name} contradicts itself.", _AGAIN)
+    return HeadShape(head=str(header["head"]), **known)
+
+
+def load_shape_of(transport: Transport, name: str) -> HeadShape:
+    """Load the shape of the head that a transport was made of.
+
+    Raises
+    ------
+    TransportError
+        If it is missing, cannot be read, or belongs to another head.
+    """
+    if name.endswith(".npz"):
+        path = shape_path(Path(name))
+    else:
+        path = resources() / "transport" / f"{transport.header.head}{_ENDING}"
+    shape = load_shape(path)
+    if not np.array_equal(shape.pixels, transport.pixels):
+        raise TransportError(f"{path.name} belongs to another head.", _AGAIN)
+    return shape
+
+
+_KINDS: Final = (
+    ("pixels", np.int32),
+    ("positions", np.float32),
+    ("skin", np.float32),
+    ("above", np.float32),
+    ("side", np.float32),
+    ("eye_point", np.float32),
+)
+
+
+def _fits(arrays: Mapping[str, NDArray[Any]]) -> bool:
+    """Whether arrays have their types and shapes, and lengths are those of a head."""
+    fits = all(arrays[name].dtype == kind for name, kind in _KINDS)
+    places = [arrays[name] for name, _ in _KINDS[1:]]
+    fits = fits and arrays["pixels"].ndim == 1
+    fits = fits and arrays["positions"].shape == (len(arrays["pixels"]), 3)
+    fits = fits and arrays["eye_point"].shape == (3,)
+    fits = fits and all(
+        a.ndim == 2 and a.shape[1] == size and len(a) >= 3
+        for a, size in zip(places[1:4], (3, 2, 2), strict=True)
+    )
+    # A comparison with a number that is not one is false.
+    return fits and all(bool((np.abs(a) < _LARGEST_M).all()) for a in places)

@@ -1,0 +1,141 @@
+"""Portraits and panoramas as they are shown: exposed, tone-mapped, scaled."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import cv2
+import numpy as np
+
+from app.core.base import colour
+
+if TYPE_CHECKING:
+    from app.core.base.colour import FloatImage
+    from app.core.solver.environment import Environment
+
+WELL: Final = (0x2B, 0x2B, 0x2B)
+"""Neutral grey behind every picture, sRGB bytes."""
+
+_FACE_COVERAGE: Final = 0.5
+_GREY_LEVEL: Final = 0.52
+_WIDEST: Final = 4096
+_BAND_ROWS: Final = 256
+
+
+def portrait(picture: FloatImage, coverage: FloatImage, size: tuple[int, int]) -> FloatImage:
+    """Show a picture of the head on the neutral grey that lies behind every picture.
+
+    Parameters
+    ----------
+    picture : NDArray[np.float32], (N, N, 3)
+        Linear Rec. 709 on black; pixels at the head's edge hold its share only.
+    coverage : NDArray[np.float32], (N, N)
+        Share of each pixel covered by the head.
+    size : tuple[int, int]
+        Rows and columns wanted.
+
+    Returns
+    -------
+    NDArray[np.float32], (rows, columns, 3)
+        sRGB in 0..1. Two such pictures are exposed alike and may be compared.
+    """
+    values = np.asarray(picture, np.float32)
+    cover = np.clip(np.asarray(coverage, np.float32), 0.0, 1.0)[..., np.newaxis]
+    gain = colour.face_exposure(colour.luminance(values)[cover[..., 0] >= _FACE_COVERAGE])
+    well = colour.srgb_decode(np.asarray(WELL) / 255.0)
+    # Edges are mixed in linear light, as a camera would; scaling is done on what is shown, where
+    # steps look even and a bright rim does not ring.
+    shown = colour.develop(values, gain) + (1.0 - cover) * well
+    return _scaled(colour.srgb_encode(shown), size)
+
+
+def greyed(display: FloatImage) -> FloatImage:
+    """Make a picture grey and darker: out of reach.
+
+    Parameters
+    ----------
+    display : NDArray[np.float32], (H, W, 3)
+        sRGB in 0..1 on the well's grey.
+
+    Returns
+    -------
+    NDArray[np.float32], (H, W, 3)
+        sRGB in 0..1; the well's grey stays as it is.
+    """
+    grey = colour.luminance(display)[..., np.newaxis]
+    well = np.float32(WELL[0] / 255.0)
+    # Only what is brighter than the background is dimmed, so that the head does not dissolve.
+    dimmed = np.minimum(grey, well) + np.maximum(grey - well, 0.0) * _GREY_LEVEL
+    return np.repeat(dimmed, 3, axis=2).astype(np.float32)
+
+
+def panorama(environment: Environment, turn_deg: float, size: tuple[int, int]) -> FloatImage:
+    """Show a panorama with some azimuth in the centre column.
+
+    Parameters
+    ----------
+    environment : Environment
+        The place. Texels that had to be repaired are filled in from their neighbours here, and
+        only here: a black ring around every lamp would draw the eye.
+    turn_deg : float
+        Azimuth in the centre, degrees.
+    size : tuple[int, int]
+        Rows and columns wanted.
+
+    Returns
+    -------
+    NDArray[np.float32], (rows, columns, 3)
+        sRGB in 0..1.
+    """
+    radiance = environment.radiance
+    if radiance.shape[1] > _WIDEST:
+        small = cv2.resize(radiance, (_WIDEST, _WIDEST // 2), interpolation=cv2.INTER_AREA)
+        radiance = np.asarray(small, np.float32)
+    if environment.repairs.total:
+        radiance = _filled(radiance)
+    rolled = np.roll(radiance, -round(turn_deg / 360.0 * radiance.shape[1]), axis=1)
+    gain = colour.panorama_exposure(colour.luminance(rolled))
+    # In bands: its steps take ten times the memory of what they work on.
+    bands = np.array_split(rolled, max(len(rolled) // _BAND_ROWS, 1))
+    return _scaled(np.concatenate([colour.tone_map(band, gain) for band in bands]), size)
+
+
+def _filled(radiance: FloatImage) -> FloatImage:
+    """Give texels with a zero the mean of the lit ones around them."""
+    dark = radiance.min(axis=2) <= 0.0
+    lit = np.repeat(~dark[..., np.newaxis], 3, axis=2).astype(np.float32)
+    around = (7, 7)
+    total = cv2.boxFilter(radiance * lit, -1, around, normalize=False)
+    count = cv2.boxFilter(lit, -1, around, normalize=False)
+    mean = total / np.maximum(count, 1.0)
+    filled: FloatImage = np.where(dark[..., np.newaxis], mean, radiance).astype(np.float32)
+    return filled
+
+
+def _scaled(display: FloatImage, size: tuple[int, int]) -> FloatImage:
+    rows, columns = size
+    if rows <= display.shape[0]:
+        resized = cv2.resize(display, (columns, rows), interpolation=cv2.INTER_AREA)
+    else:
+        resized = _mitchell(_mitchell(display, rows).swapaxes(0, 1), columns).swapaxes(0, 1)
+    clipped: FloatImage = np.clip(resized, 0.0, 1.0).astype(np.float32)
+    return clipped
+
+
+def _mitchell(picture: FloatImage, rows: int) -> FloatImage:
+    """Stretch to more rows by the Mitchell-Netravali filter: smooth, with hardly any fringe.
+
+    OpenCV's cubic draws a dark line around every bright head.
+    """
+    count = picture.shape[0]
+    where = (np.arange(rows) + 0.5) * count / rows - 0.5
+    first = np.floor(where).astype(int)
+    result = np.zeros((rows, *picture.shape[1:]), np.float32)
+    # At every place the four weights sum to 1.
+    for index in (first - 1, first, first + 1, first + 2):
+        away = np.abs(where - index)
+        near = (7.0 * away**3 - 12.0 * away**2 + 16.0 / 3.0) / 6.0
+        far = (-7.0 / 3.0 * away**3 + 12.0 * away**2 - 20.0 * away + 32.0 / 3.0) / 6.0
+        weights = np.where(away < 1.0, near, far).astype(np.float32)
+        result += weights[:, np.newaxis, np.newaxis] * picture[np.clip(index, 0, count - 1)]
+    return result

@@ -1,0 +1,128 @@
+"""The light of one place, prepared once so that any turn of it is cheap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.hdr.display import display_panorama
+from app.core.solver.environment import SHAPE, Environment, reduce_radiance
+from app.core.solver.transport import render, to_image
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.core.base.colour import FloatImage
+    from app.core.solver.transport import Transport
+
+Bytes: TypeAlias = NDArray[np.uint8]
+
+_FINE_COLUMNS: Final = 512
+_SHOWN_COLUMNS: Final = 2048
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlaceLight:
+    """An environment and what is made of it once.
+
+    Attributes
+    ----------
+    environment : Environment
+        As measured, linear Rec. 709; column u at azimuth 360 (u - 0.5) deg of the file.
+    fine : NDArray[np.float32], (32, 512, 3)
+        Radiance averaged over the rows of the search, its columns fine enough for any turn.
+    searched : NDArray[np.float32], (32, 64, 3)
+        What is searched, linear Rec. 709 radiance: at turn 0 with the photographer at azimuth 0.
+    display : NDArray[np.uint8], (1024, 2048, 3)
+        sRGB picture of the panorama, exposed for looking at it.
+    """
+
+    environment: Environment
+    fine: FloatImage = field(repr=False)
+    searched: FloatImage = field(repr=False)
+    display: Bytes = field(repr=False)
+
+    @property
+    def name(self) -> str:
+        """Name of the environment."""
+        return self.environment.name
+
+
+def prepare(environment: Environment) -> PlaceLight:
+    """Prepare an environment for pictures at any turn."""
+    radiance = environment.radiance
+    rows, columns = SHAPE
+    fine = reduce_radiance(radiance, (rows, max(_FINE_COLUMNS, columns)))
+    searched = reduce_radiance(radiance, SHAPE)
+    width = min(_SHOWN_COLUMNS, max(radiance.shape[1], columns))
+    display = display_panorama(radiance, width=width)
+    for array in (fine, searched, display):
+        array.setflags(write=False)
+    return PlaceLight(environment, fine, searched, display)
+
+
+def turned(light: PlaceLight, turn_deg: float, shape: tuple[int, int] = SHAPE) -> FloatImage:
+    """Light as the sitter sees it at a turn.
+
+    Parameters
+    ----------
+    turn_deg : float
+        Azimuth in the panorama that the sitter faces, deg.
+    shape : tuple of int, optional
+        Rows and columns wanted.
+
+    Returns
+    -------
+    NDArray[np.float32], (rows, columns, 3)
+        Linear Rec. 709 radiance, panorama coordinates with the sitter's front in the centre.
+    """
+    return reduce_radiance(light.fine, shape, turn_deg)
+
+
+def picture_at(transport: Transport, light: PlaceLight, turn_deg: float) -> FloatImage:
+    """Picture of the head in this light at a turn, B = T L (eq. 1).
+
+    Parameters
+    ----------
+    turn_deg : float
+        Azimuth in the panorama that the sitter faces, deg.
+
+    Returns
+    -------
+    NDArray[np.float32], (N, N, 3)
+        Linear Rec. 709 on black, in the unit of the environment.
+    """
+    return to_image(
+        transport, render(transport, turned(light, turn_deg, transport.environment_shape))
+    )
+
+
+def pictures_at(transport: Transport, light: PlaceLight, turns_deg: Sequence[float]) -> FloatImage:
+    """Pictures at several turns in one product; see `picture_at`.
+
+    Parameters
+    ----------
+    turns_deg : Sequence[float]
+        Azimuths in the panorama that the sitter faces, deg.
+
+    Returns
+    -------
+    NDArray[np.float32], (n, N, N, 3)
+        Linear Rec. 709 on black.
+    """
+    shape = transport.environment_shape
+    size = transport.header.picture
+    if not turns_deg:
+        return np.zeros((0, size, size, 3), np.float32)
+    lights = np.stack([turned(light, turn, shape) for turn in turns_deg], axis=2)
+    # (texels, n * 3) -> (rank, n, 3): the basis is read once for all turns.
+    columns = np.ascontiguousarray(lights.reshape(shape[0] * shape[1], -1))
+    basis = (transport.texel_basis @ columns).reshape(-1, len(turns_deg), 3)
+    pictures = np.zeros((len(turns_deg), size * size, 3), np.float32)
+    for channel in range(3):
+        values = transport.pixel_basis[channel] @ np.ascontiguousarray(basis[:, :, channel])
+        pictures[:, transport.pixels, channel] = values.T
+    return pictures.reshape(len(turns_deg), size, size, 3)

@@ -1,0 +1,225 @@
+"""Pictures of the head for the gallery of styles: many at once, all framed and exposed alike.
+
+`app.core.solver.pictures.portrait` says how a portrait looks; here the same look is made
+fast enough to follow a hand. Framing is two small matrices, one for rows and one for columns, that
+cut, pad and scale in one product each.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base import colour
+from app.core.solver import pictures
+from app.core.solver.peaks import shift
+from app.core.solver.pictures import WELL
+
+if TYPE_CHECKING:
+    from app.core.base.colour import FloatImage
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float32: TypeAlias = NDArray[np.float32]
+Floats: TypeAlias = NDArray[np.float64]
+
+_FACE_COVERAGE: Final = 0.5
+_TONES: Final = 1 << 14  # steps of the table of the sRGB curve: a fifth of a byte where it is steep
+_MOST_LIGHT: Final = 1e4
+
+# Rows of a picture of 100 that are shown: from just above the crown to the neck in wide pictures,
+# to the shoulders in tall ones. The head fills them all alike, so faces keep one place.
+_TALL_ROWS: Final = 102.0
+_WIDE_ROWS: Final = 88.0
+_TALL_ASPECT: Final = 0.96
+_WIDE_ASPECT: Final = 1.38
+_MARGIN: Final = 0.045  # above the crown, of the rows shown
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Taps:
+    """Which pixels of a line make up each pixel shown, and with what weight.
+
+    Attributes
+    ----------
+    index : (k, n) intp
+        Pixels of the picture.
+    weight : (k, n) float32
+        Their weights; a sum below 1 lies partly outside of the picture.
+    """
+
+    index: NDArray[np.intp] = field(repr=False)
+    weight: Float32 = field(repr=False)
+
+    def along_rows(self, planes: Float32) -> Float32:
+        """Scale (c, N, m) to (c, n, m); a few passes, where a full matrix would need BLAS."""
+        result: Float32 = planes[:, self.index[0]] * self.weight[0][:, np.newaxis]
+        for index, weight in zip(self.index[1:], self.weight[1:], strict=True):
+            result += planes[:, index] * weight[:, np.newaxis]
+        return result
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Framing:
+    """What part of a head's picture is shown, and how large.
+
+    Attributes
+    ----------
+    rows, columns : Taps
+        Of the rows and columns shown.
+    """
+
+    rows: Taps
+    columns: Taps
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Rows and columns shown."""
+        return self.rows.index.shape[1], self.columns.index.shape[1]
+
+    def of(self, planes: Float32) -> Float32:
+        """Frame (c, N, N) as (c, w, h): rows and columns are exchanged."""
+        turned = np.ascontiguousarray(self.rows.along_rows(planes).transpose(0, 2, 1))
+        return self.columns.along_rows(turned)
+
+
+@lru_cache(maxsize=32)
+def framing(picture: int, size: tuple[int, int]) -> Framing:
+    """Frame a head: the same part of it for every size of the same proportions.
+
+    Parameters
+    ----------
+    picture : int
+        Side of the head's square picture, pixels.
+    size : tuple of int
+        Rows and columns wanted, both at least 1.
+    """
+    height, width = size
+    aspect = width / height
+    part = (aspect - _TALL_ASPECT) / (_WIDE_ASPECT - _TALL_ASPECT)
+    shown = _TALL_ROWS + (_WIDE_ROWS - _TALL_ROWS) * min(max(part, 0.0), 1.0)
+    shown *= picture / 100.0
+    step = shown / height
+    rows = _taps(picture, height, -_MARGIN * shown, step)
+    return Framing(rows, _taps(picture, width, 0.5 * (picture - width * step), step))
+
+
+def portraits(values: NDArray[np.floating[Any]], coverage: FloatImage, wanted: Framing) -> Bytes:
+    """Show pictures of the head on the neutral grey that lies behind every picture.
+
+    Parameters
+    ----------
+    values : (n, N, N, 3) float
+        Linear Rec. 709 on black; pixels at the head's edge hold its share only.
+    coverage : (N, N) float32
+        Share of each pixel covered by the head.
+
+    Returns
+    -------
+    NDArray[np.uint8], (n, h, w, 3)
+        sRGB. Each is exposed by the rule of `app.core.base.colour.face_exposure`, so that any two
+        may be compared.
+    """
+    linear = np.asarray(values, np.float32)
+    height, width = wanted.size
+    well = np.float32(WELL[0] / 255.0)
+    behind = (1.0 - np.clip(coverage, 0.0, 1.0)) * colour.srgb_decode(well)
+    face = coverage >= _FACE_COVERAGE
+    result = np.empty((len(linear), height, width, 3), np.uint8)
+    for picture, shown in zip(linear, result, strict=True):
+        gain = colour.face_exposure(colour.luminance(picture[face]))
+        display = _encoded(_developed(picture, gain) + behind) - well
+        # Outside of the picture there is only the well, so it is taken away before and comes back.
+        framed = wanted.of(display)
+        framed += well
+        np.clip(framed, 0.0, 1.0, out=framed)
+        shown[...] = (framed * np.float32(255.0) + np.float32(0.5)).astype(np.uint8).T
+    return result
+
+
+def greyed(shown: Bytes) -> Bytes:
+    """Make a portrait grey and darker: out of reach.
+
+    Parameters
+    ----------
+    shown : NDArray[np.uint8], (h, w, 3)
+        sRGB on the well's grey.
+
+    Returns
+    -------
+    NDArray[np.uint8], (h, w, 3)
+        sRGB; the well's grey stays as it is.
+    """
+    return colour.to_bytes(pictures.greyed(shown.astype(np.float32) / np.float32(255.0)))
+
+
+def value_at(curve: Floats, turn_deg: float) -> float:
+    """Read a curve between the turns of the grid, by band-limited interpolation.
+
+    Parameters
+    ----------
+    curve : (64,) float64
+        Values at turns of 5.625 k degrees.
+
+    Returns
+    -------
+    float
+        At a turn of the grid exactly the curve's own value.
+    """
+    return float(shift(curve, turn_deg)[0])
+
+
+def _developed(picture: Float32, gain: float) -> Float32:
+    """Expose and compress highlights as `colour.develop` does, one plane per channel."""
+    planes = np.ascontiguousarray(picture.transpose(2, 0, 1), np.float64) * gain
+    exposed = np.clip(planes, 0.0, _MOST_LIGHT).astype(np.float32)
+    largest = exposed.max(axis=0)
+    if float(largest.max()) <= colour.SHOULDER_START:
+        return exposed
+    over = np.maximum(largest - colour.SHOULDER_START, 0.0)
+    white = over / (over + np.float32(colour.FADE))
+    hue = exposed / np.maximum(largest, np.float32(1e-12))
+    developed: Float32 = colour.shoulder(largest) * (hue + (1.0 - hue) * white)
+    return developed
+
+
+def _encoded(linear: Float32) -> Float32:
+    steps = np.clip(linear, 0.0, 1.0) * np.float32(_TONES - 1) + np.float32(0.5)
+    encoded: Float32 = _curve()[steps.astype(np.uint16)]
+    return encoded
+
+
+@lru_cache(maxsize=1)
+def _curve() -> Float32:
+    return colour.srgb_encode(np.linspace(0.0, 1.0, _TONES))
+
+
+def _taps(count: int, shown: int, start: float, step: float) -> Taps:
+    """Weigh `count` pixels for `shown` ones, each `step` wide from `start` on."""
+    first, weight = (_averaged if step >= 1 else _smooth)(shown, start, step)
+    index = first + np.arange(len(weight))[:, np.newaxis]
+    weight[(index < 0) | (index >= count)] = 0.0
+    return Taps(np.clip(index, 0, count - 1), np.asarray(weight, np.float32))
+
+
+def _averaged(shown: int, start: float, step: float) -> tuple[NDArray[np.intp], Floats]:
+    """Share of each pixel in the area of each one shown, as a sensor would average."""
+    low = start + step * np.arange(shown)
+    first = np.floor(low).astype(np.intp)
+    place = first + np.arange(math.ceil(step) + 1)[:, np.newaxis]
+    overlap = np.minimum(low + step, place + 1.0) - np.maximum(low, place)
+    return first, np.maximum(overlap, 0.0) / step
+
+
+def _smooth(shown: int, start: float, step: float) -> tuple[NDArray[np.intp], Floats]:
+    """Mitchell-Netravali weights: smooth, with hardly any fringe, and a sum of 1."""
+    middle = start + step * (np.arange(shown) + 0.5) - 0.5
+    first = np.floor(middle).astype(np.intp) - 1
+    away = np.abs(middle - first - np.arange(4)[:, np.newaxis])
+    near = (7.0 * away**3 - 12.0 * away**2 + 16.0 / 3.0) / 6.0
+    far = (-7.0 / 3.0 * away**3 + 12.0 * away**2 - 20.0 * away + 32.0 / 3.0) / 6.0
+    return first, np.where(away < 1.0, near, far)

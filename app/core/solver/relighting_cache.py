@@ -1,0 +1,290 @@
+"""One place's light on one head at all turns, prepared so that painted weights answer at once.
+
+The pictures at the 64 turns do not depend on what is painted. With them at hand a stroke costs
+one product of its coefficients with 64 columns, and nothing of the full transport.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base import colour
+from app.core.base.angles import TURNS, wrap
+from app.core.base.errors import EnvironmentFileError
+from app.core.solver.reasons import LightMap
+from app.core.solver.search_light import luminance_of
+
+if TYPE_CHECKING:
+    from app.core.solver.transport import Transport
+    from app.core.solver.weights import PaintedWeights
+
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+Floats: TypeAlias = NDArray[np.floating[Any]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LightTable:
+    """A head in a place's light, at all turns. Its arrays must not be written to.
+
+    Attributes
+    ----------
+    moments : (F, 128) float64
+        Luminance of the F face pixels at the 64 turns, less its mean over the face per turn,
+        then the squares of the same. Exposure-free.
+    brightness : (64,) float64
+        That mean.
+    pictures : (64, P, 3) float32 or None
+        Linear Rec. 709 pictures on the head's pixels, in the unit of the environment.
+    """
+
+    transport: Transport = field(repr=False)
+    light: LightMap = field(repr=False)
+    scale: float
+    moments: Float64 = field(repr=False)
+    brightness: Float64 = field(repr=False)
+    pictures: Float32 | None = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PaintedCurves:
+    """Painted weights in a place's light; exposure-free.
+
+    Attributes
+    ----------
+    quality, mean, contrast : (64,) float64
+        C of eq. 5, mean luminance, and norm of the picture minus its mean, at turn 5.625 k deg;
+        over the pixels that count.
+    studio : float
+        Quality over mean under the environment max(F, 0); 0 when that is black.
+    """
+
+    quality: Float64
+    mean: Float64
+    contrast: Float64
+    norm: float
+    studio: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CountedLight:
+    """Light on the pixels that count, whatever is asked of them; exposure-free.
+
+    Attributes
+    ----------
+    mean, contrast : (64,) float64
+        Mean luminance of those pixels, and norm of their luminance minus that mean, at turn
+        5.625 k deg.
+    """
+
+    mean: Float64
+    contrast: Float64
+
+
+def normalised(light: Floats, shape: tuple[int, int]) -> tuple[Float64, float]:
+    """Divide an environment by its mean luminance, so that numbers do not depend on its exposure.
+
+    Parameters
+    ----------
+    light : (H, W, 3) or (H, W) float
+        Linear Rec. 709 radiance, or luminance; any exposure.
+    shape : tuple of int
+        Rows and columns that the head takes.
+
+    Returns
+    -------
+    (H, W, 3) or (H, W) float64
+        The environment with mean luminance 1.
+
+    Raises
+    ------
+    EnvironmentFileError
+        If the environment is black, not finite or has another size.
+    """
+    if light.shape not in (shape, (*shape, 3)):
+        raise EnvironmentFileError(
+            f"The environment has {light.shape} texels, the head takes {shape}."
+        )
+    values = np.asarray(light, np.float64)
+    # The largest value first: sums of very large or small values may leave the number range.
+    peak = float(values.max())
+    if not np.isfinite(values).all() or peak <= 0:
+        raise EnvironmentFileError(
+            "The environment is black: there is no light to turn toward.",
+            "Expose longer, and measure the place again.",
+        )
+    values = values / peak
+    mean = float(luminance_of(values).mean())
+    return values / mean, mean * peak
+
+
+def light_table(transport: Transport, light: Floats, *, pictures: bool = False) -> LightTable:
+    """Prepare a place's light for painting on a head.
+
+    Parameters
+    ----------
+    light : (H, W, 3) or (H, W) float
+        Environment at turn 0 in the transport's size, linear Rec. 709 radiance, or luminance of
+        light that counts as grey; any exposure.
+
+    Raises
+    ------
+    EnvironmentFileError
+        If the environment is black, not finite or has another size, or pictures are wanted of
+        one without colours.
+    """
+    shape = transport.environment_shape
+    values, scale = normalised(light, shape)
+    if pictures and values.ndim == 2:
+        raise EnvironmentFileError("There are no pictures of light without colours.")
+    texels = transport.texel_basis.reshape(-1, *shape).astype(np.float64)
+    # (frequency, rank, row): one product per azimuth frequency.
+    basis = np.ascontiguousarray(np.fft.rfft(texels, axis=2).transpose(2, 0, 1)).conj()
+    if values.ndim == 2:
+        kept = None
+        luminance = transport.luminance_basis @ _at_all_turns(basis, values).astype(np.float32)
+    else:
+        kept = _pictures(transport, basis, values)
+        luminance = colour.luminance(kept).T
+    faces = luminance[transport.face].astype(np.float64)
+    brightness = faces.mean(axis=0)
+    faces -= brightness
+    light_map = LightMap(luminance_of(values))
+    # Worked out here, once, and not at the first stroke.
+    _ = light_map.is_even
+    return LightTable(
+        transport=transport,
+        light=light_map,
+        scale=scale,
+        moments=np.concatenate([faces, faces * faces], axis=1),
+        brightness=brightness,
+        pictures=_shown(kept, scale) if pictures and kept is not None else None,
+    )
+
+
+def counted_light(table: LightTable, active: Mask) -> CountedLight:
+    """Light at all turns on the pixels that count.
+
+    Parameters
+    ----------
+    active : (P,) bool
+        Face pixels that count.
+
+    Returns
+    -------
+    CountedLight
+        All 0 where no pixel counts.
+    """
+    counted = active[table.transport.face].astype(np.float64)
+    count = float(counted.sum())
+    if count == 0:
+        return CountedLight(np.zeros(TURNS), np.zeros(TURNS))
+    sums = counted @ table.moments
+    squared: Float64 = sums[TURNS:] - sums[:TURNS] ** 2 / count
+    return CountedLight(table.brightness + sums[:TURNS] / count, np.sqrt(np.maximum(squared, 0.0)))
+
+
+def painted_curves(
+    table: LightTable, weights: PaintedWeights, counted: CountedLight | None = None
+) -> PaintedCurves:
+    """Quality, mean and contrast of painted weights at all turns (eq. 5).
+
+    Parameters
+    ----------
+    counted : CountedLight, optional
+        From `counted_light` for the same active pixels, where it is known already.
+    """
+    transport = table.transport
+    light = counted_light(table, weights.active) if counted is None else counted
+    norm = _norm(weights)
+    # What is left of weights that are the same everywhere is rounding, and asks for nothing.
+    asked = weights.weights[transport.face]
+    quality = asked @ table.moments[:, :TURNS] if norm > 0 else np.zeros(TURNS)
+    both = np.stack([weights.coefficients, weights.ones_in_basis / max(weights.count, 1)])
+    target, average = (both.astype(np.float32) @ transport.texel_basis).astype(np.float64)
+    glow = np.maximum(target, 0.0)
+    lit = float((average * glow).sum())
+    return PaintedCurves(
+        quality=quality,
+        mean=light.mean,
+        contrast=light.contrast,
+        norm=norm,
+        studio=float((target * glow).sum()) / lit if norm > 0 and lit > 1e-30 else 0.0,
+    )
+
+
+def table_picture(table: LightTable, turn_deg: float) -> Float32:
+    """Picture of the head at any turn, between grid turns by mixing the two next to it.
+
+    Mixing cannot darken a pixel below its neighbours in turn, and is as near to the picture
+    under the finely measured light as band-limited interpolation is.
+
+    Parameters
+    ----------
+    turn_deg : float
+        Azimuth in the panorama that the sitter faces, deg.
+
+    Returns
+    -------
+    (P, 3) float32
+        Linear Rec. 709 on the head's pixels, in the unit of the environment.
+
+    Raises
+    ------
+    ValueError
+        If the table was made without pictures.
+    """
+    if table.pictures is None:
+        raise ValueError("the table has no pictures")
+    place = (wrap(turn_deg) * TURNS / 360.0) % TURNS
+    below = int(place)
+    share = np.float32(place - below)
+    first, second = table.pictures[below % TURNS], table.pictures[(below + 1) % TURNS]
+    mixed: Float32 = first + share * (second - first)
+    return mixed
+
+
+def _at_all_turns(basis: NDArray[np.complex128], light: Float64) -> Float64:
+    """(R, 64) products of the texel basis with the light at all turns, by azimuth frequency.
+
+    `basis` is the conjugate spectrum, (M, R, H). Turns by part of a texel are band-limited.
+    """
+    width = light.shape[1]
+    spectrum = np.fft.rfft(light, axis=1).T[:, :, None]
+    product = (basis @ spectrum)[:, :, 0]
+    # Parseval: the ends of the spectrum count once, the rest twice.
+    share = np.full(len(product), 2.0 / width)
+    share[0] = share[-1] = 1.0 / width
+    phase = 2 * np.pi / TURNS * np.outer(np.arange(len(product)), np.arange(TURNS))
+    cosine, sine = np.cos(phase) * share[:, None], np.sin(phase) * share[:, None]
+    response: Float64 = product.real.T @ cosine - product.imag.T @ sine
+    return response
+
+
+def _shown(pictures: Float32, scale: float) -> Float32:
+    """Pictures in the environment's unit; band-limited turns may dip a little below black."""
+    shown: Float32 = np.maximum(pictures, 0.0) * np.float32(scale)
+    return shown
+
+
+def _pictures(transport: Transport, basis: NDArray[np.complex128], radiance: Floats) -> Float32:
+    pictures = np.empty((TURNS, len(transport.pixels), 3), np.float32)
+    for channel in range(3):
+        light = np.asarray(radiance[:, :, channel], np.float64)
+        response = _at_all_turns(basis, light).astype(np.float32)
+        pictures[:, :, channel] = (transport.pixel_basis[channel] @ response).T
+    return pictures
+
+
+def _norm(weights: PaintedWeights) -> float:
+    values = weights.values[weights.active]
+    if values.size == 0:
+        return 0.0
+    centred = values - values.mean()
+    norm = float(np.linalg.norm(centred))
+    return norm if norm > 1e-9 * float(np.linalg.norm(values)) else 0.0

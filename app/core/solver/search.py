@@ -1,0 +1,280 @@
+"""Quality, match and strength of many targets at all turns, in the frequency domain of azimuth.
+
+Turning the environment shifts it along azimuth, so a target's value at every turn is a circular
+correlation: per azimuth frequency and elevation row one product (eq. 5 for all turns at once).
+Everything is split into the parts that are even and odd under mirroring left and right. That
+halves the work, and makes a mirrored panorama give the mirrored curves to rounding.
+
+Conventions: texel column j stands at theta_j = 2 pi (j + 1/2) / W (rad); turn index k means the
+head sees column j + k at column j; curves have `TURNS` values, index k at 5.625 k degrees.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.angles import TURNS
+
+Float64: TypeAlias = NDArray[np.float64]
+Floats: TypeAlias = NDArray[np.floating[Any]]
+
+_HALF = TURNS // 2 + 1  # turns 0..180 deg; the others follow by mirroring
+
+
+@dataclass(frozen=True, slots=True)
+class SearchTables:
+    """Targets and search basis, transformed once along azimuth.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        (H, W) of the light searched: rows of an environment, and what
+        `app.core.solver.search_light` adds to them; all rows turn alike.
+    targets : (M, H, 2 S) float64
+        Per azimuth frequency and elevation row: cosine parts of the S targets, then sine parts.
+    basis : (M, H, 2 + 2 K + E + O) float64
+        The same of the face-mean target and K lamp maps (cosines, then sines), the E even basis
+        rows (cosine) and the O odd ones (sine).
+    paired : bool
+        Whether even row r and odd row r are the two parts of one basis picture, as for a head
+        that is not symmetric; else each row is a basis picture of its own.
+    cosine, sine : (W / 2, M) float64
+        Forward transform.
+    back_cosine, back_sine : (33, M) float64
+        Back to turns 0 to 180 deg.
+    """
+
+    shape: tuple[int, int]
+    targets: Float64
+    basis: Float64
+    lamps: int
+    even: int
+    odd: int
+    paired: bool
+    cosine: Float64
+    sine: Float64
+    back_cosine: Float64
+    back_sine: Float64
+
+    @property
+    def count(self) -> int:
+        """Number of targets, S."""
+        return int(self.targets.shape[2]) // 2
+
+
+@dataclass(frozen=True, slots=True)
+class Curves:
+    """Values at all turns; index k belongs to turn 5.625 k deg.
+
+    Those of several lights have one more axis, in front.
+
+    Attributes
+    ----------
+    quality : (S, 64) float64
+        C of eq. 5, in the unit of the environment.
+    mean : (64,) float64
+        Mean luminance of the face.
+    contrast : (64,) float64
+        Norm over the face of the picture minus its mean.
+    lamps : (K, 64) float64
+        Value of each lamp map.
+    """
+
+    quality: Float64
+    mean: Float64
+    contrast: Float64
+    lamps: Float64
+
+
+def build_tables(
+    targets: Floats,
+    mean: Floats,
+    even: Floats,
+    odd: Floats,
+    *,
+    paired: bool = False,
+    lamps: Floats | None = None,
+) -> SearchTables:
+    """Transform pre-integrated targets and a search basis along azimuth.
+
+    Parameters
+    ----------
+    targets : (S, H, W) float
+        Pre-integrated targets F (eq. 3), panorama coordinates at turn 0.
+    mean : (H, W) float
+        Pre-integrated mean over the face.
+    even, odd : (E, H, W / 2), (O, H, W / 2) float
+        Left halves of basis rows that are even and odd under mirroring; the sum of squares of
+        all rows times an environment is the squared norm of its picture minus the mean.
+    lamps : (K, H, W) float, optional
+        Maps of single lamps, see `app.core.solver.lamps`.
+    """
+    height, width = targets.shape[1:]
+    half, frequencies = width // 2, width // 2 + 1
+    theta = 2 * np.pi * (np.arange(half) + 0.5) / width
+    order = np.arange(frequencies)
+    cosine, sine = np.cos(np.outer(theta, order)), np.sin(np.outer(theta, order))
+    # Parseval: ends of the spectrum count once, the rest twice.
+    share = np.full(frequencies, 2.0 / width)
+    share[0] = share[-1] = 1.0 / width
+    phase = 2 * np.pi * np.outer(np.arange(_HALF), order) / TURNS
+    back_sine = np.sin(phase) * share
+    back_sine[-1] = 0.0  # sin(pi m), which rounding would leave off zero and off mirror symmetry
+    count, extra = len(targets), mean[None] if lamps is None else np.stack([mean, *lamps])
+    both = np.concatenate([targets, extra]).astype(np.float64)
+    a_both = _frequency_first(_even(both) @ cosine)
+    b_both = _frequency_first(_odd(both) @ sine)
+    a_even = _frequency_first(2 * even.astype(np.float64) @ cosine)
+    b_odd = _frequency_first(2 * odd.astype(np.float64) @ sine)
+    return SearchTables(
+        shape=(height, width),
+        targets=_join(a_both[..., :count], b_both[..., :count]),
+        basis=_join(a_both[..., count:], b_both[..., count:], a_even, b_odd),
+        lamps=len(extra) - 1,
+        even=len(even),
+        odd=len(odd),
+        paired=paired,
+        cosine=cosine,
+        sine=sine,
+        back_cosine=np.cos(phase) * share,
+        back_sine=back_sine,
+    )
+
+
+def quality_curves(tables: SearchTables, light: Floats) -> Float64:
+    """Quality C of every target at every turn (eq. 5).
+
+    Parameters
+    ----------
+    light : (H, W) float
+        Light as the search sees it at turn 0, see `app.core.solver.search_light`.
+
+    Returns
+    -------
+    (S, 64) float64
+        In the unit of the environment.
+    """
+    found: Float64 = _quality(tables, _spectra(tables, light[None]))[0]
+    return found
+
+
+def curves(tables: SearchTables, light: Floats) -> Curves:
+    """Quality of every target, face mean and face contrast at every turn.
+
+    Parameters
+    ----------
+    light : (H, W) float
+        Light as the search sees it at turn 0, see `app.core.solver.search_light`.
+    """
+    found = curves_of(tables, light[None])
+    return Curves(found.quality[0], found.mean[0], found.contrast[0], found.lamps[0])
+
+
+def curves_of(tables: SearchTables, lights: Floats) -> Curves:
+    """Find the curves of several lights at once, in less time than one after another.
+
+    Parameters
+    ----------
+    lights : (N, H, W) float
+        As `curves` takes them.
+
+    Returns
+    -------
+    Curves
+        (N, ...) each.
+    """
+    spectra = _spectra(tables, lights)
+    first, second = _products_of(spectra, tables.basis)
+    cosine, sine = tables.back_cosine, tables.back_sine
+    extra = 1 + tables.lamps
+    sums = _unfold(
+        _back(cosine, first[..., :extra] + second[..., extra : 2 * extra]),
+        _back(sine, second[..., :extra] - first[..., extra : 2 * extra]),
+    )
+    start, stop = 2 * extra, 2 * extra + tables.even
+    even_p, even_q = _back(cosine, first[..., start:stop]), _back(sine, second[..., start:stop])
+    odd_p, odd_q = _back(cosine, second[..., stop:]), -_back(sine, first[..., stop:])
+    same = _products(even_p, even_p) + _products(even_q, even_q)
+    same += _products(odd_p, odd_p) + _products(odd_q, odd_q)
+    cross = 2 * (_products(even_p, even_q) + _products(odd_p, odd_q))
+    if tables.paired:
+        same += 2 * (_products(even_p, odd_p) + _products(even_q, odd_q))
+        cross += 2 * (_products(even_p, odd_q) + _products(even_q, odd_p))
+    squared = _unfold(same[..., None], cross[..., None])[:, 0]
+    contrast = np.sqrt(np.maximum(squared, 0.0))
+    return Curves(_quality(tables, spectra), sums[:, 0], contrast, sums[:, 1:])
+
+
+def _spectra(tables: SearchTables, lights: Floats) -> Float64:
+    """(M, 2 N, H) cosine coefficients of the lights' rows, then their sine coefficients."""
+    if lights.shape[1:] != tables.shape:
+        raise ValueError(f"light {lights.shape[1:]} does not fit {tables.shape}")
+    height, width = tables.shape
+    left, right = lights[..., : width // 2], lights[..., : width // 2 - 1 : -1]
+    spectra = np.empty((width // 2 + 1, 2, len(lights) * height))
+    np.matmul(tables.cosine.T, (left + right).reshape(-1, width // 2).T, out=spectra[:, 0])
+    np.matmul(tables.sine.T, (left - right).reshape(-1, width // 2).T, out=spectra[:, 1])
+    result: Float64 = spectra.reshape(-1, 2 * len(lights), height)
+    return result
+
+
+def _products_of(spectra: Float64, table: Float64) -> tuple[Float64, Float64]:
+    """(M, N, n) each: cosine and sine coefficients of the lights times a table's columns."""
+    product = spectra @ table
+    lights = spectra.shape[1] // 2
+    return product[:, :lights], product[:, lights:]
+
+
+def _back(waves: Float64, coefficients: Float64) -> Float64:
+    """(33, N, n) values at turns 0 to 180 deg of (M, N, n) coefficients."""
+    order, lights, count = coefficients.shape
+    return (waves @ coefficients.reshape(order, -1)).reshape(-1, lights, count)
+
+
+def _quality(tables: SearchTables, spectra: Float64) -> Float64:
+    first, second = _products_of(spectra, tables.targets)
+    count = tables.count
+    return _unfold(
+        _back(tables.back_cosine, first[..., :count] + second[..., count:]),
+        _back(tables.back_sine, second[..., :count] - first[..., count:]),
+    )
+
+
+def _unfold(even: Float64, odd: Float64) -> Float64:
+    """(33, N, n) even and odd parts at turns 0 to 180 deg -> (N, n, 64) at all turns."""
+    full = np.empty((TURNS, *even.shape[1:]))
+    np.add(even, odd, out=full[:_HALF])
+    np.subtract(even[TURNS // 2 - 1 : 0 : -1], odd[TURNS // 2 - 1 : 0 : -1], out=full[_HALF:])
+    return full.transpose(1, 2, 0)
+
+
+def _even(rows: Float64) -> Float64:
+    half = rows.shape[-1] // 2
+    result: Float64 = rows[..., :half] + rows[..., : half - 1 : -1]
+    return result
+
+
+def _odd(rows: Float64) -> Float64:
+    half = rows.shape[-1] // 2
+    result: Float64 = rows[..., :half] - rows[..., : half - 1 : -1]
+    return result
+
+
+def _frequency_first(rows: Float64) -> Float64:
+    """(n, H, M) -> (M, H, n)."""
+    return np.transpose(rows, (2, 1, 0))
+
+
+def _join(*parts: Float64) -> Float64:
+    return np.ascontiguousarray(np.concatenate(parts, axis=2))
+
+
+def _products(a: Float64, b: Float64) -> Float64:
+    """(33, N): sums of products of two (33, N, n) along their last axis."""
+    size = a.shape[-1]
+    result: Float64 = np.einsum("kr,kr->k", a.reshape(-1, size), b.reshape(-1, size))
+    return result.reshape(a.shape[:-1])

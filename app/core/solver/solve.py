@@ -1,0 +1,345 @@
+"""The answer for a place: for every style how far to turn, how good it gets, and why not.
+
+All numbers that decide anything are free of the environment's exposure: it is divided out
+first, and only the quality C, which is linear in it, is given back in the caller's unit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.angles import TURNS, direction, wrap
+from app.core.solver.peaks import Gate, Peak, best_index, find_peaks, shift
+from app.core.solver.reasons import EPSILON, MIN_STRENGTH, LightMap, Limits, reason
+from app.core.solver.relighting_cache import light_table, normalised, painted_curves
+from app.core.solver.search import Curves, curves
+from app.core.solver.search_light import luminance_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.core.solver.relighting_cache import CountedLight, LightTable
+    from app.core.solver.style_pack import StylePack
+    from app.core.solver.styles import Style
+    from app.core.solver.transport import Transport
+    from app.core.solver.weights import PaintedWeights
+
+Float64: TypeAlias = NDArray[np.float64]
+Objective: TypeAlias = Literal["picture", "paper"]
+
+OBJECTIVES: Final[tuple[Objective, ...]] = ("picture", "paper")
+
+
+@dataclass(frozen=True, slots=True)
+class PeakResult:
+    """One of the turns at which an objective has a maximum.
+
+    Attributes
+    ----------
+    turn_deg, turn_refined_deg : float
+        On the grid of 5.625 deg, and between; deg in (-180, 180], positive clockwise.
+    arc_deg : tuple of float
+        Tolerance arc (from, to), clockwise, deg.
+    """
+
+    turn_deg: float
+    turn_refined_deg: float
+    quality: float
+    match: float
+    strength: float
+    arc_deg: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class StyleResult:
+    """What a place can do for a style.
+
+    Attributes
+    ----------
+    turn_index : int
+        Grid turn 0..63, counted from the panorama's centre column whatever `front` is.
+    turn_deg, turn_refined_deg : float
+        The turn on the grid, and the refined turn that is shown; deg, positive clockwise.
+    direction : str
+        Of the refined turn: clockwise, counter-clockwise or none.
+    quality_curve, match_curve, strength_curve : (64,) float64
+        At turn 5.625 k deg. Quality in the unit of the environment, the others of 100.
+    reason : str or None
+        Why not; None when attainable.
+    arc_deg : tuple of float
+        Tolerance arc (from, to) around the refined turn, going clockwise, deg.
+    """
+
+    name: str
+    title: str
+    side: str
+    turn_index: int
+    turn_deg: float
+    turn_refined_deg: float
+    direction: str
+    quality_curve: Float64
+    match_curve: Float64
+    strength_curve: Float64
+    quality: float
+    match: float
+    strength: float
+    attainable: bool
+    reason: str | None
+    arc_deg: tuple[float, float]
+    peaks: tuple[PeakResult, ...]
+
+    def seen_from(self, front_deg: float) -> StyleResult:
+        """Count turns from another azimuth: the photographer stands at `front_deg`.
+
+        Parameters
+        ----------
+        front_deg : float
+            Panorama azimuth of the photographer, deg.
+
+        Returns
+        -------
+        StyleResult
+            Every turn t became wrap(t - front_deg); the curves belong to the new turns.
+        """
+
+        def moved(angle: float) -> float:
+            return wrap(angle - front_deg)
+
+        def arc(ends: tuple[float, float]) -> tuple[float, float]:
+            return ends if ends == (-180.0, 180.0) else (moved(ends[0]), moved(ends[1]))
+
+        refined = moved(self.turn_refined_deg)
+        return replace(
+            self,
+            turn_deg=moved(self.turn_deg),
+            turn_refined_deg=refined,
+            direction=direction(refined),
+            quality_curve=shift(self.quality_curve, front_deg),
+            match_curve=shift(self.match_curve, front_deg),
+            strength_curve=shift(self.strength_curve, front_deg),
+            arc_deg=arc(self.arc_deg),
+            peaks=tuple(
+                replace(
+                    peak,
+                    turn_deg=moved(peak.turn_deg),
+                    turn_refined_deg=moved(peak.turn_refined_deg),
+                    arc_deg=arc(peak.arc_deg),
+                )
+                for peak in self.peaks
+            ),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Measured:
+    """Curves of one target; `quality` is exposure-free here.
+
+    `whole` is the strength of the pattern as a whole; `strength` counts the weakest of several
+    lamps as well.
+    """
+
+    quality: Float64
+    match: Float64
+    whole: Float64
+    strength: Float64
+
+
+def solve_all(
+    pack: StylePack,
+    light: NDArray[np.floating[Any]],
+    objective: Objective = "picture",
+    *,
+    epsilon: float = EPSILON,
+    min_strength: float = MIN_STRENGTH,
+    styles: Sequence[str] | None = None,
+    front_deg: float = 0.0,
+) -> tuple[StyleResult, ...]:
+    """Find the best turn of every style (eq. 5, and the picture objective beside it).
+
+    Parameters
+    ----------
+    light : (H, W, 3) or (H, W) float
+        Environment at turn 0 in the pack's size, linear Rec. 709 radiance, or luminance of light
+        that counts as grey; any exposure.
+    epsilon, min_strength : float, optional
+        Least match and strength of an attainable style, of 100. A least strength of 0 asks for
+        none: then the best match of all turns is taken.
+    front_deg : float, optional
+        Azimuth at which the photographer stands, deg; see `StyleResult.seen_from`.
+
+    Raises
+    ------
+    EnvironmentFileError
+        If the environment is black, not finite or has another size.
+    StyleError
+        If a style is unknown.
+    """
+    limits = Limits(epsilon, min_strength)
+    light, scale = normalised(light, pack.header.environment)
+    wanted = range(len(pack.styles))
+    chosen = wanted if styles is None else sorted({pack.index(name) for name in styles})
+    found = curves(pack.tables, pack.seen(light))
+    match, whole, strength = match_and_strength(pack, found)
+    light_map = LightMap(luminance_of(light))
+    results = []
+    for row in chosen:
+        measured = _Measured(found.quality[row], match[row], whole[row], strength[row])
+        result = _answer(pack.styles[row], measured, objective, limits, light_map, scale)
+        results.append(result.seen_from(front_deg) if front_deg else result)
+    return tuple(results)
+
+
+def match_and_strength(pack: StylePack, found: Curves) -> tuple[Float64, Float64, Float64]:
+    """Put quality curves on scales that are free of exposure.
+
+    Returns
+    -------
+    match : (S, 64) float64
+        100 x Pearson correlation of target and picture over the face.
+    whole : (S, 64) float64
+        Strength of the pattern as a whole: 100 x (C / mean of the face) / (the same in the
+        target picture).
+    strength : (S, 64) float64
+        The same, except that a style with several lamps is no stronger than the weakest of
+        them, each measured alike by its own part of the picture; else half a badger would do.
+    """
+    mean = np.maximum(found.mean, 1e-30)[..., None, :]
+    ratio = found.quality / mean
+    match = _match(found.quality, pack.weight_norm[:, None], found.contrast[..., None, :])
+    whole = 100.0 * ratio / pack.studio_ratio[:, None]
+    strength = whole.copy()
+    single = 100.0 * found.lamps / (mean * pack.lamp_ratio[:, None])
+    for lamp, row in enumerate(pack.lamp_style):
+        np.minimum(strength[..., row, :], single[..., lamp, :], out=strength[..., row, :])
+    return match, whole, strength
+
+
+def solve_painted(
+    transport: Transport,
+    weights: PaintedWeights,
+    light: NDArray[np.floating[Any]],
+    objective: Objective = "picture",
+    *,
+    epsilon: float = EPSILON,
+    min_strength: float = MIN_STRENGTH,
+) -> StyleResult:
+    """Find the best turn for painted weights.
+
+    There is no target picture: match is the correlation between the weights and the picture
+    over the pixels that are not ignored, and strength is counted from the picture under the
+    environment max(F, 0).
+
+    Parameters
+    ----------
+    light : (H, W, 3) or (H, W) float
+        Environment at turn 0 in the transport's size, linear Rec. 709 radiance, or luminance of
+        light that counts as grey; any exposure.
+
+    Raises
+    ------
+    EnvironmentFileError
+        As `solve_all`.
+    """
+    return solve_on_table(
+        light_table(transport, light),
+        weights,
+        objective,
+        epsilon=epsilon,
+        min_strength=min_strength,
+    )
+
+
+def solve_on_table(
+    table: LightTable,
+    weights: PaintedWeights,
+    objective: Objective = "picture",
+    *,
+    counted: CountedLight | None = None,
+    epsilon: float = EPSILON,
+    min_strength: float = MIN_STRENGTH,
+) -> StyleResult:
+    """Find the best turn for painted weights in a light that was prepared, as strokes need it.
+
+    Parameters
+    ----------
+    counted : CountedLight, optional
+        From `counted_light` for the same active pixels, where it is known already.
+    """
+    found = painted_curves(table, weights, counted)
+    ratio = found.quality / np.maximum(found.mean, 1e-30)
+    strength = 100.0 * ratio / found.studio if found.studio > 0 else np.zeros(TURNS)
+    match = _match(found.quality, found.norm, found.contrast)
+    measured = _Measured(found.quality, match, strength, strength)
+    limits = Limits(epsilon, min_strength)
+    return _answer(None, measured, objective, limits, table.light, table.scale)
+
+
+def _match(quality: Float64, norm: NDArray[np.float64] | float, contrast: Float64) -> Float64:
+    """100 x correlation; 0 where the face has no contrast at all."""
+    product = norm * contrast
+    flat = product <= 1e-12 * np.max(product, axis=-1, keepdims=True)
+    return np.where(flat, 0.0, 100.0 * quality / np.where(flat, 1.0, product))
+
+
+def _answer(
+    style: Style | None,
+    curve: _Measured,
+    objective: Objective,
+    limits: Limits,
+    light: LightMap,
+    scale: float,
+) -> StyleResult:
+    gate = _gate(curve, limits) if objective == "picture" else None
+    chosen = curve.quality if gate is None else curve.match
+    allowed = np.ones(TURNS, bool) if gate is None else gate.open
+    index = best_index(chosen, allowed)
+    peaks = find_peaks(chosen, index, gate)
+    best = peaks[0]
+    match, strength = float(curve.match[index]), float(curve.strength[index])
+    why = reason(style, match, strength, limits, light, best.turn_deg)
+    return StyleResult(
+        name=style.name if style else "painted",
+        title=style.title if style else "",
+        side=style.side if style else "none",
+        turn_index=index,
+        turn_deg=best.turn_deg,
+        turn_refined_deg=best.refined_deg,
+        direction=direction(best.refined_deg),
+        quality_curve=curve.quality * scale,
+        match_curve=curve.match,
+        strength_curve=curve.strength,
+        quality=float(curve.quality[index]) * scale,
+        match=match,
+        strength=strength,
+        attainable=why is None,
+        reason=why,
+        arc_deg=best.arc_deg,
+        peaks=tuple(_peak_result(peak, curve, scale) for peak in peaks),
+    )
+
+
+def _gate(curve: _Measured, limits: Limits) -> Gate | None:
+    """Find the turns to take the best match among; None when the quality C decides instead."""
+    if limits.strength <= 0:
+        return Gate(np.zeros(TURNS), 0.0)
+    every_lamp = Gate(curve.strength, limits.strength)
+    if (curve.match[every_lamp.open] >= limits.match).any():
+        return every_lamp
+    # Not attainable: then the turn that comes nearest as a whole is the one to offer.
+    whole = Gate(curve.whole, limits.strength)
+    return whole if whole.open.any() else None
+
+
+def _peak_result(peak: Peak, curve: _Measured, scale: float) -> PeakResult:
+    return PeakResult(
+        turn_deg=peak.turn_deg,
+        turn_refined_deg=peak.refined_deg,
+        quality=float(curve.quality[peak.index]) * scale,
+        match=float(curve.match[peak.index]),
+        strength=float(curve.strength[peak.index]),
+        arc_deg=peak.arc_deg,
+    )

@@ -1,0 +1,338 @@
+"""Style packs: all that `solve` needs of a head and its styles, without the transport itself.
+
+A pack holds the pre-integrated targets F of eq. 3, the search basis for match, and the target
+pictures to show. It is made by `bake` beside the transport and loads in a few milliseconds.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.archive import CONTRADICTIONS, digest, parse_header, read_arrays, write_arrays
+from app.core.base.errors import StyleError, TransportError
+from app.core.base.paths import resources
+from app.core.solver.search import SearchTables, build_tables
+from app.core.solver.search_light import seen_light
+from app.core.solver.styles import Style, StyleLamp
+from app.core.solver.transport import Transport, load_named
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+PACK_VERSION: Final = 2
+_ENDING: Final = ".styles.npz"
+_MAX_STYLES: Final = 512
+_AGAIN: Final = "Reinstall Turnlight, or bake it again with 'turnlight bake'."
+
+Float16: TypeAlias = NDArray[np.float16]
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class PackHeader:
+    """Where a pack came from.
+
+    Attributes
+    ----------
+    environment : tuple of int
+        (H, W) of the environments it takes.
+    picture : int
+        Side of the target pictures, pixels.
+    """
+
+    head: str
+    skin: str
+    environment: tuple[int, int]
+    picture: int
+    transport_sha256: str
+    basis_error: float
+    paired: bool = False
+    format_version: int = PACK_VERSION
+
+
+@dataclass(frozen=True)
+class StylePack:
+    """Pre-integrated styles of one head.
+
+    Attributes
+    ----------
+    targets : (S, N, N, 3) float16
+        Linear Rec. 709 target pictures under the styles' own lamps, largest value 1.
+    coverage : (N, N) float16
+        Share of each pixel that the head covers.
+    mixing, mixtures : (2, 3), (K, H) float64
+        How the search takes colours, see `app.core.solver.search_light.SearchColours`.
+    target_rows : (S, Q, W) float32
+        F of eq. 3, panorama coordinates at turn 0, for light as the search sees it.
+    weight_norm : (S,) float64
+        Norm of the weights f over the face.
+    mean_rows : (Q, W) float32
+        Pre-integrated mean luminance of the face.
+    basis_even, basis_odd : (E, Q, W / 2), (O, Q, W / 2) float32
+        Search basis for the face's contrast.
+    studio_ratio : (S,) float64
+        C / mean of the face in the target picture itself: the denominator of strength.
+    painted_ratio : (S,) float64
+        The same under the environment max(F, 0), as painted weights use it.
+    lamp_rows : (K, Q, W) float32
+        Maps of the single lamps of styles that have several, see `app.core.solver.lamps`.
+    lamp_style : (K,) int32
+        Position of the style that each belongs to.
+    lamp_ratio : (K,) float64
+        Their values over the mean of the face in the target pictures.
+    """
+
+    header: PackHeader
+    styles: tuple[Style, ...]
+    targets: Float16
+    coverage: Float16
+    mixing: Float64
+    mixtures: Float64
+    target_rows: Float32
+    weight_norm: Float64
+    mean_rows: Float32
+    basis_even: Float32
+    basis_odd: Float32
+    studio_ratio: Float64
+    painted_ratio: Float64
+    lamp_rows: Float32
+    lamp_style: NDArray[np.int32]
+    lamp_ratio: Float64
+
+    @cached_property
+    def tables(self) -> SearchTables:
+        """The pack's targets and basis, transformed for the search."""
+        return build_tables(
+            self.target_rows,
+            self.mean_rows,
+            self.basis_even,
+            self.basis_odd,
+            paired=self.header.paired,
+            lamps=self.lamp_rows,
+        )
+
+    @property
+    def preintegrated(self) -> Float32:
+        """(S, H, W) float32: F of eq. 3, panorama coordinates at turn 0, for grey light."""
+        return self.target_rows[:, : self.header.environment[0]]
+
+    @property
+    def mean(self) -> Float32:
+        """(H, W) float32: the pre-integrated mean luminance of the face, for grey light."""
+        return self.mean_rows[: self.header.environment[0]]
+
+    def seen(self, light: NDArray[np.floating[Any]]) -> Float64:
+        """Make of an environment what the search looks through.
+
+        Parameters
+        ----------
+        light : (H, W, 3) or (H, W) float
+            Linear Rec. 709 radiance at turn 0, or the luminance of grey light.
+
+        Returns
+        -------
+        (Q, W) float64
+            For `app.core.solver.search.curves`, in the unit of `light`.
+        """
+        return seen_light(light, self.mixing, self.mixtures)
+
+    def index(self, name: str) -> int:
+        """Return the position of a style.
+
+        Raises
+        ------
+        StyleError
+            If the pack has no style of that name.
+        """
+        for position, style in enumerate(self.styles):
+            if style.name == name:
+                return position
+        raise StyleError(f"The head {self.header.head!r} has no target for the style {name!r}.")
+
+    def target(self, name: str) -> Float32:
+        """Return the (N, N, 3) float32 linear Rec. 709 target picture of a style, largest 1."""
+        picture: Float32 = self.targets[self.index(name)].astype(np.float32)
+        return picture
+
+
+def pack_names() -> tuple[str, ...]:
+    """Return the names of the heads whose style packs ship with the app."""
+    files = (resources() / "transport").glob(f"*{_ENDING}")
+    return tuple(sorted(f.name.removesuffix(_ENDING) for f in files))
+
+
+def load_named_pack(head: str) -> StylePack:
+    """Load the style pack of a shipped head, or the one beside a transport of the user's own.
+
+    Parameters
+    ----------
+    head : str
+        Name of a shipped head, e.g. ``generic`` or ``generic-dark``, or the path of a transport
+        ``T.npz`` (whose pack is ``T.styles.npz``).
+
+    Raises
+    ------
+    TransportError
+        If there is no such head, or its pack cannot be read (see `load_pack`).
+    """
+    if head.endswith(".npz"):
+        return load_pack(pack_path(Path(head)))
+    if head not in pack_names():
+        known = ", ".join(pack_names())
+        hint = f"Known heads: {known}." if known else "None is installed; reinstall Turnlight."
+        raise TransportError(f"There is no head called {head!r}.", hint)
+    return load_pack(resources() / "transport" / f"{head}{_ENDING}")
+
+
+def load_transport_of(pack: StylePack, head: str) -> Transport:
+    """Load the transport that a pack was made from.
+
+    Raises
+    ------
+    TransportError
+        If the transport cannot be read, or is another one.
+    """
+    if head.endswith(".npz"):
+        name = Path(head).name.removesuffix(_ENDING).removesuffix(".npz")
+        head = str(Path(head).with_name(f"{name}.npz"))
+    transport = load_named(head)
+    if transport.digest != pack.header.transport_sha256:
+        raise TransportError(f"The style pack of {head!r} belongs to another transport.", _AGAIN)
+    return transport
+
+
+def pack_path(transport: Path) -> Path:
+    """Return where the style pack of a transport file lies: beside it.
+
+    Examples
+    --------
+    >>> pack_path(Path("heads/anna.npz")).name, pack_path(Path("anna.styles.npz")).name
+    ('anna.styles.npz', 'anna.styles.npz')
+    """
+    if transport.name.endswith(_ENDING):
+        return transport
+    return transport.with_name(transport.name.removesuffix(".npz") + _ENDING)
+
+
+def save_pack(path: Path, pack: StylePack) -> str:
+    """Store a pack, atomically, and return its SHA-256."""
+    arrays = {name: np.ascontiguousarray(getattr(pack, name)) for name in _SHAPES}
+    checksum = digest(arrays)
+    header = {
+        **asdict(pack.header),
+        "styles": [asdict(style) for style in pack.styles],
+        "sha256": checksum,
+    }
+    stored = {**arrays, "header": np.frombuffer(json.dumps(header).encode(), np.uint8)}
+    write_arrays(path, stored)
+    return checksum
+
+
+def load_pack(path: Path) -> StylePack:
+    """Load a style pack.
+
+    Raises
+    ------
+    TransportError
+        If the file is missing, damaged, made by a newer version, or not a style pack.
+    """
+    arrays = read_arrays(path, "style pack", _AGAIN)
+    try:
+        header, styles, checksum = _parse_header(arrays.pop("header"), path)
+        if digest({name: arrays[name] for name in _SHAPES}) != checksum:
+            raise TransportError(f"{path.name} is damaged: its checksum does not fit.", _AGAIN)
+        _check(arrays, header, len(styles), path)
+    except CONTRADICTIONS as error:
+        raise TransportError(f"{path.name} is not a style pack.", _AGAIN) from error
+    return StylePack(header=header, styles=styles, **{name: arrays[name] for name in _SHAPES})
+
+
+# Array names with their types and shapes: S styles, N picture, H and W environment, C rows for
+# its colours, Q both, K lamp maps, h half of W, * any.
+_SHAPES: Final[Mapping[str, tuple[str, str]]] = {
+    "targets": ("f2", "SNN3"),
+    "coverage": ("f2", "NN"),
+    "mixing": ("f8", "23"),
+    "mixtures": ("f8", "CH"),
+    "target_rows": ("f4", "SQW"),
+    "weight_norm": ("f8", "S"),
+    "mean_rows": ("f4", "QW"),
+    "basis_even": ("f4", "*Qh"),
+    "basis_odd": ("f4", "*Qh"),
+    "studio_ratio": ("f8", "S"),
+    "painted_ratio": ("f8", "S"),
+    "lamp_rows": ("f4", "KQW"),
+    "lamp_style": ("i4", "K"),
+    "lamp_ratio": ("f8", "K"),
+}
+
+
+def _check(arrays: Mapping[str, NDArray[Any]], header: PackHeader, styles: int, path: Path) -> None:
+    """Refuse arrays that contradict the header, or hold numbers that are not finite."""
+    height, width = header.environment
+    sizes = {
+        "S": styles,
+        "N": header.picture,
+        "H": height,
+        "W": width,
+        "h": width // 2,
+        "2": 2,
+        "3": 3,
+    }
+    sizes |= {"K": len(arrays["lamp_rows"]), "C": len(arrays["mixtures"])}
+    sizes["Q"] = height + sizes["C"]
+    fits = 0 < styles <= _MAX_STYLES and height > 0 and width == 2 * height
+    for name, (kind, letters) in _SHAPES.items():
+        array = arrays[name]
+        fits = fits and array.dtype == np.dtype(kind) and array.ndim == len(letters)
+        fits = fits and all(
+            letter == "*" or size == sizes[letter]
+            for letter, size in zip(letters, array.shape, strict=True)
+        )
+        # Only the maps of styles with several lamps may be missing altogether.
+        fits = fits and (array.size > 0 or "K" in letters) and bool(np.isfinite(array).all())
+    if header.paired:
+        fits = fits and len(arrays["basis_even"]) == len(arrays["basis_odd"])
+    lamp_style = arrays["lamp_style"]
+    fits = fits and bool(((lamp_style >= 0) & (lamp_style < styles)).all())
+    if not fits or not all((arrays[name] > 0).all() for name in ("studio_ratio", "lamp_ratio")):
+        raise TransportError(f"{path.name} contradicts itself.", _AGAIN)
+
+
+def _parse_header(raw: NDArray[Any], path: Path) -> tuple[PackHeader, tuple[Style, ...], str]:
+    values = parse_header(raw)
+    version = int(values["format_version"])
+    if version > PACK_VERSION:
+        raise TransportError(
+            f"{path.name} was made by a newer Turnlight (format {version}).", "Update Turnlight."
+        )
+    if version < PACK_VERSION:
+        raise TransportError(f"{path.name} was made by an older Turnlight.", _AGAIN)
+    height, width = values["environment"]
+    header = PackHeader(
+        head=str(values["head"]),
+        skin=str(values["skin"]),
+        environment=(int(height), int(width)),
+        picture=int(values["picture"]),
+        transport_sha256=str(values["transport_sha256"]),
+        basis_error=float(values["basis_error"]),
+        paired=bool(values["paired"]),
+        format_version=version,
+    )
+    return header, tuple(_style(entry) for entry in values["styles"]), str(values["sha256"])
+
+
+def _style(entry: Mapping[str, Any]) -> Style:
+    lamps = tuple(StyleLamp(**lamp) for lamp in entry["lamps"])
+    if not all(math.isfinite(v) for lamp in entry["lamps"] for v in lamp.values()):
+        raise ValueError("a lamp is not finite")
+    return Style(**{**entry, "lamps": lamps})

@@ -1,0 +1,228 @@
+"""Styles: the classic studio set-ups as lamps around the sitter, one TOML file each.
+
+A file's name without its ending is the style's name, as used on the command line. Built-in styles
+travel with the program; a folder of the user's own may add to them. Files are read by
+`app.core.solver.style_file`, strictly: an unknown key or a lamp inside the sitter is an error with
+a sentence, never a guess.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+from app.core.base.errors import StyleError
+from app.core.base.paths import resources
+from app.core.solver.style_file import is_painted, read_toml
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+Side: TypeAlias = Literal["left", "right", "none"]
+"""The sitter's own side on which the key lamp stands."""
+
+PAPER_NAMES: Final = (
+    "butterfly",
+    "badger",
+    "below",
+    "flat",
+    "top",
+    "clamshell",
+    "left-loop",
+    "right-loop",
+    "left-split",
+    "right-split",
+    "left-rim",
+    "right-rim",
+    "left-below-side",
+    "right-below-side",
+    "left-loop-rim",
+    "right-loop-rim",
+)
+"""The sixteen styles of the paper (E, Fried, Agrawala, UIST 2019)."""
+
+NAMES: Final = (*PAPER_NAMES, "left-rembrandt", "right-rembrandt")
+"""All built-in styles, in the order in which they are listed everywhere."""
+
+_MAX_USER_STYLES: Final = 200
+_SIDE_WORDS: Final = {
+    "left": "sitter’s left (camera right)",
+    "right": "sitter’s right (camera left)",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class StyleLamp:
+    """One studio lamp, relative to the face.
+
+    Attributes
+    ----------
+    distance_m : float
+        From the point midway between the eyes, at least 2 m: nearer lamps do not act from one
+        direction over the whole face.
+    """
+
+    azimuth_deg: float
+    elevation_deg: float
+    diameter_deg: float
+    power: float
+    distance_m: float
+
+    @property
+    def direction(self) -> tuple[float, float, float]:
+        """Unit vector to the lamp in the head frame (+X sitter's left, +Y up, +Z out of the face).
+
+        Examples
+        --------
+        >>> StyleLamp(90.0, 0.0, 10.0, 1.0, 2.0).direction[0]
+        1.0
+        """
+        azimuth, elevation = math.radians(self.azimuth_deg), math.radians(self.elevation_deg)
+        return (
+            math.sin(azimuth) * math.cos(elevation),
+            math.sin(elevation),
+            math.cos(azimuth) * math.cos(elevation),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Style:
+    """A named target look."""
+
+    name: str
+    title: str
+    side: Side
+    place: str
+    note: str
+    lamps: tuple[StyleLamp, ...]
+    paper: bool = False
+
+    @property
+    def side_words(self) -> str:
+        """The side named twice, "sitter's left (camera right)", or the place in words."""
+        return _SIDE_WORDS.get(self.side, self.place)
+
+    @property
+    def full_title(self) -> str:
+        """Title that tells left from right on its own: "Loop, sitter's left (camera right)"."""
+        return f"{self.title}, {self.side_words}" if self.side != "none" else self.title
+
+
+def mirror_name(name: str) -> str:
+    """Name of the mirrored style.
+
+    Returns
+    -------
+    str
+        With ``left-`` and ``right-`` exchanged; other names are their own mirror.
+
+    Examples
+    --------
+    >>> mirror_name("left-loop-rim"), mirror_name("badger")
+    ('right-loop-rim', 'badger')
+    """
+    for here, there in (("left-", "right-"), ("right-", "left-")):
+        if name.startswith(here):
+            return there + name.removeprefix(here)
+    return name
+
+
+def mirror(style: Style) -> Style:
+    """Mirror a style at the sitter's middle plane.
+
+    Returns
+    -------
+    Style
+        Name, side and every lamp's azimuth exchanged; title, note and the rest as they are.
+    """
+    sides: dict[Side, Side] = {"left": "right", "right": "left", "none": "none"}
+    lamps = tuple(
+        # 180 degrees is its own mirror, and 0 must not become -0.
+        dataclasses.replace(lamp, azimuth_deg=-lamp.azimuth_deg)
+        if lamp.azimuth_deg not in (0.0, 180.0)
+        else lamp
+        for lamp in style.lamps
+    )
+    return dataclasses.replace(
+        style, name=mirror_name(style.name), side=sides[style.side], lamps=lamps
+    )
+
+
+def read_style(path: Path | str) -> Style:
+    """Read one style file.
+
+    Returns
+    -------
+    Style
+        Checked: every number finite and in range, every key known.
+
+    Raises
+    ------
+    StyleError
+        With the file's name and what is wrong with it.
+    """
+    values = read_toml(Path(path))
+    return Style(
+        name=values.name,
+        title=values.title,
+        side=values.side,
+        place=values.place,
+        note=values.note,
+        lamps=tuple(StyleLamp(*lamp) for lamp in values.lamps),
+        paper=values.paper,
+    )
+
+
+def load_styles(user_folder: Path | None = None) -> tuple[Style, ...]:
+    """Load the built-in styles and, after them, the user's own by name.
+
+    Painted styles in the user's folder have weights and no lamps; `app.core.painting` reads them.
+
+    Raises
+    ------
+    StyleError
+        When a file is missing or not valid, or a user's style takes a built-in name.
+    """
+    folder = resources() / "styles"
+    built_in = tuple(read_style(folder / f"{name}.toml") for name in NAMES)
+    if user_folder is None or not user_folder.is_dir():
+        return built_in
+    files = [file for file in sorted(user_folder.glob("*.toml")) if not is_painted(file)]
+    if len(files) > _MAX_USER_STYLES:
+        raise StyleError(
+            f"{user_folder} has {len(files)} styles; at most {_MAX_USER_STYLES} are read.",
+            "Move some of them elsewhere.",
+        )
+    for file in files:
+        if file.stem in NAMES:
+            raise StyleError(
+                f"{file} has the name of a built-in style.", "Give it a name of its own."
+            )
+    return built_in + tuple(read_style(file) for file in files)
+
+
+def select(styles: Sequence[Style], names: Iterable[str] | None) -> tuple[Style, ...]:
+    """Choose styles by name.
+
+    Parameters
+    ----------
+    names : Iterable[str] or None
+        Names wanted; None or none at all means every style.
+
+    Raises
+    ------
+    StyleError
+        When a name is unknown, with the nearest known name.
+    """
+    wanted = set(names or ())
+    known = [style.name for style in styles]
+    for name in sorted(wanted):
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=1)
+            hint = f"Did you mean {near[0]}?" if near else "'turnlight styles' lists them all."
+            raise StyleError(f"There is no style {name!r}.", hint)
+    return tuple(style for style in styles if not wanted or style.name in wanted)

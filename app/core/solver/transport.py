@@ -1,0 +1,312 @@
+"""The transport matrix T of a head, in low-rank form, and what it does to light.
+
+T maps an environment to a picture of the head (eq. 1 of the paper, B = T L). Its 2,048 columns are
+so alike that a few hundred basis pictures hold them all; stored like that it is small enough to
+ship, loads in milliseconds and multiplies faster than the full matrix.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.archive import CONTRADICTIONS, digest, parse_header, read_arrays, write_arrays
+from app.core.base.colour import LUMINANCE_WEIGHTS
+from app.core.base.errors import TransportError
+from app.core.base.paths import resources
+
+FORMAT_VERSION = 1
+FACE_COVERAGE = 0.5
+_MAX_PICTURE = 1024
+_MAX_TEXELS = 512 * 256
+_MAX_RANK = 4096
+_MAX_BYTES = 1 << 30
+
+Float32 = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class TransportHeader:
+    """What a transport is of, and how well it is known.
+
+    Attributes
+    ----------
+    environment : tuple of int
+        Rows and columns of the environment, (H, W) with W = 2 H.
+    picture : int
+        Side of the square picture in pixels, N.
+    luminance_weights : tuple of float
+        Weights that turn linear RGB into luminance.
+    """
+
+    head: str
+    skin: str
+    environment: tuple[int, int]
+    picture: int
+    rank: int
+    fov_deg: float
+    distance_m: float
+    luminance_weights: tuple[float, float, float] = LUMINANCE_WEIGHTS
+    paths_per_pixel: int = 0
+    seed: int = 0
+    noise: float = float("nan")
+    truncation: float = float("nan")
+    symmetric: bool = True
+    format_version: int = FORMAT_VERSION
+
+
+@dataclass(frozen=True)
+class Transport:
+    """Low-rank light transport of one head, T_c = pixel_basis[c] @ texel_basis.
+
+    Attributes
+    ----------
+    pixels : (P,) int32
+        Flat row-major indices, into the N x N picture, of the pixels the head covers.
+    coverage : (P,) float32
+        Share of each pixel's area that the head covers, in (0, 1].
+    pixel_basis : (3, P, R) float32
+        Linear Rec. 709 RGB. Together with `texel_basis` it contains the texels' solid angle.
+    texel_basis : (R, H * W) float32
+        Row-major texels in panorama coordinates at turn 0.
+    """
+
+    header: TransportHeader
+    pixels: NDArray[np.int32]
+    coverage: Float32
+    pixel_basis: Float32
+    texel_basis: Float32
+    digest: str = ""
+
+    @property
+    def size(self) -> int:
+        """Side of the picture in pixels."""
+        return self.header.picture
+
+    @property
+    def environment_shape(self) -> tuple[int, int]:
+        """Rows and columns (H, W) of the environment."""
+        return self.header.environment
+
+    @cached_property
+    def face(self) -> NDArray[np.bool_]:
+        """(P,) bool: the pixels that count as face, those at least half covered by the head."""
+        return self.coverage >= FACE_COVERAGE
+
+    @cached_property
+    def luminance_basis(self) -> Float32:
+        """(P, R) float32: the pixel basis weighted to luminance."""
+        weights = np.asarray(self.header.luminance_weights, np.float32)
+        basis: Float32 = np.tensordot(weights, self.pixel_basis, axes=1)
+        return np.ascontiguousarray(basis)
+
+    def matrix(self, channel: int | None = None) -> Float32:
+        """Return the full matrix (P, H * W) float32 of one channel, or of luminance (None)."""
+        basis = self.luminance_basis if channel is None else self.pixel_basis[channel]
+        full: Float32 = basis @ self.texel_basis
+        return full
+
+
+def render(transport: Transport, radiance: NDArray[np.floating[Any]]) -> Float32:
+    """Picture of the head under an environment, B = T L (eq. 1).
+
+    Parameters
+    ----------
+    radiance : (H, W, 3) or (H, W) float
+        Linear Rec. 709 radiance, or luminance, at turn 0.
+
+    Returns
+    -------
+    (P, 3) or (P,) float32
+        Linear picture on the head's pixels, in the unit of `radiance`.
+
+    Raises
+    ------
+    TransportError
+        If the environment has not the transport's size.
+    """
+    height, width = transport.environment_shape
+    if radiance.shape[:2] != (height, width):
+        raise TransportError(
+            f"The environment is {radiance.shape[1]} x {radiance.shape[0]} texels, "
+            f"this transport takes {width} x {height}."
+        )
+    light = np.ascontiguousarray(radiance, np.float32).reshape(height * width, -1)
+    coefficients = transport.texel_basis @ light
+    if radiance.ndim == 2:
+        luminance: Float32 = transport.luminance_basis @ coefficients[:, 0]
+        return luminance
+    channels = [transport.pixel_basis[c] @ coefficients[:, c] for c in range(3)]
+    picture: Float32 = np.stack(channels, axis=-1)
+    return picture
+
+
+def preintegrate(transport: Transport, weights: NDArray[np.floating[Any]]) -> Float32:
+    """Pre-integrated target F' = f'T (eq. 3).
+
+    Parameters
+    ----------
+    weights : (P,) float
+        Target weights f on the head's pixels, zero outside the face.
+
+    Returns
+    -------
+    (H, W) float32
+        F in panorama coordinates at turn 0; C = sum(F * L) with L in luminance.
+    """
+    in_basis: Float32 = weights.astype(np.float32) @ transport.luminance_basis
+    flat: Float32 = in_basis @ transport.texel_basis
+    return flat.reshape(transport.environment_shape)
+
+
+def to_image(
+    transport: Transport, values: NDArray[np.floating[Any]], background: float = 0.0
+) -> Float32:
+    """Spread values on the head's pixels (P, ...) into an (N, N, ...) float32 picture."""
+    size = transport.size
+    picture = np.full((size * size, *values.shape[1:]), background, np.float32)
+    picture[transport.pixels] = values
+    return picture.reshape(size, size, *values.shape[1:])
+
+
+def transport_path(name: str) -> Path:
+    """Return where the shipped transport of a head lies, e.g. ``generic`` or ``generic-dark``.
+
+    Raises
+    ------
+    TransportError
+        If no such head ships.
+    """
+    if name not in transport_names():
+        known = ", ".join(transport_names()) or "none"
+        raise TransportError(f"There is no head called “{name}”.", hint=f"Known heads: {known}.")
+    return resources() / "transport" / f"{name}.npz"
+
+
+def transport_names() -> tuple[str, ...]:
+    """Return the names of the heads whose transports ship with the app."""
+    files = (resources() / "transport").glob("*.npz")
+    return tuple(sorted(f.stem for f in files if not f.stem.endswith((".styles", ".shape"))))
+
+
+def load_named(name: str) -> Transport:
+    """Load a shipped transport by name, or any by its path; see `load_transport` for the errors."""
+    return load_transport(Path(name) if name.endswith(".npz") else transport_path(name))
+
+
+def save_transport(path: Path, transport: Transport) -> str:
+    """Store a transport, atomically, and return its SHA-256.
+
+    The bases are stored as half floats; column norms are moved to the pixel side first so that
+    they stay far from the half's smallest numbers.
+    """
+    arrays = _stored_arrays(transport)
+    checksum = digest(arrays)
+    header = {**asdict(transport.header), "sha256": checksum}
+    arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
+    write_arrays(path, arrays)
+    return checksum
+
+
+def load_transport(path: Path) -> Transport:
+    """Load a transport from an ``.npz`` file.
+
+    Raises
+    ------
+    TransportError
+        If the file is missing, damaged, made by a newer version, or not a transport at all.
+    """
+    arrays = read_arrays(path, "transport", _AGAIN, _MAX_BYTES)
+    header, checksum = _parse_header(arrays.pop("header", None), path)
+    try:
+        if digest(arrays) != checksum:
+            raise TransportError(f"{path.name} is damaged: its checksum does not fit.", hint=_AGAIN)
+        transport = Transport(
+            header=header,
+            pixels=np.asarray(arrays["pixels"], np.int32),
+            coverage=np.asarray(arrays["coverage"], np.float32),
+            pixel_basis=_scaled(arrays["pixel_basis"], arrays["scale"]),
+            texel_basis=np.asarray(arrays["texel_basis"], np.float32),
+            digest=checksum,
+        )
+        _check_shapes(transport, path)
+    except CONTRADICTIONS as error:
+        raise TransportError(f"{path.name} is not a transport.", hint=_AGAIN) from error
+    return transport
+
+
+_AGAIN = "Reinstall Turnlight, or bake it again with `turnlight bake`."
+_PLAIN: Final = {
+    **dict.fromkeys(("head", "skin"), str),
+    **dict.fromkeys(("picture", "rank", "paths_per_pixel", "seed", "format_version"), int),
+    **dict.fromkeys(("fov_deg", "distance_m", "noise", "truncation"), float),
+}
+"""Types of the header's plain values, whatever the JSON holds."""
+
+
+def _stored_arrays(transport: Transport) -> dict[str, NDArray[Any]]:
+    scale = np.abs(transport.pixel_basis).max(axis=(0, 1)) + np.float32(1e-30)
+    return {
+        "pixels": transport.pixels.astype(np.int32),
+        "coverage": transport.coverage.astype(np.float32),
+        "scale": scale.astype(np.float32),
+        "pixel_basis": (transport.pixel_basis / scale).astype(np.float16),
+        "texel_basis": transport.texel_basis.astype(np.float16),
+    }
+
+
+def _scaled(basis: NDArray[Any], scale: NDArray[Any]) -> Float32:
+    full = basis.astype(np.float32)
+    full *= scale.astype(np.float32)
+    return full
+
+
+def _parse_header(raw: NDArray[Any] | None, path: Path) -> tuple[TransportHeader, str]:
+    try:
+        values = {} if raw is None else parse_header(raw)
+        version = int(values["format_version"])
+        checksum = str(values["sha256"])
+    except CONTRADICTIONS as error:
+        raise TransportError(f"{path.name} is not a transport.", hint=_AGAIN) from error
+    if version > FORMAT_VERSION:
+        raise TransportError(
+            f"{path.name} was made by a newer Turnlight (format {version}).",
+            hint="Update Turnlight.",
+        )
+    try:
+        known = {f.name for f in fields(TransportHeader)}
+        values = {name: value for name, value in values.items() if name in known}
+        values["environment"] = (int(values["environment"][0]), int(values["environment"][1]))
+        red, green, blue = (float(weight) for weight in values["luminance_weights"])
+        values["luminance_weights"] = red, green, blue
+        for name, kind in _PLAIN.items():
+            if name in values:
+                values[name] = kind(values[name])
+        return TransportHeader(**values), checksum
+    except CONTRADICTIONS as error:
+        raise TransportError(f"{path.name} is not a transport.", hint=_AGAIN) from error
+
+
+def _check_shapes(transport: Transport, path: Path) -> None:
+    header = transport.header
+    (height, width), count, rank = header.environment, len(transport.pixels), header.rank
+    fits = (
+        0 < header.picture <= _MAX_PICTURE
+        and 0 < height * width <= _MAX_TEXELS
+        and width == 2 * height
+        and 0 < rank <= _MAX_RANK
+        and transport.coverage.shape == (count,)
+        and transport.pixel_basis.shape == (3, count, rank)
+        and transport.texel_basis.shape == (rank, height * width)
+        and count > 0
+        and int(transport.pixels.min()) >= 0
+        and int(transport.pixels.max()) < header.picture**2
+    )
+    if not fits:
+        raise TransportError(f"{path.name} contradicts itself.", hint=_AGAIN)

@@ -1,0 +1,222 @@
+"""Target weights f on the face (eq. 6), painted or from a picture, and their pre-integration.
+
+Pre-integrating painted weights is incremental: what is kept is the image of the weights in the
+transport's low-rank basis, so that a stroke reads only the rows of the pixels it changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.errors import StyleError
+
+if TYPE_CHECKING:
+    from app.core.solver.transport import Transport
+
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+Values: TypeAlias = NDArray[np.floating[Any]]
+
+
+def target_weights(luminance: Values, face: Mask) -> Float64:
+    """Weights of a target picture (eq. 6).
+
+    The picture on the face is rescaled linearly to [0, 1] and its mean over the face is
+    subtracted; everything outside the face is ignored.
+
+    Parameters
+    ----------
+    luminance : (P,) float
+        Linear luminance of the target picture on the head's pixels, any scale.
+    face : (P,) bool
+        Which of them are face.
+
+    Returns
+    -------
+    (P,) float64
+        f, exactly 0 outside the face; sums to 0 within rounding.
+
+    Raises
+    ------
+    StyleError
+        If the picture is not finite, or the same all over the face: it then asks for nothing.
+
+    Examples
+    --------
+    >>> f = target_weights(np.array([1.0, 3.0, 9.0]), np.array([True, True, False]))
+    >>> f.tolist()
+    [-0.5, 0.5, 0.0]
+    """
+    values = np.asarray(luminance, np.float64)[face]
+    if values.size == 0 or not np.isfinite(values).all():
+        raise StyleError("The target picture has no usable pixels on the face.")
+    low, high = float(values.min()), float(values.max())
+    if high - low <= 1e-9 * abs(high):
+        raise StyleError("The target picture is equally bright all over the face.")
+    values = (values - low) / (high - low)
+    weights = np.zeros(len(luminance))
+    weights[face] = _centred(values)
+    return weights
+
+
+def painted_weights(values: Values, face: Mask, ignored: Mask | None = None) -> Float64:
+    """Weights from painted values: zero-mean over the face pixels that are not ignored.
+
+    Parameters
+    ----------
+    values : (P,) float
+        Painted wish per pixel of the head: larger means brighter. Any offset.
+    face : (P,) bool
+        Which pixels are face.
+    ignored : (P,) bool, optional
+        Face pixels that shall not count.
+
+    Returns
+    -------
+    (P,) float64
+        f, exactly 0 outside the face and where ignored.
+    """
+    active = face if ignored is None else face & ~ignored
+    weights = np.zeros(len(values))
+    if active.any():
+        weights[active] = _centred(np.asarray(values, np.float64)[active])
+    return weights
+
+
+def _centred(values: Float64) -> Float64:
+    centred = values - values.mean()
+    # The first mean leaves a rest of rounding that a second pass removes.
+    result: Float64 = centred - centred.mean()
+    return result
+
+
+@dataclass(frozen=True, slots=True)
+class PaintedWeights:
+    """Painted weights with their pre-integration, for strokes that touch few pixels.
+
+    Attributes
+    ----------
+    values : (P,) float64
+        What was painted, not yet zero-mean.
+    active : (P,) bool
+        Face pixels that are not ignored.
+    in_basis : (R,) float64
+        Sum over active pixels of value times the pixel's row of the luminance basis.
+    ones_in_basis : (R,) float64
+        The same with 1 in place of the value.
+    count : int
+        Number of active pixels.
+    """
+
+    values: Float64
+    active: Mask
+    in_basis: Float64
+    ones_in_basis: Float64
+    total: float
+    count: int
+
+    @property
+    def weights(self) -> Float64:
+        """(P,) float64 f: zero-mean over the active pixels, exactly 0 elsewhere."""
+        return painted_weights(self.values, self.active)
+
+    @property
+    def coefficients(self) -> Float64:
+        """(R,) float64 f' times the luminance basis; F = coefficients @ texel basis."""
+        mean = self.total / self.count if self.count else 0.0
+        result: Float64 = self.in_basis - mean * self.ones_in_basis
+        return result
+
+    def preintegrated(self, transport: Transport) -> Float32:
+        """(H, W) float32 pre-integrated target F' = f'T (eq. 3), panorama coordinates, turn 0."""
+        flat: Float32 = self.coefficients.astype(np.float32) @ transport.texel_basis
+        return flat.reshape(transport.environment_shape)
+
+
+def painted(transport: Transport, values: Values, ignored: Mask | None = None) -> PaintedWeights:
+    """Start painting: pre-integrate all pixels once.
+
+    Parameters
+    ----------
+    values : (P,) float
+        Painted wish per pixel of the head; outside the face it does not count.
+    ignored : (P,) bool, optional
+        Face pixels that shall not count.
+
+    Raises
+    ------
+    StyleError
+        If there is not one finite value per pixel of the head.
+    """
+    if values.shape != transport.face.shape or not np.isfinite(values).all():
+        raise StyleError("The painted weights do not fit this head.")
+    active = transport.face if ignored is None else transport.face & ~ignored
+    start = PaintedWeights(
+        values=np.asarray(values, np.float64).copy(),
+        active=np.zeros_like(transport.face),
+        in_basis=np.zeros(transport.header.rank),
+        ones_in_basis=np.zeros(transport.header.rank),
+        total=0.0,
+        count=0,
+    )
+    pixels = np.flatnonzero(active)
+    return paint(transport, start, pixels, values[pixels])
+
+
+def paint(
+    transport: Transport,
+    before: PaintedWeights,
+    pixels: NDArray[np.integer[Any]],
+    values: Values,
+    ignored: Mask | None = None,
+) -> PaintedWeights:
+    """Change some pixels; only their rows of the luminance basis are read (eq. 3).
+
+    Parameters
+    ----------
+    pixels : (n,) int
+        Positions among the head's P pixels, each at most once. Those outside the face are
+        left alone.
+    values : (n,) float
+        Their new painted values.
+    ignored : (n,) bool, optional
+        Which of them shall not count from now on. Without it every one of them counts.
+
+    Returns
+    -------
+    PaintedWeights
+        State after the stroke. Rounding adds up to less than 1e-6 of the weights per thousand
+        strokes; `painted` starts afresh.
+    """
+    on_face = transport.face[pixels]
+    if not on_face.all():
+        pixels, values = pixels[on_face], values[on_face]
+        ignored = None if ignored is None else ignored[on_face]
+    old_active = before.active[pixels]
+    new_active = np.ones(len(pixels), bool) if ignored is None else ~ignored
+    new_values = np.asarray(values, np.float64)
+    change = new_values * new_active - before.values[pixels] * old_active
+    switch = new_active.astype(np.float64) - old_active
+    # In double precision: the mean is taken off later, and what is left can be small.
+    rows = transport.luminance_basis.take(pixels, axis=0).astype(np.float64)
+    all_values, all_active = before.values.copy(), before.active.copy()
+    all_values[pixels], all_active[pixels] = new_values, new_active
+    after = replace(
+        before,
+        values=all_values,
+        active=all_active,
+        in_basis=before.in_basis + change @ rows,
+        total=before.total + float(change.sum()),
+    )
+    if not switch.any():
+        return after
+    return replace(
+        after,
+        ones_in_basis=before.ones_in_basis + switch @ rows,
+        count=before.count + int(switch.sum()),
+    )

@@ -1,0 +1,208 @@
+"""The light of a place on the disk: the very numbers that were in memory, or a sentence.
+
+Environments are kept as 32-bit OpenEXR without compression, which holds every float32 to the last
+bit; half floats would not. What was written is read back and compared before it gets its name. The
+name holds the first digits of the checksum, so another light never replaces one that is there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import cv2
+import numpy as np
+
+from app.core.base.errors import CoreError, EnvironmentFileError
+from app.core.base.images import write_exr, write_png
+from app.core.hdr.display import display_panorama
+from app.core.solver.environment import from_radiance
+from app.core.solver.environment_file import MAX_WIDTH, MIN_WIDTH, read_panorama
+from app.core.storage.places.encoding import ENVIRONMENT_NAME
+from app.core.storage.places.listing import THUMBNAIL, capture_folders
+from app.core.storage.places.originals import ORIGINALS
+from app.core.storage.places.place import PlaceError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from app.core.base.colour import FloatImage
+    from app.core.solver.environment import Environment
+    from app.core.storage.places.place import Place
+
+_THUMBNAIL_WIDTH: Final = 512
+_COMPARED_BYTES: Final = 1 << 28  # larger ones would be in memory twice
+
+
+@dataclass(frozen=True, slots=True)
+class StoredLight:
+    """An environment in a place's folder.
+
+    Attributes
+    ----------
+    thumbnail : Path or None
+        The small picture; None when it could not be written, which costs nothing but its looks.
+    """
+
+    environment: str
+    fingerprint: str
+    thumbnail: Path | None
+
+
+def store_environment(
+    folder: Path,
+    radiance: FloatImage,
+    display: NDArray[np.uint8] | None = None,
+    *,
+    white_cd_m2: float | None = None,
+) -> StoredLight:
+    """Keep the light of a place; `read_light` gives the same numbers to the last bit.
+
+    ``place.json`` has to name it afterwards (`write_place`): until then the place has the light
+    it had.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, 2 H, 3)
+        Linear Rec. 709 relative radiance as `app.core.solver.environment.Environment` holds it:
+        finite, not negative, not all 0. It is not changed.
+    display : NDArray[np.uint8], (h, w, 3), optional
+        The panorama as sRGB, for the thumbnail; made of the radiance when left out.
+    white_cd_m2 : float, optional
+        Luminance of radiance 1, cd/m2; stated in the file.
+
+    Raises
+    ------
+    PlaceError
+        When the radiance is not such an environment, or the disk refuses or gives back something
+        else than was written. Nothing has changed then.
+    """
+    _check(radiance)
+    fingerprint = fingerprint_of(radiance)
+    name = f"environment-{fingerprint[:12]}.exr"
+
+    def check(path: Path) -> None:
+        _compare(path, radiance)
+
+    try:
+        write_exr(folder / name, radiance, white_cd_m2, check)
+    except PlaceError:
+        raise
+    except CoreError as error:
+        raise PlaceError(
+            f"The light was not kept. {error.message}",
+            "It is still in memory: make room or choose another folder, then save again.",
+        ) from error
+    shown = display_panorama(radiance, width=_THUMBNAIL_WIDTH) if display is None else display
+    return StoredLight(name, fingerprint, _write_thumbnail(folder, shown))
+
+
+def fingerprint_of(radiance: FloatImage) -> str:
+    """Return the SHA-256 of an environment: its size and every bit of its radiance.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, W, 3)
+        Linear Rec. 709 radiance.
+    """
+    little = np.ascontiguousarray(radiance, dtype="<f4")
+    total = hashlib.sha256(f"{little.shape}".encode())
+    total.update(little.data)
+    return total.hexdigest()
+
+
+def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[str, ...]]:
+    """Read the light of a place.
+
+    Returns
+    -------
+    remarks : tuple of str
+        A sentence when the file is not the one that the results were worked out from: then they
+        have to be worked out anew.
+
+    Raises
+    ------
+    PlaceError
+        When the place has no light, or its file is missing or damaged; the hint says what can be
+        done about it.
+    """
+    if not place.environment:
+        raise PlaceError(f"No light was measured at “{place.name}” yet.", _next_step(folder))
+    if re.fullmatch(ENVIRONMENT_NAME, place.environment) is None:
+        raise PlaceError(f"The light of “{place.name}” has no usable name.", _next_step(folder))
+    path = folder / place.environment
+    if not path.is_file():
+        raise PlaceError(
+            f"The light of “{place.name}” is missing: there is no {place.environment} in {folder}.",
+            _next_step(folder),
+        )
+    try:
+        radiance, _ = read_panorama(path)
+        environment = from_radiance(radiance, place.name)
+    except EnvironmentFileError as error:
+        raise PlaceError(
+            f"The light of “{place.name}” cannot be read. {error.message}", _next_step(folder)
+        ) from error
+    remarks = environment.warnings
+    if place.fingerprint and fingerprint_of(environment.radiance) != place.fingerprint:
+        changed = f"{place.environment} was changed since the results were worked out."
+        remarks = (*remarks, f"{changed} They are worked out anew.")
+    return environment, remarks
+
+
+def _next_step(folder: Path) -> str:
+    originals = folder / ORIGINALS
+    if any((each / ORIGINALS).is_dir() for each in capture_folders(folder)):
+        return "The camera's files are here: merge them again, or capture anew."
+    try:
+        if any(not each.name.startswith(".") for each in originals.iterdir()):
+            return f"Its originals are here: merge those in {originals} again, or capture anew."
+    except OSError:
+        pass
+    return "Capture here again, or open a panorama or a bracket."
+
+
+def _check(radiance: FloatImage) -> None:
+    shape = radiance.shape
+    if radiance.dtype != np.float32 or radiance.ndim != 3 or shape[2] != 3:
+        raise PlaceError("The light was not kept: it is not a picture of 32-bit numbers.")
+    if shape[1] != 2 * shape[0] or not MIN_WIDTH <= shape[1] <= MAX_WIDTH:
+        raise PlaceError(
+            f"The light was not kept: {shape[1]} x {shape[0]} is not a full panorama that can be "
+            "read again."
+        )
+    # By the extremes: they are NaN where anything is.
+    least, largest = float(radiance.min()), float(radiance.max())
+    if not (least >= 0.0 and 0.0 < largest < np.inf):
+        raise PlaceError("The light was not kept: it has negative, infinite or no light in it.")
+
+
+def _compare(path: Path, radiance: FloatImage) -> None:
+    if radiance.nbytes > _COMPARED_BYTES:
+        return
+    again, _ = read_panorama(path)
+    # As bits: 0.0 and -0.0 are equal as numbers.
+    if not np.array_equal(again.view(np.uint32), np.ascontiguousarray(radiance).view(np.uint32)):
+        raise PlaceError(
+            "The light was not kept: the disk gave back something else than was written.",
+            "Choose another folder for places in Settings; this disk may be failing.",
+        )
+
+
+def _write_thumbnail(folder: Path, display: NDArray[np.uint8]) -> Path | None:
+    height, width = display.shape[:2]
+    small = display
+    if width > _THUMBNAIL_WIDTH:
+        rows = max(round(height * _THUMBNAIL_WIDTH / width), 1)
+        resized = cv2.resize(display, (_THUMBNAIL_WIDTH, rows), interpolation=cv2.INTER_AREA)
+        small = np.asarray(resized, np.uint8)
+    target = folder / THUMBNAIL
+    try:
+        write_png(target, small)
+    except CoreError:
+        return None
+    return target

@@ -1,0 +1,328 @@
+"""The photographs that were taken at a place, and how far off the light each was.
+
+    PLACE/shots.json         one entry for each photograph; only ever replaced as a whole
+    PLACE/shots/originals/   copies of the photographs; the user's own files are only read
+    PLACE/shots/shot-N.jpg   small pictures for the list
+
+A photograph that is removed stays on the disk, marked, so that it can be brought back; when the
+place is next opened nobody can ask for it any more, and the copy goes.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import re
+from dataclasses import asdict, dataclass, replace
+from datetime import datetime
+from typing import TYPE_CHECKING, Any, Final
+
+import cv2
+import numpy as np
+
+from app.core.base.errors import CoreError
+from app.core.base.files import atomic_write_bytes
+from app.core.base.image_input import picture_bytes
+from app.core.base.progress import Report, Token, silent
+from app.core.storage.places.originals import ORIGINALS, adopt_files
+from app.core.storage.places.place import PlaceError
+from app.core.storage.settings.json_file import (
+    Facts,
+    Unfit,
+    carry_unknown,
+    keep_bad,
+    number,
+    optional,
+    read_json,
+    text,
+    truth,
+    write_json,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+SHOTS: Final = "shots.json"
+"""Name of the file in a place's folder."""
+
+_FOLDER: Final = "shots"
+_VERSION: Final = 1
+_KEY: Final = r"shot-\d{4,6}"
+_MOST_SHOTS: Final = 2000
+_MOST_BYTES: Final = 8 << 20
+_MOST_THUMBNAIL: Final = 1 << 20
+_THUMBNAIL: Final = 384  # pixels of its longer side
+_QUALITY: Final = 88
+
+
+@dataclass(frozen=True, slots=True)
+class Shot:
+    """One photograph and what was found out about it.
+
+    Azimuths are in the panorama, so that they stay true when the marker of where the photographer
+    stands is moved.
+
+    Attributes
+    ----------
+    goal_facing_deg : float
+        Azimuth that the sitter was to face, deg.
+    heading_deg, facing_deg : float or None
+        Azimuths of the camera's axis, and that the sitter faced; deg.
+    sitter_deg : float or None
+        The sitter from the axis, deg, positive to the right; None where none was seen.
+    fov_deg, focal_mm : float or None
+        Horizontal field of view, deg; focal length for a frame of 36 x 24 mm.
+    confidence : float
+        0 to 1.
+    outside_deg : int
+        Whole degrees from the light; 0 in it.
+    match, best : int or None
+        Of 100: at that turn, and of the style there; None where the turn is not known.
+    """
+
+    name: str
+    added_at: str
+    found: bool
+    style: str
+    title: str
+    goal_facing_deg: float
+    taken_at: str | None = None
+    heading_deg: float | None = None
+    facing_deg: float | None = None
+    sitter_deg: float | None = None
+    fov_deg: float | None = None
+    focal_mm: float | None = None
+    confidence: float = 0.0
+    outside_deg: int = 0
+    match: int | None = None
+    best: int | None = None
+    removed: bool = False
+    file: str = ""
+    key: str = ""
+
+
+def _whole(low: int, high: int) -> Callable[[Any], int]:
+    def check(value: Any) -> int:
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+            raise Unfit("not a whole number in range")
+        return value
+
+    return check
+
+
+def _time(value: Any) -> str:
+    words = text(64)(value)
+    try:
+        datetime.fromisoformat(words)
+    except ValueError as error:
+        raise Unfit("not a time") from error
+    return words
+
+
+_ANGLE: Final = number(-360.0, 360.0)
+_FILE: Final = r"[^/\\\0.][^/\\\0]{0,254}"
+_CHECKS: Final[dict[str, Callable[[Any], Any]]] = {
+    "name": text(255),
+    "added_at": _time,
+    "found": truth,
+    "style": text(200),
+    "title": text(200),
+    "goal_facing_deg": _ANGLE,
+    "taken_at": optional(_time),
+    "heading_deg": optional(_ANGLE),
+    "facing_deg": optional(_ANGLE),
+    "sitter_deg": optional(_ANGLE),
+    "fov_deg": optional(number(0.0, 360.0)),
+    "focal_mm": optional(number(0.0, 1e5)),
+    "confidence": number(0.0, 1.0),
+    "outside_deg": _whole(0, 360),
+    "match": optional(_whole(0, 100)),
+    "best": optional(_whole(0, 100)),
+    "removed": truth,
+    "file": text(255, _FILE),
+}
+
+
+def read_shots(folder: Path) -> tuple[tuple[Shot, ...], tuple[str, ...]]:
+    """Read what is kept, as much of it as there is.
+
+    Returns
+    -------
+    shots : tuple of Shot
+        In the order in which they were added, without those that were removed.
+    """
+    shots, lost, _ = _read(folder)
+    return tuple(shot for shot in shots if not shot.removed), lost
+
+
+def _read(folder: Path) -> tuple[list[Shot], tuple[str, ...], Facts]:
+    file = read_json(folder / SHOTS, _MOST_BYTES)
+    shots, lost = [], len(file.lost)
+    for key, value in file.facts.items():
+        if re.fullmatch(_KEY, key) is None:
+            continue
+        try:
+            shots.append(_shot(key, value))
+        except Unfit:
+            lost += 1
+    if file.state in ("missing", "whole") and not lost:
+        return shots, (), file.facts
+    remark = f"What is kept of {lost or 'some'} of the photos taken here could not be read."
+    return (
+        shots,
+        (f"{remark} The photos themselves are in {folder / _FOLDER / ORIGINALS}.",),
+        (file.facts),
+    )
+
+
+def _shot(key: str, value: Any) -> Shot:
+    if not isinstance(value, dict):
+        raise Unfit("not a photograph")
+    needed = ("name", "added_at", "found", "style", "title", "goal_facing_deg", "file")
+    if any(name not in value for name in needed):
+        raise Unfit("something is missing")
+    return Shot(**{n: check(value[n]) for n, check in _CHECKS.items() if n in value}, key=key)
+
+
+def _facts(shot: Shot) -> Facts:
+    facts = asdict(shot)
+    del facts["key"]
+    if not all(math.isfinite(each) for each in facts.values() if isinstance(each, float)):
+        raise PlaceError(f"What was found out about {shot.name} is not a number.")
+    return facts
+
+
+def _write(folder: Path, shots: list[Shot], found: Facts) -> None:
+    """Write all of them; what a newer version wrote, and what cannot be read, stays."""
+    if len(shots) > _MOST_SHOTS:
+        raise PlaceError(
+            f"There are more than {_MOST_SHOTS} photos of this place.", "Remove some of them."
+        )
+    new: Facts = {"version": found.get("version", _VERSION)}
+    new |= {shot.key: carry_unknown(_facts(shot), {}, found.get(shot.key)) for shot in shots}
+    others = {name: value for name, value in found.items() if name not in new}
+    try:
+        write_json(folder / SHOTS, new | others, _MOST_BYTES)
+    except CoreError as error:
+        raise PlaceError(
+            f"The photo was not kept. {error.message}", "Make room, then open it again."
+        ) from error
+
+
+def add_shot(
+    folder: Path,
+    photo: Path,
+    shot: Shot,
+    picture: NDArray[np.uint8],
+    token: Token | None = None,
+    report: Report = silent,
+) -> Shot:
+    """Keep a photograph with a place.
+
+    The same photograph opened again for the same style takes the place of the one that is there.
+
+    Parameters
+    ----------
+    picture : (H, W, 3) uint8
+        sRGB, upright, for the list.
+
+    Raises
+    ------
+    PlaceError
+        When the photograph cannot be copied or the disk refuses; nothing is listed then.
+    Cancelled
+    """
+    shots, lost, found = _read(folder)
+    if lost:
+        keep_bad(folder / SHOTS, _MOST_BYTES)
+    (copy,) = adopt_files(folder / _FOLDER, [photo], token, report)
+    same = next((one for one in shots if (one.file, one.style) == (copy.name, shot.style)), None)
+    key = _next_key(found) if same is None else same.key
+    kept = replace(shot, key=key, file=copy.name, name=shot.name[:255])
+    _write_thumbnail(folder, key, picture)
+    _write(folder, [one for one in shots if one.key != key] + [kept], found)
+    return kept
+
+
+def _next_key(found: Facts) -> str:
+    taken = [int(key[5:]) for key in found if re.fullmatch(_KEY, key)]
+    return f"shot-{max(taken, default=0) + 1:04d}"
+
+
+def _write_thumbnail(folder: Path, key: str, picture: NDArray[np.uint8]) -> None:
+    """Write the small picture; without one the list is less pretty, and that is all."""
+    share = min(_THUMBNAIL / max(picture.shape[:2]), 1.0)
+    small = cv2.resize(picture, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
+    rgb = cv2.cvtColor(small, cv2.COLOR_RGB2BGR)
+    done, data = cv2.imencode(".jpg", rgb, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
+    if done:
+        with contextlib.suppress(CoreError):
+            atomic_write_bytes(folder / _FOLDER / f"{key}.jpg", data.tobytes())
+
+
+def photo_of(folder: Path, shot: Shot) -> Path:
+    """Name the copy of a photograph."""
+    return folder / _FOLDER / ORIGINALS / shot.file
+
+
+def thumbnail_of(folder: Path, shot: Shot) -> NDArray[np.uint8] | None:
+    """Read the small picture of a photograph.
+
+    Returns
+    -------
+    (h, w, 3) uint8 or None
+        sRGB; None where there is none that can be read.
+    """
+    path = folder / _FOLDER / f"{shot.key}.jpg"
+    data = picture_bytes(path, _MOST_THUMBNAIL, _THUMBNAIL**2)
+    if data is None:
+        return None
+    with contextlib.suppress(cv2.error):
+        read = cv2.imdecode(data, cv2.IMREAD_COLOR_RGB)
+        if read is not None and max(read.shape[:2]) <= _THUMBNAIL:
+            return np.asarray(read, np.uint8)
+    return None
+
+
+def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
+    """Take a photograph off the list, or bring it back.
+
+    Raises
+    ------
+    PlaceError
+        When it is not there any more, or the disk refuses.
+    """
+    shots, _, found = _read(folder)
+    if all(shot.key != key for shot in shots):
+        raise PlaceError("This photo is not kept any more.", "Open it again.")
+    marked = [replace(one, removed=removed) if one.key == key else one for one in shots]
+    _write(folder, marked, found)
+
+
+def purge_shots(folder: Path) -> int:
+    """Forget the photographs that were removed, with their copies; nobody can ask for them now.
+
+    Returns
+    -------
+    int
+        How many. What the disk does not let go of stays.
+    """
+    shots, lost, found = _read(folder)
+    gone = [shot for shot in shots if shot.removed]
+    if lost or not gone:
+        return 0
+    kept = [shot for shot in shots if not shot.removed]
+    others = {name: value for name, value in found.items() if name not in {s.key for s in gone}}
+    with contextlib.suppress(CoreError):
+        _write(folder, kept, others)
+        files = {shot.file for shot in kept}
+        for shot in gone:
+            with contextlib.suppress(OSError):
+                (folder / _FOLDER / f"{shot.key}.jpg").unlink(missing_ok=True)
+                if shot.file not in files:
+                    photo_of(folder, shot).unlink(missing_ok=True)
+        return len(gone)
+    return 0

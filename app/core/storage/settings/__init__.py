@@ -1,0 +1,22 @@
+"""Settings: one table that the dialog, the documentation and the file all follow."""
+
+from app.core.storage.settings.setting import Kind, Setting, SettingsError, Value
+from app.core.storage.settings.store import FILE, document, read_settings, write_settings
+from app.core.storage.settings.table import SECTIONS, TABLE, setting
+from app.core.storage.settings.values import DEFAULTS, Settings
+
+__all__ = [
+    "DEFAULTS",
+    "FILE",
+    "SECTIONS",
+    "TABLE",
+    "Kind",
+    "Setting",
+    "Settings",
+    "SettingsError",
+    "Value",
+    "document",
+    "read_settings",
+    "setting",
+    "write_settings",
+]

@@ -1,0 +1,371 @@
+"""The commands of the Open Spherical Camera protocol, as functions with types."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from contextlib import ExitStack, contextmanager
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+from app.devices.clock import wait
+from app.devices.errors import BadReply, CameraNotReady, CameraRefused, DeviceError, Unreachable
+from app.devices.theta.failures import timeout
+from app.devices.theta.messages import (
+    Command,
+    FileEntry,
+    Info,
+    State,
+    parse_command,
+    parse_entries,
+    parse_info,
+    parse_state,
+)
+from app.devices.theta.refusals import BUSY, refusal
+from app.devices.theta.untrusted import JsonValue, table, whole, words
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from app.core.base.progress import Token
+    from app.devices.clock import Clock
+    from app.devices.theta.link import Incoming, Link
+
+BUSY_PAUSES_S: Final = (0.5, 1.0, 2.0, 2.0, 3.0)
+"""Pauses in seconds before a request is sent again to a camera that is busy."""
+
+MAX_LISTED: Final = 100
+"""Entries that are asked for at once; more come page by page."""
+
+MAX_DELETED: Final = 128
+"""Files that a camera deletes in one command."""
+
+MAX_THUMBNAIL: Final = 1_000_000
+"""Largest thumbnail in bytes; real ones have ten thousand."""
+
+_REMEMBERED: Final = 2000
+_NEWEST_API: Final = 2
+_OK: Final = 200
+_JPEG: Final = b"\xff\xd8\xff"
+_INFO: Final = "/osc/info"
+_STATE: Final = "/osc/state"
+_EXECUTE: Final = "/osc/commands/execute"
+_STATUS: Final = "/osc/commands/status"
+# How long each question is waited for, the first time: cameras answer these within a second, and
+# a shorter wait makes a lost reply cheap. What is not named here has the link's own patience.
+_PATIENCE_S: Final = {
+    _INFO: 5.0,
+    _STATE: 5.0,
+    _STATUS: 8.0,
+    "camera.getOptions": 6.0,
+    "camera.setOptions": 8.0,
+    "camera.startSession": 8.0,
+    "camera.delete": 10.0,
+}
+_UPDATE: Final = "Update the camera's firmware with Ricoh's app."
+
+_T = TypeVar("_T")
+
+
+class OscClient:
+    """One camera.
+
+    All methods raise what `Link.get` raises; `CameraRefused` also for an error object inside a
+    good reply. A camera that says it is busy is asked again after `BUSY_PAUSES_S`. A question that
+    was not answered in time is given twice the time when it is put again.
+    """
+
+    def __init__(self, link: Link, clock: Clock, token: Token | None = None) -> None:
+        self.most_listed = MAX_LISTED  # Entries asked for at once; the rest comes page by page.
+        self.link = link
+        self.clock = clock
+        self._token = token
+        # Cameras know their files under the URLs they gave, which may name another host.
+        self._originals: OrderedDict[str, str] = OrderedDict()
+        self._late: dict[str, int] = {}
+
+    def info(self) -> Info:
+        """Ask what the camera is."""
+        return self._patiently(lambda: parse_info(self._put(_INFO, "", None)))
+
+    def state(self) -> State:
+        """Ask how the camera is."""
+        endpoint = self.link.endpoint
+        return self._patiently(lambda: parse_state(self._put(_STATE, "", None), endpoint))
+
+    def get_options(self, names: Sequence[str]) -> dict[str, JsonValue]:
+        """Read options.
+
+        Raises
+        ------
+        BadReply
+            When there are no options in the reply.
+        """
+        results = self.execute("camera.getOptions", {"optionNames": list(names)}).results
+        options = results.get("options")
+        if not isinstance(options, dict):
+            raise BadReply("The camera's settings cannot be read.", "Try again.")
+        return {name: options[name] for name in names if name in options}
+
+    def set_options(self, options: Mapping[str, JsonValue]) -> None:
+        """Change options; all of them or, on an error, perhaps some."""
+        self.execute("camera.setOptions", {"options": dict(options)})
+
+    def execute(self, name: str, parameters: Mapping[str, Any] | None = None) -> Command:
+        """Send a command, without waiting for its end.
+
+        Parameters
+        ----------
+        parameters : Mapping, optional
+            Left out of the request when None.
+        """
+        body: dict[str, Any] = {"name": name}
+        if parameters is not None:
+            body["parameters"] = parameters
+        return self._command(_EXECUTE, body)
+
+    def status(self, command_id: str | int) -> Command:
+        """Ask how a command stands."""
+        return self._command(_STATUS, {"id": command_id})
+
+    def take_picture(self) -> Command:
+        """Take one picture."""
+        return self.execute("camera.takePicture")
+
+    def start_capture(self, mode: str | None) -> Command:
+        """Start a series.
+
+        Parameters
+        ----------
+        mode : str or None
+            "bracket" and others; None where the camera's own shooting method decides.
+        """
+        return self.execute("camera.startCapture", None if mode is None else {"_mode": mode})
+
+    def stop_capture(self) -> Command:
+        """Stop a series."""
+        return self.execute("camera.stopCapture")
+
+    def stop_self_timer(self) -> Command:
+        """Stop a countdown."""
+        return self.execute("camera._stopSelfTimer")
+
+    def list_files(
+        self, count: int, *, kind: str = "image", start: int = 0
+    ) -> tuple[FileEntry, ...]:
+        """List files, the newest first.
+
+        Parameters
+        ----------
+        kind : str, optional
+            "image", "video" or "all".
+
+        Returns
+        -------
+        tuple[FileEntry, ...]
+            Without entries whose name or URL cannot be used; each file once.
+        """
+        found: dict[str, FileEntry] = {}
+        passed = 0
+        while passed < count:
+            results = self.execute(
+                "camera.listFiles",
+                {
+                    "fileType": kind,
+                    "startPosition": start + passed,
+                    "entryCount": min(count - passed, self.most_listed),
+                    "maxThumbSize": 0,
+                    "_detail": True,
+                },
+            ).results
+            known = len(found)
+            found.update({entry.url: entry for entry in parse_entries(results, self.link.endpoint)})
+            # Some give fewer at a time than were asked for; some give the first page for ever.
+            listed = results.get("entries")
+            passed += len(listed) if isinstance(listed, list) else 0
+            more = start + passed < (whole(results.get("totalEntries")) or 0)
+            if len(found) == known or not more:
+                break
+        return tuple(found.values())[:count]
+
+    def delete(self, urls: Sequence[str]) -> None:
+        """Delete files on the camera.
+
+        Raises
+        ------
+        DeviceError
+            When one of them is not the URL of a file on this camera, and nothing was deleted:
+            cameras take some words for whole kinds of files. The code is "not-a-file".
+        """
+        if isinstance(urls, str) or not all(self._is_file(url) for url in urls):
+            raise DeviceError(
+                "Only single files of this camera can be deleted.", "Connect again.", "not-a-file"
+            )
+        for first in range(0, len(urls), MAX_DELETED):
+            batch = [self._original(url) for url in urls[first : first + MAX_DELETED]]
+            self.execute("camera.delete", {"fileUrls": batch})
+
+    @contextmanager
+    def open_file(self, url: str, *, start: int = 0) -> Iterator[Incoming]:
+        """Open a file.
+
+        Parameters
+        ----------
+        start : int, optional
+            First byte that is wanted. A camera that does not know ranges answers with 200 and
+            the whole file; one that does, with 206.
+
+        Yields
+        ------
+        Incoming
+            The open file. No other request may be sent before it is closed.
+        """
+        headers = {"Accept": "*/*"}
+        if start > 0:
+            headers["Range"] = f"bytes={start}-"
+        with self._streaming(url, headers=headers) as incoming:
+            yield incoming
+
+    def thumbnail(self, url: str) -> bytes:
+        """Fetch a file's small picture.
+
+        Returns
+        -------
+        bytes
+            A JPEG of at most `MAX_THUMBNAIL` bytes; that it can be decoded is not checked.
+
+        Raises
+        ------
+        BadReply
+            When it is larger, or no JPEG.
+        """
+        data = bytearray()
+        end_s = self.clock.now() + self.link.timeouts.whole_s
+        mark = "&" if "?" in url else "?"
+        with self._streaming(f"{url}{mark}type=thumb", headers={"Accept": "*/*"}) as incoming:
+            for chunk in incoming.chunks():
+                data += chunk
+                if len(data) > MAX_THUMBNAIL:
+                    raise BadReply("The thumbnail is too large.", "Fetch the picture itself.")
+                if self.clock.now() > end_s:
+                    raise timeout()
+        if not data.startswith(_JPEG):
+            raise BadReply("The thumbnail is no picture.", "Fetch the picture itself.")
+        return bytes(data)
+
+    @contextmanager
+    def live_preview(self) -> Iterator[Incoming]:
+        """Open the live preview.
+
+        Yields
+        ------
+        Incoming
+            A multipart stream that never ends by itself. Other requests may be sent while it is
+            read, but cameras refuse most commands until it is closed.
+        """
+        body = {"name": "camera.getLivePreview"}
+        accept = {"Accept": "multipart/x-mixed-replace"}
+        with self._streaming(
+            _EXECUTE, headers=accept, method="POST", body=body, parallel=True
+        ) as incoming:
+            yield incoming
+
+    def use_api_2(self) -> bool:
+        """Switch a Theta S or SC to the API that this client speaks.
+
+        They fall back to the old one with every new connection.
+
+        Returns
+        -------
+        bool
+            True if it was switched, False if there was nothing to do.
+
+        Raises
+        ------
+        CameraNotReady
+            When the camera stays at the old API; the code is "old-api".
+        """
+        if self.state().api_version != 1:
+            return False
+        session = words(self.execute("camera.startSession", {}).results.get("sessionId"), 100)
+        self.execute(
+            "camera.setOptions",
+            {"sessionId": session, "options": {"clientVersion": _NEWEST_API}},
+        )
+        if self.state().api_version == 1:
+            raise CameraNotReady("The camera's firmware is too old.", _UPDATE, "old-api")
+        return True
+
+    def _command(self, path: str, body: Mapping[str, Any]) -> Command:
+        def ask() -> Command:
+            reply = self._put(path, str(body.get("name", "")), body)
+            command = parse_command(reply, self.link.endpoint)
+            if command.error is not None:
+                raise refusal(command.error.code, _OK, command.error.message)
+            self._remember(table(table(reply).get("results")))
+            return command
+
+        return self._patiently(ask)
+
+    def _put(self, path: str, name: str, body: Mapping[str, Any] | None) -> JsonValue:
+        """Put a question with its own patience, which grows while it stays unanswered."""
+        what = name or path
+        late = self._late.pop(what, 0)
+        patience = _PATIENCE_S.get(what, self.link.timeouts.read_s) * 2.0**late
+        try:
+            if path == _INFO:
+                return self.link.get(path, patience)
+            return self.link.post(path, body, patience)
+        except Unreachable as error:
+            if error.code == "timeout":
+                self._late[what] = late + 1
+            raise
+
+    @contextmanager
+    def _streaming(self, path: str, **how: Any) -> Iterator[Incoming]:
+        with ExitStack() as stack:
+            yield self._patiently(lambda: stack.enter_context(self.link.stream(path, **how)))
+
+    def _patiently(self, ask: Callable[[], _T]) -> _T:
+        for pause_s in BUSY_PAUSES_S:
+            try:
+                return ask()
+            except CameraRefused as error:
+                if error.code != BUSY:
+                    raise
+            wait(self.clock, pause_s, self._token)
+        return ask()
+
+    def _remember(self, results: Mapping[str, JsonValue]) -> None:
+        """Keep the camera's own spelling of every URL in some results."""
+        entries = results.get("entries")
+        listed = entries if isinstance(entries, list) else [dict(results)]
+        for entry in listed:
+            fields = table(entry)
+            many = fields.get("fileUrls")
+            for given in (fields.get("fileUrl"), *(many if isinstance(many, list) else ())):
+                self._remember_one(given)
+
+    def _remember_one(self, given: object) -> None:
+        if not isinstance(given, str):
+            return
+        try:
+            here = self.link.endpoint.rewrite(given)
+        except BadReply:
+            return
+        if here != given:
+            self._originals[here] = given
+            self._originals.move_to_end(here)
+            while len(self._originals) > _REMEMBERED:
+                self._originals.popitem(last=False)
+
+    def _original(self, url: str) -> str:
+        return self._originals.get(url, url)
+
+    def _is_file(self, url: object) -> bool:
+        if not isinstance(url, str):
+            return False
+        base = f"{self.link.endpoint.base}/"
+        try:
+            same = self.link.endpoint.rewrite(url) == url
+        except BadReply:
+            return False
+        return same and url.startswith(base) and not url.endswith("/") and "?" not in url

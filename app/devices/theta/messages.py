@@ -1,0 +1,297 @@
+"""What a camera says, typed: every field of every message is checked before it is used.
+
+A message that lacks what makes it one is a `BadReply`; any other field that is missing, or is not
+what it should be, takes a neutral value.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, Literal
+
+from app.devices.errors import BadReply
+from app.devices.theta.failures import no_camera
+from app.devices.theta.files import FileEntry, parse_entries, safe_name, safe_url
+from app.devices.theta.untrusted import (
+    JsonValue,
+    flag,
+    fraction,
+    number,
+    table,
+    texts,
+    whole,
+    words,
+)
+from app.devices.theta.verdict import refused
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from app.devices.theta.endpoint import Endpoint
+
+__all__ = [
+    "Command",
+    "FileEntry",
+    "Info",
+    "OscError",
+    "State",
+    "parse_command",
+    "parse_entries",
+    "parse_info",
+    "parse_state",
+    "safe_name",
+]
+
+_OK: Final = 200
+_FIRMWARE: Final = re.compile(r"\d{1,6}(?:\.\d{1,6}){0,5}", re.ASCII)
+_LONGEST_ID: Final = 100
+_HINT: Final = "Try again; if it stays so, switch the camera off and on."
+_URL_KEYS: Final = frozenset({"fileUrl", "_dngFileUrl", "previewUrl", "_localFileUrl"})
+_URL_LISTS: Final = frozenset({"fileUrls", "_fileGroup", "_localFileGroup", "convertedFileUrls"})
+
+
+@dataclass(frozen=True, slots=True)
+class Info:
+    """Answer to /osc/info.
+
+    Attributes
+    ----------
+    firmware : tuple[int, ...]
+        (2, 10, 3) of "2.10.3"; empty when it is not made of numbers.
+    api_level : tuple[int, ...]
+        (1, 2) for S and SC, (2,) for later models.
+    """
+
+    model: str
+    manufacturer: str = ""
+    serial_number: str = ""
+    firmware: tuple[int, ...] = ()
+    firmware_text: str = ""
+    api_level: tuple[int, ...] = ()
+    gps: bool = False
+    gyro: bool = False
+    uptime_s: float | None = None
+    wlan_mac: str = ""
+    bluetooth_mac: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """Answer to /osc/state.
+
+    Attributes
+    ----------
+    battery_level : float or None
+        0 to 1.
+    battery_state : str
+        "charging", "charged", "disconnect" or something new.
+    capture_status : str
+        "idle", "shooting", "bracket shooting" and others; "" where a camera does not tell.
+    function : str
+        "normal", "selfTimer" and others.
+    storage : str
+        "IN" or "SD" on an X; "".
+    """
+
+    fingerprint: str = ""
+    battery_level: float | None = None
+    battery_state: str = ""
+    capture_status: str = ""
+    latest_file_url: str = ""
+    camera_errors: tuple[str, ...] = ()
+    api_version: int | None = None
+    captured_pictures: int | None = None
+    function: str = ""
+    plugin_running: bool = False
+    storage: str = ""
+    storage_id: str = ""
+    battery_inserted: bool | None = None
+    board_temperature: float | None = None
+    battery_temperature: float | None = None
+    session_id: str = ""
+    raw: Mapping[str, JsonValue] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class OscError:
+    """An error as a camera puts it."""
+
+    code: str
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """Answer to a command.
+
+    Attributes
+    ----------
+    state : str
+        "done", "inProgress" or "error".
+    id : str, int or None
+        For asking on; must be sent back exactly as it came. None where it came without a usable
+        one.
+    completion : float or None
+        0 to 1 while in progress.
+    results : Mapping[str, JsonValue]
+        What came of it; every file URL at the endpoint in use, and those that cannot be used
+        left out.
+    """
+
+    name: str
+    state: Literal["done", "inProgress", "error"]
+    id: str | int | None = None
+    completion: float | None = None
+    results: Mapping[str, JsonValue] = field(default_factory=dict)
+    file_urls: tuple[str, ...] = ()
+    refused_urls: int = 0
+    error: OscError | None = None
+
+
+def parse_info(value: JsonValue) -> Info:
+    """Read the answer to /osc/info.
+
+    Raises
+    ------
+    CameraRefused
+        When it is an error object.
+    NotACamera
+        When it is not the self-description of an OSC camera.
+    """
+    error = refused(value, _OK)
+    if error is not None:
+        raise error
+    fields = table(value)
+    model = words(fields.get("model"))
+    if not model or not ({"api", "apiLevel", "endpoints", "firmwareVersion"} & fields.keys()):
+        raise no_camera()
+    text = words(fields.get("firmwareVersion"), 40)
+    levels = fields.get("apiLevel")
+    known = [whole(level, 100) for level in levels[:10]] if isinstance(levels, list) else []
+    return Info(
+        model=model,
+        manufacturer=words(fields.get("manufacturer")),
+        serial_number=words(fields.get("serialNumber"), 40),
+        firmware=tuple(int(part) for part in text.split(".")) if _FIRMWARE.fullmatch(text) else (),
+        firmware_text=text,
+        api_level=tuple(level for level in known if level is not None),
+        gps=flag(fields.get("gps")) or False,
+        gyro=flag(fields.get("gyro")) or False,
+        uptime_s=number(fields.get("uptime")),
+        wlan_mac=words(fields.get("_wlanMacAddress"), 40),
+        bluetooth_mac=words(fields.get("_bluetoothMacAddress"), 40),
+    )
+
+
+def parse_state(value: JsonValue, endpoint: Endpoint) -> State:
+    """Read the answer to /osc/state.
+
+    Raises
+    ------
+    CameraRefused
+        When it is an error object.
+    BadReply
+        When it is no state.
+    """
+    message = table(value)
+    fields = message.get("state")
+    if not isinstance(fields, dict):
+        raise refused(value, _OK) or _nonsense()
+    inserted = fields.get("_batteryInsert", fields.get("_batterylnsert"))
+    return State(
+        fingerprint=words(message.get("fingerprint")),
+        battery_level=fraction(fields.get("batteryLevel")),
+        battery_state=words(fields.get("_batteryState"), 40),
+        capture_status=words(fields.get("_captureStatus"), 80),
+        latest_file_url=safe_url(fields.get("_latestFileUrl"), endpoint),
+        camera_errors=texts(fields.get("_cameraError")),
+        api_version=whole(fields.get("_apiVersion"), 100),
+        captured_pictures=whole(fields.get("_capturedPictures")),
+        function=words(fields.get("_function"), 40),
+        plugin_running=flag(fields.get("_pluginRunning")) or False,
+        storage=words(fields.get("_currentStorage"), 40),
+        storage_id=words(fields.get("_storageID"), 80),
+        battery_inserted=flag(inserted),
+        board_temperature=number(fields.get("_boardTemp")),
+        battery_temperature=number(fields.get("_batteryTemp")),
+        session_id=words(fields.get("sessionId"), _LONGEST_ID),
+        raw=fields,
+    )
+
+
+def parse_command(value: JsonValue, endpoint: Endpoint) -> Command:
+    """Read the answer to a command or to a question about one.
+
+    Returns
+    -------
+    Command
+        How it stands. An error object is returned as such, not raised.
+
+    Raises
+    ------
+    BadReply
+        When it is no such answer.
+    """
+    fields = table(value)
+    error = refused(value, _OK)
+    name = words(fields.get("name"), 80)
+    if error is not None:
+        said = words(table(fields.get("error")).get("message"))
+        return Command(name, "error", _id(fields.get("id")), error=OscError(error.code, said))
+    state = fields.get("state")
+    results, bad = _clean_results(table(fields.get("results")), endpoint)
+    # Some cameras leave the state out once there are results.
+    if state == "done" or (state is None and isinstance(fields.get("results"), dict)):
+        return Command(
+            name,
+            "done",
+            _id(fields.get("id")),
+            results=results,
+            file_urls=_all_files(results),
+            refused_urls=bad,
+        )
+    if state != "inProgress":
+        raise _nonsense()
+    completion = fraction(table(fields.get("progress")).get("completion"))
+    return Command(name, "inProgress", _id(fields.get("id")), completion)
+
+
+def _clean_results(
+    results: Mapping[str, JsonValue], endpoint: Endpoint
+) -> tuple[dict[str, JsonValue], int]:
+    """Bring the URLs in results to an endpoint; count those that cannot be used."""
+    clean: dict[str, JsonValue] = {}
+    bad = 0
+    for key, value in results.items():
+        if key in _URL_KEYS:
+            url = safe_url(value, endpoint)
+            bad += not url and bool(value)
+            clean[key] = url
+        elif key in _URL_LISTS and isinstance(value, list):
+            urls = [safe_url(item, endpoint) for item in value]
+            good: list[JsonValue] = [url for url in urls if url]
+            bad += len(urls) - len(good)
+            clean[key] = good
+        else:
+            clean[key] = value
+    return clean, bad
+
+
+def _all_files(results: Mapping[str, JsonValue]) -> tuple[str, ...]:
+    single = results.get("fileUrl")
+    urls = [single] if isinstance(single, str) and single else []
+    for key in ("fileUrls", "_fileGroup"):
+        listed = results.get(key)
+        urls += [url for url in listed if isinstance(url, str)] if isinstance(listed, list) else []
+    return tuple(dict.fromkeys(urls))
+
+
+def _id(value: object) -> str | int | None:
+    if isinstance(value, str) and 0 < len(value) <= _LONGEST_ID and value.isprintable():
+        return value
+    return value if isinstance(value, int) and not isinstance(value, bool) else None
+
+
+def _nonsense() -> BadReply:
+    return BadReply("The camera's answer makes no sense.", _HINT)

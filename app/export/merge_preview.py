@@ -1,0 +1,269 @@
+"""A picture of what was measured: the panorama with its lamps, clipped areas and masks marked."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.hdr.display import (
+    MASK_COLOUR,
+    WIDTH,
+    clip_overlay,
+    display_panorama,
+    mask_overlay,
+)
+from app.core.solver.environment import solid_angles
+from app.core.solver.pictures import WELL
+from app.export.result_sheet.canvas import Canvas, circle_points
+from app.export.result_sheet.lettering import Lettering
+from app.export.result_sheet.theme import BG, CTL, DIM, ON_TAG, SCALE, TAG, TEXT
+from app.export.result_sheet.words import signed
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.core.hdr.frame import Merged
+    from app.core.hdr.tripod_detection import Clutter
+    from app.export.result_sheet.canvas import Box, Point
+    from app.export.result_sheet.lettering import Anchor
+
+Bytes: TypeAlias = NDArray[np.uint8]
+
+_MARGIN: Final = 24.0
+_SCALE_ROOM: Final = 28.0
+_GAP: Final = 22.0
+_ROW: Final = 26.0
+_MOST_ROWS: Final = 8
+_TAG_SIZE: Final = 22.0
+_NOTES_LEFT: Final = 0.52  # of the panorama's width
+
+
+class LampMark(Protocol):
+    """What the preview shows of a lamp that was found."""
+
+    @property
+    def id(self) -> str:
+        """Letter."""
+
+    @property
+    def azimuth_deg(self) -> float:
+        """Azimuth of its middle, degrees, positive to the right."""
+
+    @property
+    def elevation_deg(self) -> float:
+        """Elevation of its middle, degrees."""
+
+    @property
+    def diameter_deg(self) -> float:
+        """Of a disc of the same size, degrees."""
+
+    @property
+    def share(self) -> float:
+        """Of the light's energy, 0 to 1."""
+
+    @property
+    def clipped(self) -> bool:
+        """Whether it is too bright for every frame, so that its share is a lower bound."""
+
+
+def preview(
+    merged: Merged,
+    lights: Sequence[LampMark] = (),
+    masks: Sequence[Clutter] = (),
+    exposure_stops: float = 0.0,
+    *,
+    display: Bytes | None = None,
+) -> Bytes:
+    """Draw the panorama with everything that matters marked on it, and a legend.
+
+    Parameters
+    ----------
+    display : NDArray[np.uint8], (h, w, 3), optional
+        The panorama as `app.core.hdr.display.display_panorama` shows it at that exposure,
+        where there is one already.
+
+    Returns
+    -------
+    NDArray[np.uint8], (rows, columns, 3)
+        sRGB, for `app.core.base.images.write_png`; the panorama in it is 2,048 wide.
+    """
+    shown = display_panorama(merged.radiance, exposure_stops) if display is None else display
+    if shown.shape[1] != WIDTH:
+        rows = max(round(shown.shape[0] * WIDTH / shown.shape[1]), 1)
+        shown = np.asarray(cv2.resize(shown, (WIDTH, rows), interpolation=cv2.INTER_AREA), np.uint8)
+    for each in masks:
+        shown = mask_overlay(shown, each.mask)
+    shown = clip_overlay(shown, merged.clipped)
+    high, wide = float(-(-shown.shape[0] // SCALE)), shown.shape[1] / SCALE
+    notes = _notes(merged, masks, exposure_stops)
+    lines = max(min(len(lights), _MOST_ROWS + 1) + 1 if lights else 0, len(notes))
+    top = _MARGIN + _SCALE_ROOM
+    canvas = Canvas(wide + 2 * _MARGIN, top + high + _GAP + lines * _ROW + _MARGIN - 8, BG)
+    lettering = Lettering()
+    box = (_MARGIN, top, wide, shown.shape[0] / SCALE)
+    canvas.picture(box, shown.astype(np.float32) / 255.0, 8.0)
+    if shown.shape[1] == 2 * shown.shape[0]:
+        _draw_scale(canvas, box, lettering)
+        _draw_lamps(canvas, box, lights, lettering)
+    foot = (_MARGIN, top + high + _GAP)
+    _draw_lamp_list(canvas, foot, lights, lettering)
+    _draw_notes(canvas, (float(round(_MARGIN + _NOTES_LEFT * wide)), foot[1]), notes, lettering)
+    return canvas.pixels
+
+
+def _draw_scale(canvas: Canvas, box: Box, lettering: Lettering) -> None:
+    """Azimuths over the panorama, and the line where the photographer stands."""
+    x, top, wide, high = box
+    middle = x + wide / 2.0
+    canvas.stroke([(middle, top), (middle, top + high)], TAG, 3.0, opacity=0.35)
+    canvas.stroke([(middle, top), (middle, top + high)], ON_TAG, 1.0, opacity=0.75)
+    for degrees in range(-180, 181, 15):
+        tick = min(max(x + wide * (degrees / 360.0 + 0.5), x + 0.5), x + wide - 0.5)
+        labelled = degrees % 45 == 0
+        canvas.stroke([(tick, top - (9 if labelled else 6)), (tick, top - 3)], CTL, 1.0)
+        if labelled and degrees:
+            ends: dict[int, Anchor] = {-180: "left", 180: "right"}
+            anchor = ends.get(degrees, "middle")
+            lettering.draw(canvas, (tick, top - 13), signed(degrees), 12, 400, DIM, anchor)
+    words = "0° photographer stands here"
+    lettering.draw(canvas, (middle, top - 13), words, 12, 600, TEXT, "middle")
+
+
+def _draw_lamps(canvas: Canvas, box: Box, lights: Sequence[LampMark], lettering: Lettering) -> None:
+    """Rings around the lamps, each with its letter where no other letter is."""
+    taken: list[Point] = []
+    rings = [(light, *_ring(box, light)) for light in lights]
+    for _, centre, radius in rings:
+        ring = circle_points(centre, radius)
+        canvas.stroke(ring, TAG, 3.5, opacity=0.55)
+        canvas.stroke(ring, ON_TAG, 1.5)
+    for light, centre, radius in rings:
+        at = _free_place(box, centre, radius, taken)
+        taken.append(at)
+        _draw_tag(canvas, at, light.id, lettering)
+
+
+def _ring(box: Box, light: LampMark) -> tuple[Point, float]:
+    x, top, wide, high = box
+    centre = (
+        x + wide * ((light.azimuth_deg / 360.0 + 0.5) % 1.0),
+        top + high * (0.5 - light.elevation_deg / 180.0),
+    )
+    return centre, min(max(light.diameter_deg / 360.0 * wide / 2.0 + 3.0, 7.0), 60.0)
+
+
+def _free_place(box: Box, centre: Point, radius: float, taken: Sequence[Point]) -> Point:
+    """Middle of a letter beside its ring: inside the panorama, away from other letters."""
+    x, top, wide, high = box
+    room = _TAG_SIZE / 2.0 + 2.0
+    far = radius + room + 2.0
+    slant = 0.8 * far
+    offsets = (
+        (slant, -slant), (-slant, -slant), (slant, slant), (-slant, slant),
+        (far, 0.0), (-far, 0.0), (0.0, -far), (0.0, far),
+    )  # fmt: skip
+    places = [
+        (
+            min(max(centre[0] + right, x + room), x + wide - room),
+            min(max(centre[1] + down, top + room), top + high - room),
+        )
+        for right, down in offsets
+    ]
+
+    def crowded(place: Point) -> float:
+        nearest = min((float(np.hypot(place[0] - a, place[1] - b)) for a, b in taken), default=1e9)
+        on_lamp = float(np.hypot(place[0] - centre[0], place[1] - centre[1])) < radius
+        return max(_TAG_SIZE + 2.0 - nearest, 0.0) + (100.0 if on_lamp else 0.0)
+
+    return min(places, key=crowded)
+
+
+def _draw_tag(canvas: Canvas, at: Point, letter: str, lettering: Lettering) -> None:
+    wide = max(lettering.width(letter, 13, 700) + 10.0, _TAG_SIZE)
+    box = (at[0] - wide / 2.0, at[1] - _TAG_SIZE / 2.0, wide, _TAG_SIZE)
+    canvas.panel(box, TAG, 5.0, CTL)
+    lettering.draw(canvas, (at[0], at[1] + 4.7), letter, 13, 700, ON_TAG, "middle")
+
+
+def _draw_lamp_list(
+    canvas: Canvas, at: Point, lights: Sequence[LampMark], lettering: Lettering
+) -> None:
+    """Write a row for each lamp: letter, where it is, what it gives."""
+    if not lights:
+        return
+    x, y = at
+    stops = (0.0, 52.0, 124.0, 206.0)
+    heads = ("Lamp", "Azimuth", "Elevation", "Share of the light")
+    for stop, head in zip(stops, heads, strict=True):
+        lettering.draw(canvas, (x + stop, y + 12), head, 12, 600, DIM)
+    shown = lights[:_MOST_ROWS]
+    for row, light in enumerate(shown, start=1):
+        line = y + row * _ROW + 12
+        _draw_tag(canvas, (x + _TAG_SIZE / 2.0, line - 4.5), light.id, lettering)
+        lettering.draw(canvas, (x + stops[1], line), signed(light.azimuth_deg), 13)
+        lettering.draw(canvas, (x + stops[2], line), signed(light.elevation_deg), 13)
+        share = _percent(light.share)
+        least = "" if share.startswith("under") else "at least "
+        words = f"{least}{share}, clipped" if light.clipped else share
+        lettering.draw(canvas, (x + stops[3], line), words, 13, 600 if light.clipped else 400)
+    if len(lights) > len(shown):
+        line = y + (len(shown) + 1) * _ROW + 12
+        rest = sum(light.share for light in lights[_MOST_ROWS:])
+        words = f"and {len(lights) - len(shown)} more, together {_percent(rest)}"
+        lettering.draw(canvas, (x, line), words, 13, 400, DIM)
+
+
+def _notes(
+    merged: Merged, masks: Sequence[Clutter], exposure_stops: float
+) -> list[tuple[str, str]]:
+    """Say what the marks mean: a kind of swatch, and words."""
+    shape = (merged.radiance.shape[0], merged.radiance.shape[1])
+    heights = solid_angles(shape) / (4.0 * np.pi)
+    notes = []
+    clipped = float(merged.clipped.sum(axis=1, dtype=np.float64) @ heights)
+    if (merged.clipped > 0.0).any():
+        notes.append(("hatch", f"Too bright for every frame: {_percent(clipped)} of the sphere"))
+    for each in masks:
+        share = each.solid_angle_sr / (4.0 * np.pi)
+        how = "" if each.confidence >= 1.0 else f", {100.0 * each.confidence:.0f} % sure"
+        first = each.name[:1].upper() + each.name[1:]
+        notes.append(("mask", f"{first}: {_percent(share)} of the sphere{how}"))
+    if exposure_stops:
+        word = "brighter" if exposure_stops > 0 else "darker"
+        unit = "stop" if abs(exposure_stops) == 1.0 else "stops"
+        notes.append(("", f"Shown {abs(exposure_stops):g} {unit} {word} than usual"))
+    return notes
+
+
+def _draw_notes(
+    canvas: Canvas, at: Point, notes: Sequence[tuple[str, str]], lettering: Lettering
+) -> None:
+    for row, (kind, words) in enumerate(notes):
+        x, line = at[0], at[1] + row * _ROW + 12
+        box = (x, line - 11.0, 22.0, 14.0)
+        if kind == "hatch":
+            canvas.picture(box, _hatch(canvas.size_of(box)), 3.0)
+        elif kind == "mask":
+            canvas.panel(box, _mixed(), 3.0, ON_TAG)
+        room = canvas.pixels.shape[1] / SCALE - _MARGIN - x - 32.0
+        cut = lettering.shorten(words, 13, room)
+        lettering.draw(canvas, (x + (32.0 if kind else 0.0), line), cut, 13)
+
+
+def _hatch(size: tuple[int, int]) -> NDArray[np.float32]:
+    plain = np.full((*size, 3), WELL[0], np.uint8)
+    return clip_overlay(plain, np.ones(size, np.float32), WIDTH).astype(np.float32) / 255.0
+
+
+def _mixed() -> tuple[int, int, int]:
+    red, green, blue = (round(0.6 * ink + 0.4 * WELL[0]) for ink in MASK_COLOUR)
+    return red, green, blue
+
+
+def _percent(share: float) -> str:
+    if 0.0 < share < 0.001:
+        return "under 0.1 %"
+    return f"{100.0 * share:.1f} %" if share < 0.1 else f"{100.0 * share:.0f} %"

@@ -1,0 +1,309 @@
+"""Where the live camera points, and how its picture lies on the goal: work for other threads.
+
+One picture is looked at at a time; those that come meanwhile are passed over, and the newest one is
+next. What is known from one picture to the next is a `Track`, and an `Overlay`: plain values that
+go into the work and come out of it, so that nothing is shared between threads.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections import OrderedDict
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.errors import CoreError
+from app.core.localization.align import align
+from app.core.localization.heading import UNSURE, Heading, HeadingIndex, build_index, find_heading
+from app.core.localization.overlay import BARE, Overlay, laid
+from app.core.localization.sitter import Sitter, background_mask, find_sitter
+from app.core.localization.tracking import LOST, Seeing, Track, missed, track
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from app.core.localization.align import Alignment
+    from app.core.solver.place_light import PlaceLight
+    from app.devices.webcam import WebcamFrame
+    from app.ui.presenters.services import Services
+
+Bytes: TypeAlias = NDArray[np.uint8]
+
+_INDEX: Final = "turn-index"
+_HEADING: Final = "turn-heading"
+_ALIGN: Final = "turn-align"
+_LEARNING: Final = "Learning the background"
+_PLACES: Final = 3  # whose points are kept; some 5 MB each
+_COARSE: Final = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Circumstances:
+    """What is known of a picture besides its pixels.
+
+    Attributes
+    ----------
+    fov_deg : float or None
+        Horizontal field of view, deg; None when unknown.
+    asked_deg : float or None
+        How far it still is to the light, deg; None where no turn is asked for.
+    """
+
+    fov_deg: float | None
+    now_s: float
+    sees_sitter: bool = True
+    asked_deg: float | None = None
+
+
+def locate(picture: Bytes, index: HeadingIndex, state: Track, about: Circumstances) -> Track:
+    """Find where a picture points.
+
+    Parameters
+    ----------
+    picture : (H, W, 3) uint8
+        sRGB, not mirrored.
+    """
+    return track(
+        picture,
+        index,
+        about.fov_deg,
+        state,
+        about.now_s,
+        sees_sitter=about.sees_sitter,
+        asked_deg=about.asked_deg,
+        seeing=Seeing(find_heading, find_sitter),
+    )
+
+
+class HeadingTracker:
+    """Locates the newest picture, one at a time; pictures that come meanwhile are passed over.
+
+    Attributes
+    ----------
+    track : Track or None
+        What the last picture gave; None before the first.
+    index : HeadingIndex or None
+        The panorama's points; None until they are learnt.
+    """
+
+    def __init__(self, services: Services, changed: Callable[[], None]) -> None:
+        self._services = services
+        self._changed = changed
+        self._light: PlaceLight | None = None
+        self._kept: OrderedDict[bytes, HeadingIndex] = OrderedDict()
+        self._seen: Bytes | None = None
+        self._on = False
+        self._round = 0
+        self.track: Track | None = None
+        self.index: HeadingIndex | None = None
+        self.error: CoreError | None = None
+
+    @property
+    def heading(self) -> Heading | None:
+        """Of the last picture, its angle steadied; None before the first."""
+        if self.track is None or self.track.raw is None:
+            return None
+        if self.track.heading_deg is None:
+            return replace(self.track.raw, status="unsure", heading_deg=None)
+        return replace(self.track.raw, heading_deg=self.track.heading_deg)
+
+    @property
+    def learning(self) -> bool:
+        """Whether the panorama's points are not yet known."""
+        return self._light is not None and self.index is None and self.error is None
+
+    def learn(self, light: PlaceLight) -> None:
+        """Get to know a panorama; once for each."""
+        if light is self._light:
+            return
+        self._light, self.error = light, None
+        self.forget()
+        key = _key(light)
+        self.index = self._kept.get(key)
+        if self.index is not None:
+            self._kept.move_to_end(key)
+            self._services.runner.cancel(_INDEX)
+            self._changed()
+            return
+        self._services.runner.submit(
+            _INDEX,
+            lambda token, report: build_index(light.display, token, report),
+            title=_LEARNING,
+            done=lambda index: self._learnt(light, key, index),
+            failed=lambda error: self._not_learnt(light, error),
+            cancelled=lambda: self._given_up(light),
+        )
+
+    def start(self) -> None:
+        """Look at pictures from now on."""
+        self._on = True
+
+    def stop(self) -> None:
+        """Look at none any more; what was learnt is kept."""
+        self._on = False
+        self._services.runner.cancel(_HEADING)
+        self.forget()
+
+    def forget(self) -> None:
+        """Know nothing of where the camera points."""
+        self.track, self._seen = None, None
+        self._round += 1  # what is being worked out is of no use any more
+
+    def look(
+        self,
+        frame: WebcamFrame,
+        fov_deg: float | None,
+        *,
+        sees_sitter: bool = True,
+        asked_deg: float | None = None,
+    ) -> None:
+        """Locate a picture, unless one is being located.
+
+        Parameters
+        ----------
+        fov_deg : float or None
+            Horizontal field of view, deg; None when it is unknown, and to be learnt.
+        asked_deg : float or None, optional
+            How far it still is to the light, deg; None where no turn is asked for.
+        """
+        index, picture = self.index, frame.picture
+        if not self._on or index is None or not self._new(picture):
+            return
+        if self._services.runner.running(_HEADING):
+            return
+        self._seen, state, this = picture, self.track or LOST, self._round
+        about = Circumstances(fov_deg, self._services.clock.now(), sees_sitter, asked_deg)
+        self._services.runner.submit(
+            _HEADING,
+            lambda token, report: locate(picture, index, state, about),
+            done=lambda track: self._located(this, track),
+            # One picture that cannot be worked on is no more than one without a heading.
+            failed=lambda error: self._located(
+                this, replace(missed(state, about.now_s), raw=UNSURE)
+            ),
+        )
+
+    def _new(self, picture: Bytes) -> bool:
+        """Whether there is something to learn from a picture: from the very same one seldom."""
+        return picture is not self._seen or (self.track is not None and self.track.pending)
+
+    def _located(self, this: int, track: Track) -> None:
+        if self._on and this == self._round:
+            self.track = track
+            self._changed()
+
+    def _learnt(self, light: PlaceLight, key: bytes, index: HeadingIndex) -> None:
+        self._kept[key] = index
+        while len(self._kept) > _PLACES:
+            self._kept.popitem(last=False)
+        if light is self._light:
+            self.index = index
+            self._changed()
+
+    def _not_learnt(self, light: PlaceLight, error: Exception) -> None:
+        if light is not self._light:
+            return
+        if isinstance(error, CoreError):
+            self.error = error
+        else:
+            self.error = CoreError("The background cannot be learnt.", "Turn by the number.")
+            self._services.notify.tell_error(error)
+        self._changed()
+
+    def _given_up(self, light: PlaceLight) -> None:
+        """Somebody pressed Cancel: it is tried again when the screen is next entered."""
+        if light is self._light:
+            self.error = CoreError(
+                "The background was not learnt.", "Leave this step and come back to try again."
+            )
+            self._light = None
+            self._changed()
+
+
+def _key(light: PlaceLight) -> bytes:
+    """Say in a few bytes what a panorama shows: the same place may be opened again."""
+    coarse = np.ascontiguousarray(light.display[::_COARSE, ::_COARSE])
+    return hashlib.blake2b(coarse.tobytes(), digest_size=16).digest()
+
+
+@dataclass(slots=True, eq=False)
+class Aligner:
+    """Finds, again and again, how the newest picture lies on the goal.
+
+    Attributes
+    ----------
+    alignment : Alignment or None
+        What to show, steadied; None before the first picture.
+    """
+
+    services: Services
+    changed: Callable[[], None]
+    on: bool = False
+    alignment: Alignment | None = None
+    _seen: tuple[Bytes, Bytes] | None = field(default=None, repr=False)
+    _state: tuple[Overlay, Sitter | None] = field(default=(BARE, None), repr=False)
+
+    def switch(self, on: bool) -> None:
+        """Begin or end."""
+        self.on, self.alignment, self._seen = on, None, None
+        self._state = (BARE, None)
+        if not on:
+            self.services.runner.cancel(_ALIGN)
+
+    def look(self, picture: Bytes, target: Bytes, fovs_deg: tuple[float, float]) -> None:
+        """Lay a picture on the goal, unless one is being laid.
+
+        Parameters
+        ----------
+        picture, target : (H, W, 3) uint8
+            sRGB, not mirrored; what the camera sees, and what it should see.
+        fovs_deg : tuple of float
+            Of the target in the panorama, and of the camera; deg.
+        """
+        before, seen = self._state, self._seen
+        same = seen is not None and seen[0] is picture and seen[1] is target
+        same = same and before[0].rival is None
+        if not self.on or same or self.services.runner.running(_ALIGN):
+            return
+        if seen is not None and seen[1] is not target:
+            before = (BARE, before[1])  # another goal: nothing lies on it yet
+        self._seen, now_s = (picture, target), self.services.clock.now()
+        self.services.runner.submit(
+            _ALIGN,
+            lambda token, report: _lay(picture, target, fovs_deg, before, now_s),
+            done=self._laid,
+            failed=lambda error: self._laid((BARE, None)),
+        )
+
+    def _laid(self, state: tuple[Overlay, Sitter | None]) -> None:
+        if self.on:
+            self._state, self.alignment = state, state[0].shown
+            self.changed()
+
+
+def _lay(
+    picture: Bytes,
+    target: Bytes,
+    fovs_deg: tuple[float, float],
+    before: tuple[Overlay, Sitter | None],
+    now_s: float,
+) -> tuple[Overlay, Sitter | None]:
+    """Lay a picture on the goal by what is behind the sitter."""
+    overlay, near = before
+    try:
+        sitter = find_sitter(picture, fovs_deg[1], near)
+    except CoreError:
+        sitter = None
+    found = align(
+        target,
+        picture,
+        fov_deg=fovs_deg[0],
+        view_fov_deg=fovs_deg[1],
+        sitter_deg=0.0 if sitter is None else sitter.angle_deg,
+        mask=None if sitter is None else background_mask(sitter, picture.shape[:2]),
+    )
+    sizes = ((picture.shape[1], picture.shape[0]), (target.shape[1], target.shape[0]))
+    return laid(overlay, found, sizes, now_s), sitter

@@ -1,0 +1,447 @@
+"""The open place: how its light comes in, who is lit by it, what comes out, and that it is kept."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from app.core.base.angles import wrap
+from app.core.base.errors import CoreError
+from app.core.painting import list_user_styles, solve_user_styles
+from app.core.solver.solve import Objective, solve_all
+from app.core.solver.style_pack import load_named_pack, load_transport_of, pack_names
+from app.export.result_sheet.words import head_words
+from app.ui.presenters.event import Event
+from app.ui.presenters.input_sorting import sort_out
+from app.ui.presenters.model import Head, Step
+from app.ui.presenters.own_styles import OwnStyles
+from app.ui.presenters.place_loader import (
+    NotFinished,
+    Opened,
+    finish_files,
+    last_opened,
+    read_kept,
+    take_anew,
+)
+from app.ui.presenters.saving import Saving
+from app.ui.presenters.serial_queue import SerialQueue
+from app.ui.presenters.undo import Undoable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from app.core.base.progress import Report, Token
+    from app.core.painting import UserStyle
+    from app.core.solver.place_light import PlaceLight
+    from app.core.solver.solve import StyleResult
+    from app.core.storage.settings import Settings
+    from app.ui.presenters.capturing import Captured
+    from app.ui.presenters.services import Services
+    from app.ui.presenters.unfinished import Unfinished
+
+_SOLVED_ANEW: Final = frozenset({"light", "head", "front_deg", "user_styles", "settings"})
+_DEMO: Final = "Demo café at the court"
+_KEPT: Final = frozenset(
+    {"results", "front_deg", "chosen", "needle_deg", "goal_deg", "head", "place"}
+)
+_FALLBACK_HEAD: Final = "generic"
+
+
+class PlaceController:
+    """Opens places, has them solved, and keeps them.
+
+    Attributes
+    ----------
+    photo_taker : callable or None
+        Takes files that may be photographs of the sitter, while a screen in front has a use for
+        them; gives whether it did.
+    """
+
+    def __init__(self, services: Services) -> None:
+        self._services = services
+        self._asked: tuple[object, ...] = ()
+        self._head_wanted = ""
+        self._arrivals = SerialQueue(services, "open-arrived")
+        self.file_work = SerialQueue(services, "files")
+        self.saving = Saving(services, self.file_work)
+        self.own_styles = OwnStyles(services, self.file_work)
+        self.places_changed = Event()
+        self.photo_taker: Callable[[Sequence[Path]], bool] | None = None
+        self.finisher: Callable[[Unfinished], None] | None = None
+        services.model.changed.connect(self._model_changed)
+
+    # -- start and end -------------------------------------------------------------------------
+
+    def begin(self, *, reopen: bool = False) -> None:
+        """Load the head that is set and the user's own styles; open the last place again."""
+        self.load_head(self._services.model.settings.head)
+        self.refresh_user_styles()
+        if reopen:
+            self._reopen()
+
+    def _reopen(self) -> None:
+        services = self._services
+        last, places = services.model.settings.last_place, services.folders.places
+        unkept = self.saving.unkept
+
+        def work(token: Token, report: Report) -> Opened | None:
+            folder = last_opened(last, places)
+            return None if folder is None else read_kept(folder, unkept(folder))
+
+        services.model.update(opening="the last place")
+        services.runner.submit(
+            "open", work, done=self._reopened, failed=self._open_failed, cancelled=self._no_longer
+        )
+
+    def _reopened(self, opened: Opened | None) -> None:
+        if opened is None:
+            self._no_longer()
+            return
+        # Whoever has gone on to another step meanwhile stays there.
+        self._opened(opened, self._services.model.step)
+
+    def keep_all(self) -> bool:
+        """Write what is not yet on the disk; give whether all is kept. Why not has been told."""
+        return self.saving.keep_all()
+
+    # -- who is lit ----------------------------------------------------------------------------
+
+    def heads(self) -> tuple[tuple[str, str], ...]:
+        """Name and title of every head there is."""
+        return tuple((name, _title(name)) for name in pack_names())
+
+    def load_head(self, name: str) -> None:
+        """Light another head of `heads`; one that is gone gives way to the generic one."""
+        self._head_wanted = name
+        known = pack_names()
+        wanted = name if name in known or name.endswith(".npz") else _FALLBACK_HEAD
+        self._services.runner.submit(
+            "head",
+            lambda token, report: _load_head(wanted),
+            done=lambda head: self._services.model.update(head=head),
+            failed=self._head_failed,
+        )
+
+    def _head_failed(self, error: Exception) -> None:
+        self._services.notify.tell_error(error)
+        # With the head that there is.
+        self._solve()
+
+    def refresh_user_styles(self) -> None:
+        """Read the user's own styles again."""
+        folder = self._services.folders.styles
+        self._services.runner.submit(
+            "user-styles",
+            lambda token, report: list_user_styles(folder),
+            done=lambda found: self._services.model.update(
+                user_styles=found[0], damaged_styles=found[1]
+            ),
+        )
+
+    # -- places --------------------------------------------------------------------------------
+
+    def open_paths(self, paths: Sequence[Path]) -> None:
+        """Open whatever it is: a place, a panorama, a bracket, or a folder with one of these.
+
+        While the sitter turns, a photograph of them is looked at instead.
+        """
+        if self.photo_taker is None or not self.photo_taker(paths):
+            self.open_as_place(paths)
+
+    def open_as_place(self, paths: Sequence[Path]) -> None:
+        """Open a place, or make one of a panorama or a bracket."""
+        self._open(*self._reading(paths))
+
+    def _open(self, work: Callable[[Token, Report], Opened], title: str) -> None:
+        self._services.model.update(opening=title.removeprefix("Opening "))
+        self._services.runner.submit(
+            "open",
+            work,
+            title=title,
+            done=self._opened,
+            failed=self._open_failed,
+            cancelled=self._no_longer,
+        )
+
+    def _no_longer(self) -> None:
+        # A newer one may have taken the place of the one that ended.
+        if not self._services.runner.running("open"):
+            self._services.model.update(opening="")
+
+    def _open_failed(self, error: Exception) -> None:
+        self._no_longer()
+        actions = []
+        if isinstance(error, NotFinished):
+            left = error.left
+            actions.append(("Finish it", lambda: self.finish(left)))
+        self._services.notify.tell_error(error, actions=actions, about="open")
+
+    def finish(self, left: Unfinished) -> None:
+        """Finish a place: merge the photographs that are here, or go on with its capture."""
+        if left.session is not None:
+            if self.finisher is not None:
+                self._services.model.update(step=Step.PROBE)
+                self.finisher(left)
+            return
+        self._open(lambda token, report: finish_files(left, token, report), f"Opening {left.name}")
+
+    def take_in(self, paths: Sequence[Path]) -> None:
+        """Open what has arrived by itself; the next that arrives waits until this is done."""
+        work, title = self._reading(paths)
+        self._arrivals.submit(work, title=title, done=self._opened, failed=self._open_failed)
+
+    def open_demo(self) -> None:
+        """Make a place of the demo location's panorama, without any camera."""
+        self._open(*self._reading([self._services.folders.demo / "probe-1.exr"], _DEMO))
+
+    def open_place(self, folder: Path) -> None:
+        """Open a place that was kept."""
+        self._open(
+            lambda token, report: read_kept(folder, self.saving.unkept(folder)),
+            "Opening the place",
+        )
+
+    def take_capture(self, captured: Captured) -> None:
+        """Show what a camera measured, at once; it is kept while it is looked at."""
+        place = replace(captured.place, head=self._services.model.settings.head)
+        opened = Opened(captured.folder, place, captured.light)
+        self._opened(opened)
+        self.saving.store(opened)
+
+    def close(self) -> None:
+        """Keep the open place and put it away; none is open then."""
+        self.saving.keep_now()
+        self._services.undo.forget_places()
+        self._services.model.update(
+            place_folder=None,
+            place=None,
+            light=None,
+            unkept="",
+            front_deg=0.0,
+            results=(),
+            chosen=None,
+            needle_deg=None,
+            goal_deg=None,
+            painting=None,
+        )
+
+    def rename(self, name: str) -> None:
+        """Give the open place another name; can be undone."""
+        model = self._services.model
+        place = model.place
+        if place is None or name == place.name:
+            return
+        before = place.name
+
+        def call(text: str) -> None:
+            if model.place is not None:
+                model.update(place=replace(model.place, name=text))
+
+        call(name)
+        self._services.undo.push(
+            Undoable(
+                f"rename {before}",
+                lambda: call(before),
+                lambda: call(name),
+                len(name),
+                model.place_folder,
+            )
+        )
+
+    def note(self, notes: str) -> None:
+        """Keep the user's own words on the place."""
+        place = self._services.model.place
+        if place is not None and notes != place.notes:
+            self._services.model.update(place=replace(place, notes=notes))
+
+    # -- where the photographer stands ---------------------------------------------------------
+
+    def move_front(self, front_deg: float) -> None:
+        """Say that the photographer stands at another azimuth; can be undone.
+
+        A goal that was set stays where it is in the place.
+
+        Parameters
+        ----------
+        front_deg : float
+            Azimuth in the panorama's file, deg.
+        """
+        model = self._services.model
+        before, after = model.front_deg, wrap(front_deg)
+        if before == after:
+            return
+
+        def move(by: float) -> None:
+            turn = wrap(by - model.front_deg)
+            model.update(
+                front_deg=by,
+                needle_deg=_moved(model.needle_deg, turn),
+                goal_deg=_moved(model.goal_deg, turn),
+            )
+
+        move(after)
+        self._services.undo.push(
+            Undoable(
+                "move the marker",
+                lambda: move(before),
+                lambda: move(after),
+                place=model.place_folder,
+            )
+        )
+
+    # -- opening and solving -------------------------------------------------------------------
+
+    def _reading(
+        self, paths: Sequence[Path], name: str = ""
+    ) -> tuple[Callable[[Token, Report], Opened], str]:
+        """Prepare to read what there is; give it with its title."""
+        given, services = tuple(paths), self._services
+        places, now = services.folders.places, services.today()
+        head, unkept = services.model.settings.head, self.saving.unkept
+
+        def work(token: Token, report: Report) -> Opened:
+            intake = sort_out(given)
+            if name:
+                intake = replace(intake, name=name)
+            if intake.place is not None:
+                return read_kept(intake.place, unkept(intake.place))
+            return take_anew(intake, places, now, head, token, report)
+
+        return work, f"Opening {name or (given[0].name if given else '')}"
+
+    def _opened(self, opened: Opened, step: Step = Step.PROBE) -> None:
+        if opened.folder is not None and not opened.folder.is_dir():
+            # It was deleted while it was read.
+            self._no_longer()
+            return
+        self.saving.keep_now()
+        place, notify = opened.place, self._services.notify
+        self._services.undo.forget_places()
+        self._asked = ()
+        self._want_head(place.head)
+        for about in ("open", "keep"):
+            notify.mended(about)
+        self._services.model.update(
+            opening="",
+            unkept="",
+            place_folder=opened.folder,
+            place=place,
+            light=opened.light,
+            front_deg=place.front_deg,
+            results=place.results,
+            chosen=place.chosen,
+            needle_deg=place.needle_deg,
+            goal_deg=place.goal_deg,
+            painting=None,
+            step=step,
+        )
+        for remark in place.remarks:
+            notify.tell(remark, kind="warning")
+        self._remember(opened.folder)
+        self.saving.hold(opened)
+
+    def _want_head(self, name: str) -> None:
+        """Load the head of a place before its light is there: else another would be lit."""
+        model, runner = self._services.model, self._services.runner
+        coming = runner.running("head") and self._head_wanted == name
+        if not coming and (model.head is None or model.head.name != name):
+            self.load_head(name)
+
+    def _remember(self, folder: Path | None) -> None:
+        """Note which place is opened at the next start."""
+        model, last = self._services.model, "" if folder is None else str(folder)
+        if last and last != model.settings.last_place:
+            with suppress(CoreError):
+                model.update(settings=model.settings.with_("last_place", last))
+
+    def _model_changed(self, names: frozenset[str]) -> None:
+        if names & _SOLVED_ANEW:
+            self._solve()
+        if names & _KEPT and "place_folder" not in names:
+            self.saving.keep()
+
+    def _solve(self) -> None:
+        model = self._services.model
+        light, head, settings = model.light, model.head, model.settings
+        if light is None or head is None:
+            # What is being worked out is of a place that was closed.
+            self._asked = ()
+            self._services.runner.cancel("solve")
+            return
+        if self._services.runner.running("head"):
+            # With the head that is on its way, as soon as it is there.
+            return
+        asked = (light, head, model.front_deg, model.user_styles, _solver_settings(settings))
+        if self._asked[:2] == asked[:2] and self._asked[2:] == asked[2:]:
+            return
+        self._asked = asked
+        styles, front = model.user_styles, model.front_deg
+        self._services.runner.submit(
+            "solve",
+            lambda token, report: _solve_place(head, light, styles, settings, front),
+            done=self._solved,
+        )
+
+    def _solved(self, results: tuple[StyleResult, ...]) -> None:
+        model = self._services.model
+        names = {result.name for result in results}
+        if model.chosen in names:
+            model.update(results=results)
+        else:
+            # Another style's goal is no goal for this one.
+            model.update(results=results, chosen=_best(results), needle_deg=None, goal_deg=None)
+
+
+def _load_head(name: str) -> Head:
+    pack = load_named_pack(name)
+    # Tables for the search are made with the first question; better here than with the screen.
+    _ = pack.tables
+    return Head(name, _title(name), pack, load_transport_of(pack, name))
+
+
+def _title(name: str) -> str:
+    # Shipped heads whose name says no tone have the medium one.
+    return f"{head_words(name)}, medium skin" if name.isalpha() else head_words(name)
+
+
+def _solve_place(
+    head: Head,
+    light: PlaceLight,
+    styles: Sequence[UserStyle],
+    settings: Settings,
+    front_deg: float,
+) -> tuple[StyleResult, ...]:
+    objective: Objective = "paper" if settings.objective == "paper" else "picture"
+    built_in = solve_all(
+        head.pack,
+        light.searched,
+        objective,
+        epsilon=settings.match_limit,
+        min_strength=settings.strength_limit,
+        front_deg=front_deg,
+    )
+    own = solve_user_styles(
+        head.transport,
+        styles,
+        light.searched,
+        objective,
+        epsilon=settings.match_limit,
+        min_strength=settings.strength_limit,
+        front_deg=front_deg,
+    )
+    return (*built_in, *own)
+
+
+def _solver_settings(settings: Settings) -> tuple[object, ...]:
+    return (settings.objective, settings.match_limit, settings.strength_limit)
+
+
+def _best(results: Sequence[StyleResult]) -> str | None:
+    within = [result for result in results if result.attainable] or list(results)
+    return max(within, key=lambda result: result.match).name if within else None
+
+
+def _moved(turn_deg: float | None, by_deg: float) -> float | None:
+    return None if turn_deg is None else wrap(turn_deg - by_deg)

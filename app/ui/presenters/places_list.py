@@ -1,0 +1,289 @@
+"""The list of places that were kept: open, rename, delete, bring back."""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeAlias, TypeVar
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.image_input import picture_bytes
+from app.core.storage.places import (
+    PlaceSummary,
+    TrashedPlace,
+    delete_place,
+    list_places,
+    list_trash,
+    rename_place,
+    restore_place,
+)
+from app.ui.presenters.frame import time_words
+from app.ui.presenters.undo import FileChange
+from app.ui.presenters.unfinished import Unfinished, left_over
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from app.ui.presenters.place_controller import PlaceController
+    from app.ui.presenters.services import Services
+
+T = TypeVar("T")
+
+_MOST_BYTES: Final = 4 << 20
+_MOST_PIXELS: Final = 1 << 20
+_MOST_PICTURES: Final = 500
+
+_Looked: TypeAlias = tuple[
+    tuple[PlaceSummary, ...],
+    dict[Path, NDArray[np.uint8]],
+    dict[Path, Unfinished],
+    tuple[TrashedPlace, ...],
+]
+
+
+@dataclass(frozen=True, slots=True)
+class ShelfRow:
+    """One place in the list.
+
+    Attributes
+    ----------
+    thumbnail : NDArray[np.uint8], (h, w, 3), or None
+        Small picture, sRGB.
+    """
+
+    folder: Path
+    name: str
+    time: str
+    detail: str
+    trouble: bool
+    left: Unfinished | None
+    thumbnail: NDArray[np.uint8] | None = field(compare=False, repr=False)
+    current: bool
+
+
+@dataclass(frozen=True, slots=True)
+class DeletedRow:
+    """A deleted place that can be brought back."""
+
+    folder: Path
+    name: str
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class ShelfState:
+    """What the list shows."""
+
+    rows: tuple[ShelfRow, ...] = field(default=())
+    deleted: tuple[DeletedRow, ...] = field(default=())
+    busy: bool = False
+
+
+class ShelfView(Protocol):
+    """Shows a `ShelfState`."""
+
+    def show_state(self, state: ShelfState) -> None:
+        """Show it."""
+
+
+class ShelfPresenter:
+    """Reads the folder of places and acts on them."""
+
+    def __init__(
+        self,
+        services: Services,
+        desk: PlaceController,
+        most: int = _MOST_PICTURES,
+        key: str = "places",
+    ) -> None:
+        self._services = services
+        self._desk = desk
+        self._most, self._key = most, key
+        self._left: dict[Path, Unfinished] = {}
+        self._view: ShelfView | None = None
+        self._found: tuple[PlaceSummary, ...] | None = None
+        self._pictures: dict[Path, NDArray[np.uint8]] = {}
+        self._trash: tuple[TrashedPlace, ...] = ()
+
+    def attach(self, view: ShelfView) -> None:
+        """Show the list in `view` from now on, and read the folder anew."""
+        self._view = view
+        self._desk.places_changed.connect(self.refresh)
+        self._show()
+        self.refresh()
+
+    def detach(self) -> None:
+        """Show nothing any more."""
+        self._view = None
+        self._desk.places_changed.disconnect(self.refresh)
+
+    def refresh(self) -> None:
+        """Read the folder anew."""
+        folder, most = self._services.folders.places, self._most
+        self._services.runner.submit(
+            self._key, lambda token, report: _look(folder, most), done=self._read
+        )
+
+    def resolve(self) -> ShelfState:
+        """Work out what the list shows now."""
+        if self._found is None:
+            return ShelfState(busy=True)
+        today = self._services.today()
+        current = self._services.model.place_folder
+        return ShelfState(
+            tuple(
+                ShelfRow(
+                    folder=one.folder,
+                    name=self._name_of(one),
+                    time=time_words(one.made_at, today),
+                    detail=self._detail_of(one),
+                    trouble=one.trouble is not None or self._left_of(one) is not None,
+                    left=self._left_of(one),
+                    thumbnail=self._pictures.get(one.folder),
+                    current=one.folder == current,
+                )
+                for one in self._found
+            ),
+            tuple(
+                DeletedRow(one.folder, one.name, f"Deleted {time_words(one.deleted_at, today)}")
+                for one in self._trash
+            ),
+        )
+
+    def open(self, folder: Path) -> None:
+        """Open a place; one that is not finished is finished first."""
+        left = self._left.get(folder)
+        if left is not None and left.can_finish:
+            self._desk.finish(left)
+        else:
+            self._desk.open_place(folder)
+
+    def rename(self, folder: Path, name: str) -> None:
+        """Give a place another name."""
+        if folder == self._services.model.place_folder:
+            self._desk.rename(name)
+            self._desk.places_changed.emit()
+            return
+        before = self._title(folder)
+        if name != before:
+            self._change(
+                f"rename {before}",
+                lambda: rename_place(folder, name),
+                lambda _: rename_place(folder, before),
+            )
+
+    def delete(self, folder: Path) -> None:
+        """Put a place into the trash; undo, or the message that tells so, brings it back."""
+        name, model, was_open = self._title(folder), self._services.model, False
+
+        def close() -> None:
+            nonlocal was_open
+            was_open = folder == model.place_folder
+            if was_open:
+                self._desk.close()
+
+        def deleted(_: Path) -> None:
+            self._desk.places_changed.emit()
+            self._services.notify.tell(
+                f"{name} deleted", kind="done", actions=[("Undo", change.take_back)]
+            )
+
+        def returned(back: Path) -> None:
+            nonlocal folder
+            folder = back
+            self._desk.places_changed.emit()
+            if was_open and model.place_folder is None:
+                self._desk.open_place(folder)
+            self._services.notify.tell(f"{name} is back.", kind="done")
+
+        change = FileChange(
+            self._services.undo,
+            self._desk.file_work,
+            f"delete {name}",
+            lambda: delete_place(folder),
+            restore_place,
+            made=deleted,
+            undone=returned,
+            failed=self._services.notify.tell_error,
+            before=close,
+        )
+        change.begin()
+
+    def restore(self, trashed: Path) -> None:
+        """Bring a place back from the trash; can be undone.
+
+        Where deleting it can still be undone, that is what is done.
+        """
+        if not self._services.undo.take_back_what(trashed):
+            name = next((one.name for one in self._trash if one.folder == trashed), "Place")
+
+            def away_again(folder: Path) -> None:
+                nonlocal trashed
+                trashed = delete_place(folder)
+
+            self._change(f"bring back {name}", lambda: restore_place(trashed), away_again)
+
+    def _change(self, words: str, make: Callable[[], T], back: Callable[[T], Any]) -> None:
+        FileChange(
+            self._services.undo,
+            self._desk.file_work,
+            words,
+            make,
+            back,
+            made=lambda _: self._desk.places_changed.emit(),
+            undone=lambda _: self._desk.places_changed.emit(),
+            failed=self._services.notify.tell_error,
+        ).begin()
+
+    def _title(self, folder: Path) -> str:
+        return next((row.name for row in self.resolve().rows if row.folder == folder), "Place")
+
+    def _left_of(self, one: PlaceSummary) -> Unfinished | None:
+        # The light of the open one may be on its way to the disk.
+        here = one.folder == self._services.model.place_folder
+        return None if here else self._left.get(one.folder)
+
+    def _detail_of(self, one: PlaceSummary) -> str:
+        left = self._left_of(one)
+        return one.trouble or "" if left is None else left.words
+
+    def _name_of(self, one: PlaceSummary) -> str:
+        """Name of a place; that of the open one may be newer than the disk's."""
+        model = self._services.model
+        here = model.place is not None and one.folder == model.place_folder
+        return model.place.name if here and model.place is not None else one.name
+
+    def _read(self, looked: _Looked) -> None:
+        self._found, self._pictures, self._left, self._trash = looked
+        self._show()
+
+    def _show(self) -> None:
+        if self._view is not None:
+            self._view.show_state(self.resolve())
+
+
+def _look(folder: Path, most: int) -> _Looked:
+    """List the places of a folder, read their small pictures, and list what was deleted."""
+    found = list_places(folder)
+    left = {one.folder: each for one in found if (each := left_over(one)) is not None}
+    pictures = {}
+    for one in found[:most]:
+        picture = _thumbnail(one.thumbnail)
+        if picture is not None:
+            pictures[one.folder] = picture
+    return found, pictures, left, list_trash(folder)
+
+
+def _thumbnail(path: Path | None) -> NDArray[np.uint8] | None:
+    # The place may have been deleted since it was listed.
+    data = None if path is None else picture_bytes(path, _MOST_BYTES, _MOST_PIXELS)
+    if data is None:
+        return None
+    with contextlib.suppress(cv2.error):
+        read = cv2.imdecode(data, cv2.IMREAD_COLOR_RGB)
+        return None if read is None else np.asarray(read, np.uint8)
+    return None

@@ -1,0 +1,273 @@
+"""The guidance: numbers that add up, the way that is kept, and every state in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.core.guidance.guide import (
+    FRESH,
+    HOLD_DEG,
+    LOCK_DEG,
+    Goal,
+    Guide,
+    Memory,
+    Phase,
+    Reading,
+    Source,
+    guide,
+)
+from app.core.guidance.words import Mode
+
+REMBRANDT = Goal(95.6, (79.2, 110.6))
+TURN = st.floats(-360.0, 360.0)
+
+
+def walk(goal: Goal, turns: Iterable[float | None], mode: Mode = Mode.WALK) -> list[Guide]:
+    memory, shown = FRESH, []
+    for number, turn in enumerate(turns):
+        one, memory = guide(goal, Reading(turn, 0.2 * number), memory, mode)
+        shown.append(one)
+    return shown
+
+
+def at(goal: Goal, turn: float | None, mode: Mode = Mode.WALK) -> Guide:
+    return walk(goal, [turn], mode)[0]
+
+
+def test_the_mock_up() -> None:
+    shown = at(REMBRANDT, 73.3)
+    assert (shown.goal, shown.now, shown.to_go, shown.number) == (96, 73, 23, "23")
+    assert shown.number_words == "to go"
+    assert shown.headline == shown.direction == "clockwise"
+    assert shown.walk == "Walk to your left"
+    assert shown.company == "The sitter turns with you."
+    assert shown.light == "In the light in 6°"
+    assert shown.clock == "toward 3 o’clock"
+    assert shown.arc == "in the light from 79° to 111°"
+    assert shown.phase is Phase.TURN
+    assert 0.0 < shown.arrow < 1.0
+
+
+def test_selfie_changes_words_only() -> None:
+    walking, selfie = at(REMBRANDT, 73.3), at(REMBRANDT, 73.3, Mode.SELFIE)
+    assert selfie.walk == "Turn to your right"
+    assert (selfie.to_go, selfie.arrow, selfie.direction) == (
+        walking.to_go,
+        walking.arrow,
+        walking.direction,
+    )
+    assert at(Goal(-40.0, (-50.0, -30.0)), 0.0, Mode.SELFIE).walk == "Turn to your left"
+    assert at(Goal(-40.0, (-50.0, -30.0)), 0.0).walk == "Walk to your right"
+
+
+@given(TURN, st.lists(TURN, min_size=1, max_size=12), st.floats(2.0, 90.0), st.floats(2.0, 90.0))
+def test_to_go_is_goal_minus_now_of_the_shown_degrees(
+    goal: float, turns: list[float], before: float, after: float
+) -> None:
+    arc = ((goal - before + 180) % 360 - 180, (goal + after + 180) % 360 - 180)
+    for shown in walk(Goal(goal, arc), turns):
+        assert shown.now is not None
+        assert shown.to_go is not None
+        assert -180 < shown.now <= 180
+        assert (shown.goal - shown.now - shown.to_go) % 360 == 0
+        assert shown.number == str(abs(shown.to_go))
+        signs = {"clockwise": 1, "counter-clockwise": -1, "none": 0}
+        assert signs[shown.direction] * abs(shown.to_go) == shown.to_go
+        # The other way round is never 10 deg shorter than the one that is shown.
+        assert 360 - abs(shown.to_go) > abs(shown.to_go) - 10
+        away = min(abs(shown.to_go), 360 - abs(shown.to_go))
+        assert shown.hold or away > HOLD_DEG
+        assert not shown.hold or away <= HOLD_DEG + LOCK_DEG
+        assert shown.inside == (shown.until_light == 0)
+        assert shown.inside or not shown.hold
+        assert (shown.arrow > 0) == (shown.to_go > HOLD_DEG)
+
+
+@given(st.integers(-179, 180), st.integers(-179, 180), st.integers(3, 80), st.integers(3, 80))
+def test_inside_is_being_on_the_arc_in_shown_degrees(
+    goal: int, now: int, before: int, after: int
+) -> None:
+    shown = at(Goal(goal, (goal - before, goal + after)), now)
+    assert shown.inside == ((now - goal + before) % 360 <= before + after)
+    if not shown.inside:
+        assert shown.until_light is not None
+        assert shown.to_go is not None
+        step = 1 if shown.to_go > 0 else -1
+        # Who goes so far on the way shown has just come in, and not one degree before.
+        assert at(Goal(goal, (goal - before, goal + after)), now + step * shown.until_light).inside
+        edge = now + step * (shown.until_light - 1)
+        assert not at(Goal(goal, (goal - before, goal + after)), edge).inside
+
+
+def test_the_shorter_way_is_kept_until_the_other_is_ten_shorter() -> None:
+    goal = Goal(0.0, (-10.0, 10.0))
+    turns = [-175.0, -179.0, 177.0, 176.0, 175.0, 176.0, -178.0, -175.0]
+    assert [one.to_go for one in walk(goal, turns)] == [175, 179, 183, 184, -175, -176, -182, 175]
+
+
+def test_half_way_round_goes_clockwise() -> None:
+    assert at(Goal(180.0), 0.0).to_go == 180
+    assert at(Goal(-179.7), 0.0).to_go == 180
+    assert at(Goal(0.0), 180.0).to_go == 180
+
+
+def test_across_the_seam() -> None:
+    goal = Goal(-175.0, (170.0, -160.0))
+    shown = at(goal, 160.0)
+    assert (shown.to_go, shown.direction, shown.light) == (25, "clockwise", "In the light in 10°")
+    inside = at(goal, 175.0)
+    assert inside.inside
+    assert (inside.to_go, inside.best) == (10, "10° to the best")
+    assert at(goal, -150.0).to_go == -25
+
+
+def test_inside_and_hold() -> None:
+    inside = at(REMBRANDT, 92.0)
+    assert inside.phase is Phase.INSIDE
+    assert (inside.headline, inside.best) == ("You are in the light", "4° to the best")
+    assert (inside.number, inside.walk) == ("4", "Walk to your left")
+    for turn in (94.0, 96.0, 98.0):
+        hold = at(REMBRANDT, turn)
+        assert hold.phase is Phase.HOLD
+        assert (hold.headline, hold.walk, hold.arrow) == ("Hold it", "", 0.0)
+        assert hold.light == "You are in the light"
+
+
+def test_past_the_end_of_the_arc_is_too_far() -> None:
+    seen = walk(REMBRANDT, [60.0, 78.0, 80.0, 95.0, 111.0, 113.0, 117.0, 110.0, 117.0])
+    assert [one.phase for one in seen] == [
+        Phase.TURN,
+        Phase.TURN,
+        Phase.INSIDE,
+        Phase.HOLD,
+        Phase.INSIDE,
+        Phase.BEYOND,
+        Phase.BEYOND,
+        Phase.INSIDE,
+        Phase.BEYOND,
+    ]
+    assert seen[6].light == "Too far: back in the light in 6°"
+    assert seen[6].walk == "Walk to your right"
+    assert seen[6].to_go == -21
+
+
+def test_in_the_light_is_not_left_by_a_tremble() -> None:
+    edge = [110.0, 112.0, 110.0, 112.0, 113.0, 112.0, 111.0, 112.0]
+    inside = [True, True, True, True, False, False, True, True]
+    seen = walk(REMBRANDT, edge)
+    assert [one.inside for one in seen] == inside
+    # The number is never held back, and one who is told to be in the light gets no other words.
+    assert [one.number for one in seen] == ["14", "16", "14", "16", "17", "16", "15", "16"]
+    assert {one.light for one in seen if one.inside} == {"You are in the light"}
+    assert seen[4].light == "Too far: back in the light in 2°"
+    holds = [one.hold for one in walk(REMBRANDT, [93.0, 94.0, 93.0, 92.0, 93.0])]
+    assert holds == [False, True, True, False, False]
+
+
+def test_another_goal_is_not_entered_by_the_old_ones_lock() -> None:
+    _, memory = guide(REMBRANDT, Reading(96.0, 0.0))
+    shown, _ = guide(Goal(112.0, (97.0, 130.0)), Reading(96.0, 0.1), memory)
+    assert (shown.inside, shown.light) == (False, "In the light in 1°")
+
+
+def test_a_camera_left_behind_says_nothing_of_the_turn() -> None:
+    shown, memory = guide(REMBRANDT, Reading(96.0, 0.0))
+    assert shown.hold
+    shown, memory = guide(REMBRANDT, Reading(96.0, 0.1, left_behind=True), memory)
+    assert shown.phase is Phase.LEFT
+    assert (shown.number, shown.now, shown.arrow, shown.inside) == ("", None, 0.0, False)
+    assert shown.headline.startswith("The camera has not moved.")
+    # It is picked up: what it sees counts from now on, and no old number comes back.
+    shown, memory = guide(REMBRANDT, Reading(None, 0.2), memory)
+    assert shown.phase is Phase.LOST
+    shown, memory = guide(REMBRANDT, Reading(93.0, 0.3), memory)
+    assert (shown.inside, shown.hold, shown.number) == (True, False, "3")
+
+
+def test_going_back_out_where_one_came_in_is_not_too_far() -> None:
+    seen = walk(REMBRANDT, [60.0, 85.0, 73.0])
+    assert seen[-1].light == "In the light in 6°"
+
+
+def test_leaving_from_a_start_inside_is_too_far_either_way() -> None:
+    assert walk(REMBRANDT, [96.0, 73.0])[-1].light == "Too far: back in the light in 6°"
+    assert walk(REMBRANDT, [96.0, 117.0])[-1].light == "Too far: back in the light in 6°"
+
+
+def test_a_leap_over_the_arc_is_too_far_and_far_away_is_not() -> None:
+    seen = walk(REMBRANDT, [60.0, 125.0, -150.0])
+    assert seen[1].phase is Phase.BEYOND
+    assert seen[2].phase is Phase.TURN
+
+
+def test_a_new_goal_forgets_what_was_too_far() -> None:
+    memory = FRESH
+    for turn in (60.0, 96.0, 120.0):
+        shown, memory = guide(REMBRANDT, Reading(turn, 0.0), memory)
+    assert shown.beyond
+    shown, memory = guide(Goal(0.0, (-10.0, 10.0)), Reading(120.0, 0.0), memory)
+    assert not shown.beyond
+
+
+def test_a_number_does_not_flicker() -> None:
+    seen = [one.now for one in walk(REMBRANDT, [73.0, 73.6, 73.4, 73.65, 73.8, 73.4, 73.2])]
+    assert seen == [73, 73, 73, 73, 74, 74, 73]
+
+
+def test_lost_for_a_second() -> None:
+    memory: Memory
+    shown, memory = guide(REMBRANDT, Reading(73.0, 10.0))
+    shown, memory = guide(REMBRANDT, Reading(None, 10.9), memory)
+    assert shown.number == "23"
+    shown, memory = guide(REMBRANDT, Reading(None, 11.0), memory)
+    assert shown.phase is Phase.LOST
+    assert (shown.number, shown.arrow, shown.now, shown.to_go) == ("", 0.0, None, None)
+    assert shown.headline == "Point the camera past the sitter at the background."
+    assert shown.clock == "toward 3 o’clock"
+    shown, memory = guide(REMBRANDT, Reading(74.0, 11.1), memory)
+    assert shown.number == "22"
+
+
+def test_no_number_before_the_first_heading() -> None:
+    assert at(REMBRANDT, None).phase is Phase.LOST
+
+
+def test_without_a_webcam() -> None:
+    shown, _ = guide(REMBRANDT, Reading(None, 0.0, Source.NONE))
+    assert shown.headline == "No webcam. Turn 96° clockwise, toward 3 o’clock"
+    assert (shown.number, shown.number_words, shown.walk) == ("96", "", "Walk to your left")
+    assert shown.now is None
+    ready, _ = guide(Goal(0.0), Reading(None, 0.0, Source.NONE))
+    assert ready.headline == "No webcam. No turn needed"
+
+
+def test_unplugged_and_back() -> None:
+    shown, memory = guide(REMBRANDT, Reading(73.0, 0.0))
+    shown, memory = guide(REMBRANDT, Reading(73.0, 0.1, Source.AWAY), memory)
+    assert shown.headline == "Webcam disconnected. Plug it back in to continue."
+    assert (shown.number, shown.arrow) == ("", 0.0)
+    shown, memory = guide(REMBRANDT, Reading(None, 0.2, Source.STARTING), memory)
+    assert shown.phase is Phase.STARTING
+    shown, memory = guide(REMBRANDT, Reading(None, 0.3), memory)
+    assert shown.phase is Phase.LOST  # no old number after a break
+    shown, memory = guide(REMBRANDT, Reading(73.0, 0.4), memory)
+    assert shown.number == "23"
+
+
+@pytest.mark.parametrize("arc", [None, (10.0, 20.0)])
+def test_a_turn_of_ones_own_counts_by_itself(arc: tuple[float, float] | None) -> None:
+    goal = Goal(96.0, arc)
+    assert at(goal, 93.0).light == "At the goal in 1°"
+    assert at(goal, 94.0).hold
+    assert at(goal, 15.0).inside is False
+    assert at(goal, 15.0).arc == ""
+
+
+def test_any_turn_will_do() -> None:
+    shown = at(Goal(10.0, (-180.0, 180.0)), -100.0)
+    assert shown.inside
+    assert shown.arc == "in the light at any turn"

@@ -1,0 +1,406 @@
+"""Looking at the live picture off the thread of the screens: newest first, and nothing stale."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final
+from unittest.mock import MagicMock
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from app.core.base.errors import Cancelled, CoreError
+from app.core.base.progress import Token, silent
+from app.core.localization import tracking
+from app.core.localization.align import Alignment
+from app.core.localization.heading import Heading
+from app.core.localization.homography import UNSURE, corners_of, moved
+from app.core.localization.sitter import Sitter
+from app.devices.clock import VirtualClock
+from app.devices.webcam import WebcamFrame
+from app.ui.presenters import heading_tracker
+from app.ui.presenters.heading_tracker import Aligner, HeadingTracker
+from tests.helpers.turn_rig import UNSEEN, frame_of, read_heading
+
+Bytes = NDArray[np.uint8]
+TARGET: Final = np.zeros((60, 80, 3), np.uint8)
+
+
+@dataclass
+class LaterRunner:
+    """Keeps work until it is told to do it: what a thread does, without one."""
+
+    waiting: dict[str, tuple[Any, ...]] = field(default_factory=dict)
+    ran: list[str] = field(default_factory=list)
+
+    def submit(
+        self, key: str, work: Callable[..., Any], *, title: str = "", **answers: Any
+    ) -> None:
+        del title
+        self.waiting[key] = (work, answers)
+
+    def cancel(self, key: str) -> None:
+        held = self.waiting.pop(key, None)
+        if held is not None and held[1].get("cancelled"):
+            held[1]["cancelled"]()
+
+    def running(self, key: str) -> bool:
+        return key in self.waiting
+
+    def work(self, key: str) -> None:
+        """Do it, and answer."""
+        work, answers = self.waiting[key]
+        self.ran.append(key)
+        try:
+            answer = work(Token(), silent)
+        except Cancelled:
+            del self.waiting[key]
+        except Exception as error:  # noqa: BLE001 - as a thread's pool does
+            del self.waiting[key]
+            answers["failed"](error)
+        else:
+            del self.waiting[key]
+            answers["done"](answer)
+
+
+class Bench:
+    """A `HeadingTracker` with pictures that say in their first pixel where they point."""
+
+    def __init__(self, patch: pytest.MonkeyPatch) -> None:
+        self.runner, self.clock, self.count = LaterRunner(), VirtualClock(10.0), 0
+        self.services, self.changed = MagicMock(), MagicMock()
+        self.services.runner, self.services.clock = self.runner, self.clock
+        self.built: list[Bytes] = []
+        self.asked: list[float | None] = []
+        self.sitter: Sitter | None = None
+        patch.setattr(heading_tracker, "build_index", self._build)
+        patch.setattr(heading_tracker, "find_heading", self._find)
+        patch.setattr(heading_tracker, "find_sitter", lambda *_: self.sitter)
+        self.sight = HeadingTracker(self.services, self.changed)
+
+    def _build(self, panorama: Bytes, *_: Any) -> object:
+        self.built.append(panorama)
+        if panorama.max() == 0:
+            raise CoreError("There is nothing in this panorama.", "Turn by the number.")
+        return object()
+
+    def _find(self, picture: Bytes, index: Any, fov_deg: float | None, **how: Any) -> Heading:
+        self.asked.append(how["near_deg"])
+        return read_heading(picture)
+
+    def light(self, seed: int = 1) -> Any:
+        chance = np.random.default_rng(seed)
+        display = chance.integers(0, 255, (64, 128, 3), np.uint8) * np.uint8(seed > 0)
+        return MagicMock(display=display)
+
+    def ready(self, seed: int = 1) -> None:
+        self.sight.start()
+        self.sight.learn(self.light(seed))
+        self.runner.work("turn-index")
+
+    def frame(self, heading_deg: float) -> WebcamFrame:
+        self.count += 1
+        return WebcamFrame(frame_of(heading_deg), self.count, 0.0)
+
+    def look(self, heading_deg: float, seconds: float = 0.06, **how: Any) -> None:
+        self.clock.sleep(seconds)
+        self.sight.look(self.frame(heading_deg), 60.0, **how)
+        self.runner.work("turn-heading")
+
+
+@pytest.fixture
+def bench(monkeypatch: pytest.MonkeyPatch) -> Bench:
+    return Bench(monkeypatch)
+
+
+def learning(bench: Bench) -> bool:
+    return bench.sight.learning
+
+
+def shown_by(aligner: Aligner) -> Alignment | None:
+    return aligner.alignment
+
+
+def test_nothing_is_known_before_the_first_picture(bench: Bench) -> None:
+    assert (bench.sight.track, bench.sight.heading) == (None, None)
+    bench.sight.start()
+    bench.sight.learn(bench.light())
+    assert bench.sight.learning
+    bench.sight.look(bench.frame(10.0), 60.0)
+    assert not bench.runner.running("turn-heading")
+    bench.runner.work("turn-index")
+    assert bench.sight.index is not None
+    assert not learning(bench)
+    bench.changed.assert_called()
+
+
+def test_a_picture_is_tracked(bench: Bench) -> None:
+    bench.ready()
+    bench.look(10.0)
+    track, heading = bench.sight.track, bench.sight.heading
+    assert track is not None
+    assert (track.status, track.heading_deg, track.fov_deg) == ("tracking", 10.0, 60.0)
+    assert heading is not None
+    assert (heading.status, heading.heading_deg, heading.inliers) == ("found", 10.0, 142)
+    bench.look(12.0)
+    assert bench.asked == [None, 10.0], "the second is looked for near the first"
+
+
+def test_one_at_a_time_and_the_newest_next(bench: Bench) -> None:
+    bench.ready()
+    bench.sight.look(bench.frame(0.0), 60.0)
+    for step in range(20):
+        bench.sight.look(bench.frame(float(step)), 60.0)
+    bench.runner.work("turn-heading")
+    assert not bench.runner.waiting, "nothing is queued"
+    newest = bench.frame(3.0)
+    bench.clock.sleep(0.06)
+    bench.sight.look(newest, 60.0)
+    bench.runner.work("turn-heading")
+    assert bench.sight.track is not None
+    assert bench.sight.track.raw is not None
+    assert bench.sight.track.raw.heading_deg == 3.0
+    assert bench.runner.ran.count("turn-heading") == 2
+    bench.sight.look(newest, 60.0)
+    assert not bench.runner.waiting, "the very same picture says nothing new"
+
+
+def test_the_thread_of_the_screens_does_none_of_the_work(bench: Bench) -> None:
+    bench.ready()
+    bench.sight.look(bench.frame(0.0), 60.0)
+    assert bench.asked == []
+    assert bench.sight.track is None
+
+
+def test_a_jump_is_looked_at_again_even_in_the_same_picture(bench: Bench) -> None:
+    bench.ready()
+    bench.look(0.0)
+    bench.clock.sleep(0.06)
+    frame = bench.frame(120.0)
+    bench.sight.look(frame, 60.0)
+    bench.runner.work("turn-heading")
+    assert bench.sight.track is not None
+    assert bench.sight.track.heading_deg is None
+    assert bench.sight.heading is not None
+    assert bench.sight.heading.status == "unsure"
+    bench.sight.look(frame, 60.0)
+    bench.runner.work("turn-heading")
+    assert bench.sight.track.heading_deg == 120.0
+
+
+def test_what_was_begun_before_is_of_no_use_after(bench: Bench) -> None:
+    bench.ready()
+    bench.sight.look(bench.frame(10.0), 60.0)
+    bench.sight.forget()
+    bench.runner.work("turn-heading")
+    assert bench.sight.track is None, "that was another camera"
+    bench.sight.look(bench.frame(10.0), 60.0)
+    bench.sight.stop()
+    assert not bench.runner.running("turn-heading")
+    assert bench.sight.track is None
+    bench.sight.look(bench.frame(10.0), 60.0)
+    assert not bench.runner.waiting, "it looks at nothing any more"
+
+
+def test_a_picture_that_cannot_be_worked_on(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    bench.ready()
+    bench.look(10.0)
+    monkeypatch.setattr(heading_tracker, "find_heading", MagicMock(side_effect=ValueError))
+    bench.look(11.0)
+    track = bench.sight.track
+    assert track is not None
+    assert (track.status, track.heading_deg) == ("searching", None)
+    assert bench.sight.heading is not None
+    assert bench.sight.heading.status == "unsure"
+    monkeypatch.setattr(heading_tracker, "find_heading", read_heading)
+    bench.look(11.0)
+    assert bench.sight.track is not None
+    assert bench.sight.track.status == "tracking"
+
+
+def test_a_picture_without_a_heading(bench: Bench) -> None:
+    bench.ready()
+    bench.look(10.0)
+    bench.look(UNSEEN)
+    assert bench.sight.track is not None
+    assert bench.sight.track.heading_deg is None
+
+
+def test_the_sitter_makes_the_turn(bench: Bench) -> None:
+    bench.ready()
+    bench.sitter = Sitter(0.75, 16.1, (0.7, 0.3, 0.8, 0.5))
+    bench.look(100.0)
+    assert bench.sight.track is not None
+    assert bench.sight.track.turn_deg() == pytest.approx(100.0 + 16.1 - 180.0, abs=0.05)
+    bench.sight.forget()
+    bench.look(100.0, sees_sitter=False)
+    assert bench.sight.track is not None
+    assert bench.sight.track.turn_deg() == pytest.approx(-80.0)
+
+
+def test_a_camera_left_behind_is_passed_on(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[float | None] = []
+    real = tracking.track
+
+    def track(*words: Any, **how: Any) -> Any:
+        asked.append(how["asked_deg"])
+        return real(*words, **how)
+
+    monkeypatch.setattr(heading_tracker, "track", track)
+    bench.ready()
+    bench.look(0.0)
+    bench.look(0.0, asked_deg=40.0)
+    assert asked == [None, 40.0]
+
+
+# -- the panorama's points -------------------------------------------------------------------------
+
+
+def test_a_place_is_learnt_once(bench: Bench) -> None:
+    bench.ready(1)
+    first = bench.sight.index
+    bench.ready(2)
+    assert bench.sight.index is not first
+    bench.sight.learn(bench.light(1))
+    assert bench.sight.index is first, "the same place, opened again"
+    assert not bench.sight.learning
+    assert len(bench.built) == 2
+    for seed in (3, 4, 5):
+        bench.ready(seed)
+    bench.sight.learn(bench.light(1))
+    assert bench.sight.learning, "only some are kept"
+
+
+def test_an_answer_for_another_place_is_not_taken(bench: Bench) -> None:
+    bench.sight.start()
+    bench.sight.learn(bench.light(1))
+    held = bench.runner.waiting["turn-index"]
+    bench.sight.learn(bench.light(2))
+    held[1]["done"](object())
+    assert bench.sight.learning
+    bench.runner.work("turn-index")
+    assert bench.sight.index is not None
+
+
+def test_a_blank_panorama(bench: Bench) -> None:
+    bench.ready(0)
+    assert isinstance(bench.sight.error, CoreError)
+    assert not bench.sight.learning
+    bench.ready(1)
+    assert bench.sight.error is None
+
+
+def test_learning_that_fails_or_is_stopped(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(heading_tracker, "build_index", MagicMock(side_effect=ValueError))
+    bench.ready(1)
+    assert isinstance(bench.sight.error, CoreError)
+    bench.services.notify.tell_error.assert_called_once()
+    bench.sight.learn(bench.light(2))
+    bench.runner.cancel("turn-index")
+    assert "not learnt" in str(bench.sight.error)
+    assert not bench.sight.learning
+
+
+# -- the overlay -----------------------------------------------------------------------------------
+
+
+def shifted(x: float) -> Alignment:
+    matrix = np.array([[1.0, 0.0, x], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    return Alignment("found", matrix, 60, 0.8, 2.0, 0.9)
+
+
+class Table:
+    """An `Aligner` whose answers a test decides on."""
+
+    def __init__(self, patch: pytest.MonkeyPatch) -> None:
+        self.runner, self.clock = LaterRunner(), VirtualClock(10.0)
+        services = MagicMock()
+        services.runner, services.clock = self.runner, self.clock
+        self.answer: Alignment = shifted(0.0)
+        self.sitter: Sitter | None = None
+        self.asked: list[dict[str, Any]] = []
+        patch.setattr(heading_tracker, "align", self._align)
+        patch.setattr(heading_tracker, "find_sitter", lambda *_: self.sitter)
+        self.aligner = Aligner(services, MagicMock())
+
+    def _align(self, target: Bytes, view: Bytes, **how: Any) -> Alignment:
+        self.asked.append(how)
+        return self.answer
+
+    def look(self, target: Bytes = TARGET) -> Alignment | None:
+        self.clock.sleep(0.1)
+        self.aligner.look(np.zeros((60, 80, 3), np.uint8), target, (70.0, 60.0))
+        self.runner.work("turn-align")
+        return self.aligner.alignment
+
+    def corner(self) -> float:
+        found = self.aligner.alignment
+        assert found is not None
+        assert found.homography is not None
+        return float(moved(found.homography, corners_of((80, 60)))[0, 0])
+
+
+@pytest.fixture
+def table(monkeypatch: pytest.MonkeyPatch) -> Table:
+    table = Table(monkeypatch)
+    table.aligner.switch(on=True)
+    return table
+
+
+def test_the_overlay_is_steadied(table: Table) -> None:
+    table.look()
+    table.answer = shifted(0.8)
+    table.look()
+    assert 0.0 < table.corner() < 0.4
+    table.answer = shifted(30.0)
+    table.look()
+    assert table.corner() < 0.4, "a jump has to be seen twice"
+    table.look()
+    assert table.corner() == pytest.approx(30.0)
+
+
+def test_another_goal_begins_afresh(table: Table) -> None:
+    table.look()
+    table.answer = shifted(30.0)
+    table.look(TARGET.copy())
+    assert table.corner() == pytest.approx(30.0)
+
+
+def test_the_sitter_is_masked(table: Table) -> None:
+    table.look()
+    assert "mask" in table.asked[-1]
+    assert table.asked[-1].get("mask") is None
+    table.sitter = Sitter(0.75, 16.1, (0.7, 0.3, 0.8, 0.5))
+    table.look()
+    mask = table.asked[-1]["mask"]
+    assert not mask[24, 60]
+    assert mask[24, 5]
+    assert table.asked[-1]["sitter_deg"] == 16.1
+
+
+def test_the_overlay_ends(table: Table) -> None:
+    table.look()
+    table.answer = UNSURE
+    for _ in range(7):
+        table.look()
+    assert table.aligner.alignment is not None
+    assert table.aligner.alignment.homography is None
+    table.aligner.look(np.zeros((60, 80, 3), np.uint8), TARGET, (70.0, 60.0))
+    table.aligner.switch(on=False)
+    assert shown_by(table.aligner) is None
+    assert not table.runner.waiting
+    table.aligner.look(np.zeros((60, 80, 3), np.uint8), TARGET, (70.0, 60.0))
+    assert not table.runner.waiting
+
+
+def test_a_picture_that_cannot_be_laid(table: Table, monkeypatch: pytest.MonkeyPatch) -> None:
+    table.look()
+    monkeypatch.setattr(heading_tracker, "align", MagicMock(side_effect=ValueError))
+    table.look()
+    assert table.aligner.alignment is UNSURE
+    monkeypatch.setattr(heading_tracker, "find_sitter", MagicMock(side_effect=CoreError("Gone.")))
+    monkeypatch.setattr(heading_tracker, "align", table._align)
+    table.look()
+    assert table.corner() == 0.0

@@ -1,0 +1,107 @@
+"""The open place: answers of a closed one, goals of another style, places that cannot be kept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from unittest.mock import MagicMock
+
+import numpy as np
+import pytest
+
+from app.core.base.images import write_exr
+from app.core.base.paths import resources
+from app.core.second_light.scale import stated_white
+from app.core.storage.places import PlaceSummary, create_place, list_places
+from app.ui.presenters.job_runner import ImmediateRunner
+from app.ui.presenters.light import LightPresenter
+from app.ui.presenters.places_list import ShelfPresenter, ShelfState
+from tests.helpers.styles_screen import HoldingRunner, Table, on_time, scene_light
+
+SCENE = resources() / "demo" / "scenes" / "studio.exr"
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Table:
+    return on_time(Table(tmp_path, ImmediateRunner()))
+
+
+def test_answers_of_a_place_that_was_closed_are_given_up(tmp_path: Path) -> None:
+    runner = HoldingRunner()
+    table = Table(tmp_path, runner)
+    runner.held.add("solve")
+    table.open(scene_light())
+    assert runner.running("solve")
+    table.desk.close()
+    assert not runner.running("solve")
+    assert table.model.results == ()
+
+
+def test_a_panorama_that_states_its_brightness_is_a_place_of_known_brightness(
+    table: Table, tmp_path: Path
+) -> None:
+    path = tmp_path / "merged.exr"
+    write_exr(path, np.ones((64, 128, 3), np.float32), 40.0)
+    table.desk.open_paths([path])
+    place, folder = table.model.place, table.model.place_folder
+    assert place is not None
+    assert folder is not None
+    assert place.capture is not None
+    assert place.capture.white_cd_m2 == pytest.approx(40.0)
+    assert stated_white(folder / place.environment) == pytest.approx(40.0)
+
+
+def test_what_arrives_does_not_stop_what_arrived_before(tmp_path: Path) -> None:
+    runner = HoldingRunner()
+    table = on_time(Table(tmp_path, runner))
+    runner.held.add("open-arrived")
+    table.open()
+    for _ in range(2):
+        table.desk.take_in([SCENE])
+    assert runner.ran.count("open-arrived") == 1
+    runner.release("open-arrived")
+    assert len(list_places(tmp_path / "places")) == 2
+
+
+def test_the_goal_of_one_style_is_none_of_another(table: Table) -> None:
+    table.open(scene_light())
+    first, other = (result.name for result in table.model.results[:2])
+    table.model.update(chosen=first, goal_deg=33.0, needle_deg=12.0)
+    LightPresenter(table.services, table.desk).choose(other)
+    model = table.model
+    assert (model.chosen, model.goal_deg, model.needle_deg) == (other, None, None)
+    assert model.result is not None
+    assert model.target_turn_deg == model.result.turn_refined_deg
+
+
+def test_a_style_that_is_gone_takes_its_goal_with_it(table: Table) -> None:
+    table.open(scene_light())
+    table.model.update(chosen="mine", goal_deg=33.0)
+    table.model.update(front_deg=90.0)
+    assert table.model.chosen != "mine"
+    assert table.model.goal_deg is None
+
+
+def test_the_list_shows_the_new_name_before_the_disk_has_it(table: Table, tmp_path: Path) -> None:
+    table.open()
+    table.desk.open_paths([SCENE])
+    folder = table.model.place_folder
+    assert folder is not None
+    shelf, view = ShelfPresenter(table.services, table.desk), MagicMock()
+    shelf.attach(view)
+    other = create_place(tmp_path / "places", "Other", table.services.today())
+    assert table.model.place is not None
+    shelf._read(((PlaceSummary(folder, "old", table.model.place.made_at),), {}, {}, ()))
+    table.desk.rename("New")
+    shelf._read(
+        (
+            (
+                PlaceSummary(folder, "old", table.model.place.made_at),
+                PlaceSummary(other, "Other", table.model.place.made_at),
+            ),
+            {},
+            {},
+            (),
+        )
+    )
+    state: ShelfState = view.show_state.call_args[0][0]
+    assert [row.name for row in state.rows] == ["New", "Other"]

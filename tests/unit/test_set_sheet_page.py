@@ -1,0 +1,377 @@
+"""The set sheet: what is drawn where, left and right, clockwise, and that no words are lost."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from app.core.base.colour import luminance
+from app.core.base.paths import resources
+from app.core.portrait.glare import Glare
+from app.core.portrait.ratio import LightingRatio
+from app.core.solver.environment import read_environment, reduce, reduce_radiance
+from app.core.solver.solve import solve_all
+from app.core.solver.style_pack import load_named_pack, load_transport_of
+from app.export.result_sheet.canvas import Canvas
+from app.export.result_sheet.lettering import Anchor, Lettering, Weight
+from app.export.result_sheet.theme import SCALE, TEXT, Colour
+from app.export.set_sheet import SetSheet, SheetLamp, assemble, draw, lamps_of, plan, strip
+from app.export.set_sheet.marks import at
+from app.export.set_sheet.page import PLAN_AT, STRIP_AT
+from app.export.set_sheet.theme import AMBER, AMBER_FILL, HEIGHT, INK, PAPER, WIDTH
+from tests.helpers.synthetic import lamp_environment
+
+DEMO = resources() / "demo"
+GREY = np.full((64, 128, 3), 96, np.uint8)
+RATIO = LightingRatio(
+    2.0,
+    "4:1",
+    "left",
+    "2.0 stops, 4:1 (key plus fill : fill), key on the sitter’s left (camera right)",
+)
+GLARE = Glare(
+    "strong",
+    12.0,
+    30.0,
+    0.3,
+    "The sun shines into the sitter’s eyes at this turn: 12° to the sitter’s left "
+    "(camera right), 30° up. Expect squinting.",
+)
+
+
+def sheet_of(**changes: Any) -> SetSheet:
+    rows, columns = np.mgrid[:40, :40] - 19.5
+    coverage = (np.hypot(rows, columns) < 16).astype(np.float32)
+    picture = np.repeat(0.5 * coverage[..., None], 3, axis=2)
+    plain = SetSheet(
+        title="Rembrandt",
+        side="left",
+        turn_deg=96.2,
+        arc_deg=(79.0, 111.0),
+        match=88.9,
+        strength=55.5,
+        picture=picture,
+        coverage=coverage,
+        panorama=GREY,
+        place="North studio",
+        target=picture,
+        ratio=RATIO,
+        made="21 Nov 2026, 14:05",
+        age="Measured 25 min ago, the sun has moved 6 degrees: capture again.",
+        head="Generic head, medium skin",
+    )
+    return dataclasses.replace(plain, **changes)
+
+
+class Listening(Lettering):
+    """Lettering that remembers its words and where they end."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.words: list[tuple[str, float, float, float]] = []
+
+    def draw(
+        self,
+        canvas: Canvas,
+        at: tuple[float, float],
+        text: str,
+        size: float,
+        weight: Weight = 400,
+        colour: Colour = TEXT,
+        anchor: Anchor = "left",
+    ) -> float:
+        end = super().draw(canvas, at, text, size, weight, colour, anchor)
+        self.words.append((text, end - self.width(text, size, weight), end, at[1]))
+        return end
+
+
+def said(sheet: SetSheet) -> str:
+    letters = Listening()
+    draw(sheet, letters)
+    return " ".join(word[0] for word in letters.words)
+
+
+def near(page: NDArray[np.uint8], place: tuple[float, float], colour: Colour, reach: float) -> int:
+    """How many pixels around a place have a colour."""
+    x, y = (round(value * SCALE) for value in place)
+    r = round(reach * SCALE)
+    patch = page[max(y - r, 0) : y + r, max(x - r, 0) : x + r].astype(int)
+    return int((np.abs(patch - colour).max(axis=-1) <= 8).sum())
+
+
+CENTRE = plan.centre_of(PLAN_AT)
+
+
+def test_the_page_is_a4_and_white() -> None:
+    page = draw(sheet_of())
+    assert page.shape == (round(HEIGHT * SCALE), round(WIDTH * SCALE), 3)
+    assert pytest.approx((210.0, 297.0), abs=0.15) == (WIDTH / 96 * 25.4, HEIGHT / 96 * 25.4)
+    assert (page[:60] == PAPER).all()
+    assert (page[:, :60] == PAPER).all()
+
+
+def test_it_says_the_turn_the_side_and_the_rest() -> None:
+    words = said(sheet_of())
+    for text in (
+        "Rembrandt",
+        "Light from the sitter’s left (camera right)",
+        "96°",
+        "clockwise",
+        "toward 3 o’clock",
+        "Walk to your left, around the sitter.",
+        "Good from 79° to 111°.",
+        "88 of 100",
+        ", strength 55",
+        "2.0 stops, 4:1 (key plus fill : fill),",
+        "North studio",
+        "21 Nov 2026, 14:05",
+        "Measured 25 min ago, the sun has moved 6 degrees: capture again.",
+        "Here, 96° clockwise",
+        "Behind the sitter",
+        "Background of the picture",
+        "Generic head, medium skin.",
+    ):
+        assert text in words, text
+
+
+def test_counter_clockwise_is_to_the_right_and_on_the_other_side() -> None:
+    words = said(sheet_of(turn_deg=-96.2, arc_deg=(-111.0, -79.0), side="right"))
+    for text in (
+        "counter-clockwise",
+        "toward 9 o’clock",
+        "Walk to your right, around the sitter.",
+        "Light from the sitter’s right (camera left)",
+        "Good from −111° to −79°.",
+    ):
+        assert text in words, text
+
+
+@pytest.mark.parametrize("turn", [96.0, -96.0, 45.0, -150.0, 180.0])
+def test_the_photographer_walks_around_the_plan(turn: float) -> None:
+    page = draw(sheet_of(turn_deg=turn, arc_deg=(turn - 10, turn + 10)))
+    # Turn 0 is up and clockwise to the right, as on a clock.
+    spot = at(CENTRE, plan.RADIUS, turn)
+    assert (spot[0] > CENTRE[0]) == (0 < turn < 180)
+    assert near(page, spot, INK, 5.0) > 300
+    # Where they stood there is no black camera.
+    assert near(page, at(CENTRE, plan.RADIUS, 0.0), INK, 5.0) == 0
+    # The walk is drawn the way it goes, and not the other way round.
+    assert near(page, at(CENTRE, plan.RADIUS, 0.6 * turn), AMBER, 3.0) > 20
+    if abs(turn) < 180:
+        assert near(page, at(CENTRE, plan.RADIUS, -0.6 * turn), AMBER, 3.0) == 0
+
+
+@pytest.mark.parametrize("turn", [90.0, -90.0, 30.0])
+def test_the_sitter_faces_the_photographer(turn: float) -> None:
+    page = draw(sheet_of(turn_deg=turn, arc_deg=(turn - 2, turn + 2)))
+    # The nose sticks out of the head toward the photographer and nowhere else.
+    assert near(page, at(CENTRE, 31.0, turn), INK, 2.0) > 8
+    assert near(page, at(CENTRE, 31.0, turn + 180.0), INK, 2.0) == 0
+    assert near(page, at(CENTRE, 31.0, -turn), INK, 2.0) == 0
+
+
+@pytest.mark.parametrize(("front", "azimuth"), [(0.0, 90.0), (0.0, -60.0), (-40.0, 60.0)])
+def test_a_lamp_is_drawn_where_it_is(front: float, azimuth: float) -> None:
+    lamp = SheetLamp("A", azimuth, 10.0, 0.5)
+    page = draw(sheet_of(turn_deg=10.0, arc_deg=(5, 15), front_deg=front, lamps=(lamp,)))
+    turn = azimuth - front
+    assert near(page, at(CENTRE, plan.RING, turn), AMBER_FILL, 8.0) > 300
+    assert near(page, at(CENTRE, plan.RING, -turn), AMBER_FILL, 8.0) == 0
+    x = STRIP_AT[0] + strip.x_of(turn)
+    y = STRIP_AT[1] + strip.HEIGHT * (strip.TOP_DEG - 10.0) / (strip.TOP_DEG - strip.BOTTOM_DEG)
+    assert near(page, (x, y), AMBER_FILL, 8.0) > 300
+
+
+def test_left_on_the_plan_is_the_sitters_left() -> None:
+    # Split from the sitter's left with the lamp at azimuth 0: the turn is 90, and the sitter, who
+    # then faces 3 o'clock, has 12 o'clock at their left.
+    light = lamp_environment(0.0, 10.0, shape=(128, 256))
+    radiance = np.repeat(light[..., None], 3, axis=2).astype(np.float32) + np.float32(0.001)
+    pack = load_named_pack("generic")
+    transport = load_transport_of(pack, "generic")
+    result = solve_all(pack, luminance(reduce_radiance(radiance)), styles=["left-split"])[0]
+    sheet = assemble(result, transport, radiance, place="test", target=pack.target("left-split"))
+    assert sheet.turn_deg == pytest.approx(90.0, abs=1.5)
+    assert sheet.ratio is not None
+    assert sheet.ratio.key_side == "left"
+    (lamp,) = sheet.lamps
+    assert lamp.azimuth_deg == pytest.approx(0.0, abs=1.0)
+    page = draw(sheet)
+    assert near(page, at(CENTRE, plan.RING, 0.0), AMBER_FILL, 8.0) > 300
+    assert near(page, at(CENTRE, plan.RADIUS, 90.0), INK, 5.0) > 300
+
+
+def test_the_background_is_what_lies_behind_the_sitter() -> None:
+    # Azimuth 180 + 90 = -90 is painted green, all else is grey.
+    panorama = np.full((128, 256, 3), 90, np.uint8)
+    panorama[:, 32:96] = (20, 200, 20)
+    sheet = sheet_of(turn_deg=90.0, panorama=panorama)
+    view = strip.background(sheet, (50, 50))
+    assert view.shape == (50, 50, 3)
+    assert (view[..., 1] > 0.7).all()
+    other = strip.background(dataclasses.replace(sheet, front_deg=180.0), (50, 50))
+    assert (np.abs(other - 90 / 255) < 0.02).all()
+
+
+def test_the_strip_has_the_front_in_its_middle() -> None:
+    panorama = np.full((128, 256, 3), 90, np.uint8)
+    panorama[:, 190:194] = (20, 200, 20)  # azimuth 90
+    page = draw(sheet_of(turn_deg=0.0, arc_deg=(-5, 5), panorama=panorama, front_deg=60.0))
+    spot = (STRIP_AT[0] + strip.x_of(30.0), STRIP_AT[1] + 60.0)
+    assert near(page, spot, (20, 200, 20), 3.0) > 50
+
+
+@pytest.mark.parametrize("turn", [90.0, -150.0])
+def test_the_marks_on_the_strip(turn: float) -> None:
+    page = draw(sheet_of(turn_deg=turn))
+    middle = STRIP_AT[1] + 0.4 * strip.HEIGHT
+    x = STRIP_AT[0]
+    assert near(page, (x + strip.x_of(turn), middle), AMBER_FILL, 4.0) > 30
+    assert near(page, (x + strip.x_of(-turn), middle), AMBER_FILL, 4.0) == 0
+    # The frame around the background: its left edge is 22.5 degrees beside the middle.
+    assert near(page, (x + strip.x_of(turn + 180.0 - 22.5), middle), AMBER_FILL, 4.0) > 5
+
+
+def test_no_turn_needs_no_walk() -> None:
+    words = said(sheet_of(turn_deg=0.2, arc_deg=(-180.0, 180.0)))
+    assert "no turn needed" in words
+    assert "You and the sitter stay as you stand." in words
+    assert "Good at any turn." in words
+    assert "o’clock" not in words
+
+
+def test_warnings_and_reasons_are_there() -> None:
+    words = said(sheet_of(glare=GLARE, reason="No light from beneath"))
+    assert "The sun shines into the sitter’s eyes" in words
+    assert "Out of reach here. No light from beneath." in words
+    assert "key on the" in words
+
+
+def test_all_facts_at_once_stay_in_their_column() -> None:
+    letters = Listening()
+    reason = "Light only from one side, and far too little of it to be of any use"
+    draw(sheet_of(glare=GLARE, reason=reason), letters)
+    left = [word for word in letters.words if word[1] < PLAN_AT[0] and 260 < word[3] < 505]
+    assert left
+    assert max(word[2] for word in left) < PLAN_AT[0]
+    assert max(word[3] for word in left) < 500.0
+
+
+@pytest.mark.parametrize("turn", [179.7, -179.2, -134.5, 8.0])
+def test_the_large_figures_stay_beside_the_plan(turn: float) -> None:
+    letters = Listening()
+    draw(sheet_of(turn_deg=turn), letters)
+    top = [word for word in letters.words if word[1] < PLAN_AT[0] and 130 < word[3] < 215]
+    assert len(top) >= 3
+    assert max(word[2] for word in top) <= PLAN_AT[0] - 10.0
+
+
+def test_long_names_and_notes_stay_on_the_page() -> None:
+    letters = Listening()
+    sheet = sheet_of(
+        title="My own style with a name that goes on and on and on",
+        place="A_very_long_name_of_a_place_" * 5,
+        age="Measured 25 min ago, the sun has moved 6 degrees, up to 13 degrees along the horizon: "
+        "capture again, and look whether the shadow of the house has come near.",
+        notes="Chair one step from the window. " * 30,
+    )
+    draw(sheet, letters)
+    assert min(word[1] for word in letters.words) >= 40.0
+    assert max(word[2] for word in letters.words) <= WIDTH - 43.5
+
+
+def test_a_painted_style_has_no_target() -> None:
+    painted = np.full((80, 80, 3), (255, 140, 30), np.uint8)
+    letters = Listening()
+    page = draw(sheet_of(target=None, painted=painted, side="none", light="painted"), letters)
+    words = [word[0] for word in letters.words]
+    assert "Painted" in words
+    assert "Target" not in words
+    assert near(page, (100.0, 560.0), (255, 140, 30), 10.0) > 200
+
+
+def test_only_lamps_that_matter_are_shown() -> None:
+    small = [SheetLamp(name, 20.0 * k, 5.0, 0.01) for k, name in enumerate("CDE")]
+    large = [SheetLamp(name, 60.0 * k, 5.0, 0.2) for k, name in enumerate("ABFGH")]
+    sun = SheetLamp("S", 100.0, 40.0, 0.0001, sun=True)
+    shown = sheet_of(lamps=(*large, *small, sun)).shown
+    assert [lamp.name for lamp in shown] == ["S", "A", "B", "F"]
+
+
+def test_lamps_of_an_environment() -> None:
+    light = lamp_environment(70.0, 30.0, 5.0, (128, 256), fill=0.05).astype(np.float32)
+    radiance = np.repeat(light[..., None], 3, axis=2)
+    (lamp,) = lamps_of(radiance, sun=(70.5, 29.0))
+    assert (lamp.azimuth_deg, lamp.elevation_deg) == pytest.approx((70.0, 30.0), abs=1.0)
+    assert lamp.sun
+    # Irradiance 1 of the lamp beside 4 pi 0.05 of the fill.
+    assert lamp.share == pytest.approx(1.0 / (1.0 + 4.0 * math.pi * 0.05), abs=0.03)
+    assert not lamps_of(radiance, sun=(-70.0, 30.0))[0].sun
+
+
+@cache
+def real_sheet(scene: str, style: str) -> SetSheet:
+    pack = load_named_pack("generic")
+    environment = read_environment(DEMO / scene)
+    result = solve_all(pack, luminance(reduce(environment)), styles=[style])[0]
+    return assemble(
+        result,
+        load_transport_of(pack, "generic"),
+        environment.radiance,
+        place=environment.name,
+        target=pack.target(style),
+    )
+
+
+@pytest.mark.parametrize(
+    ("scene", "style"),
+    [
+        ("scenes/sunrise.exr", "butterfly"),
+        ("scenes/interior.exr", "right-rim"),
+        ("location/probe-3.exr", "left-rembrandt"),
+    ],
+)
+def test_real_places_give_a_full_sheet(scene: str, style: str) -> None:
+    sheet = real_sheet(scene, style)
+    words = said(sheet)
+    assert "key plus fill" in words
+    assert sheet.panorama.shape[1] == 2 * sheet.panorama.shape[0] >= 1024
+    assert sheet.lamps
+    if style == "butterfly":
+        assert "shines into the sitter’s" in words
+
+
+def test_another_turn_has_its_own_numbers() -> None:
+    pack = load_named_pack("generic")
+    environment = read_environment(DEMO / "scenes" / "interior.exr")
+    result = solve_all(pack, luminance(reduce(environment)), styles=["left-loop"])[0]
+    sheet = assemble(
+        result,
+        load_transport_of(pack, "generic"),
+        environment.radiance,
+        place="x",
+        turn_deg=-45.0,
+    )
+    assert sheet.turn_deg == -45.0
+    assert sheet.match == result.match_curve[56]
+
+
+def test_a_sheet_takes_less_than_a_second() -> None:
+    pack = load_named_pack("generic")
+    transport = load_transport_of(pack, "generic")
+    environment = read_environment(DEMO / "location" / "probe-3.exr")
+    result = solve_all(pack, luminance(reduce(environment)), styles=["left-loop"])[0]
+    best = math.inf
+    for _ in range(3):
+        start = time.process_time()
+        target = pack.target("left-loop")
+        draw(assemble(result, transport, environment.radiance, place="x", target=target))
+        best = min(best, time.process_time() - start)
+    assert best < 1.0
