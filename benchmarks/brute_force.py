@@ -26,6 +26,7 @@ from app.core.baking.backend import select_variant
 from app.core.base.colour import luminance
 from app.core.base.files import atomic_write_text
 from app.core.solver.environment import rotate
+from app.core.solver.reach import Limits
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.transport import Transport, load_named, load_transport, render
@@ -219,7 +220,7 @@ def _pairs(
     own = np.stack([luminance(render(transport, rotate(light, k))) for k in range(TURNS)])
     own_curves = curves(np.stack([own, own]).astype(np.float64), weights, transport.face)
     chosen = {
-        objective: solve_all(pack, light, objective=objective, epsilon=0.0, min_strength=0.0)
+        objective: solve_all(pack, light, objective=objective, limits=Limits(0.0, 0.0))
         for objective in ("paper", "picture")
     }
     rows: list[dict[str, Any]] = []

@@ -19,12 +19,17 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
+from typing import TYPE_CHECKING  # noqa: E402
+
 from app.core.base.angles import TURNS, difference, wrap  # noqa: E402
 from app.core.base.files import atomic_write_text  # noqa: E402
 from app.core.solver.lamps import far_lamp  # noqa: E402
-from app.core.solver.solve import Objective, solve_all  # noqa: E402
+from app.core.solver.solve import solve_all  # noqa: E402
 from app.core.solver.style_pack import StylePack, load_named_pack  # noqa: E402
 from app.core.solver.styles import Style, StyleLamp  # noqa: E402
+
+if TYPE_CHECKING:
+    from app.core.solver.reach import Objective
 
 LAMPS = 4 * TURNS  # azimuths tried: on texels, between them, and half-way
 DIAMETER_DEG = 5.0

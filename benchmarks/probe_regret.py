@@ -36,7 +36,7 @@ from app.core.hdr.whatif import choose, given_up  # noqa: E402
 from app.core.simulation.bracket_maker import meter, write_bracket  # noqa: E402
 from app.core.simulation.cameras import THETA_V  # noqa: E402
 from app.core.solver.environment import read_environment, reduce_radiance  # noqa: E402
-from app.core.solver.solve import OBJECTIVES  # noqa: E402
+from app.core.solver.reach import OBJECTIVES  # noqa: E402
 from app.core.solver.style_pack import StylePack, load_named_pack  # noqa: E402
 
 # Exposure value (ISO 100) that a meter would read in each scene without a sun.

@@ -32,7 +32,7 @@ from app.core.second_light.scale import illuminance  # noqa: E402
 from app.core.second_light.search import place_all  # noqa: E402
 from app.core.solver.environment import read_environment, reduce  # noqa: E402
 from app.core.solver.head_shape import load_shape_of  # noqa: E402
-from app.core.solver.solve import OBJECTIVES  # noqa: E402
+from app.core.solver.reach import OBJECTIVES  # noqa: E402
 from app.core.solver.style_pack import load_named_pack, load_transport_of  # noqa: E402
 
 # Vertical illuminance at the face, lux: night, cellar, interiors, studio, overcast, sun.

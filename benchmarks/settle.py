@@ -33,7 +33,11 @@ from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.base.files import atomic_write_text
 from app.core.solver.environment import rotate
-from app.core.solver.solve import Objective, solve_all
+from app.core.solver.reach import (
+    Limits,
+    Objective,
+)
+from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import Transport, load_named, render
 from app.core.solver.weights import target_weights
@@ -129,7 +133,7 @@ def follow(scenes: Path, rows: list[dict[str, Any]]) -> list[tuple[dict[str, Any
         for row in rows:
             light = read_light(scenes / f"{row['scene']}.hdr")
             (now,) = solve_all(
-                pack, light, objective, epsilon=0.0, min_strength=0.0, styles=[row["style"]]
+                pack, light, objective, limits=Limits(0.0, 0.0), styles=[row["style"]]
             )
             best = row[f"{measure}_best_deg"]
             if abs(difference(now.turn_deg, row[f"{measure}_turn_deg"])) > 1.0:

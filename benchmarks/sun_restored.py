@@ -43,7 +43,7 @@ from app.core.solver.environment import (  # noqa: E402
     reduce_radiance,
     solid_angles,
 )
-from app.core.solver.solve import OBJECTIVES  # noqa: E402
+from app.core.solver.reach import OBJECTIVES  # noqa: E402
 from app.core.solver.style_pack import StylePack, load_named_pack  # noqa: E402
 
 Float32 = NDArray[np.float32]

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from place_light import Portrait, Sitting
 
-    from app.core.solver.solve import Objective
+    from app.core.solver.reach import Objective
 
 TURNS: Final = 64
 SEEDS: Final = 2

@@ -20,7 +20,7 @@ from app.core.evaluation.offsets import load_offsets
 from app.core.evaluation.report.numbers import as_json, bars_of, certainty_of, verdict
 from app.core.evaluation.scenes import default_scenes, find_scenes, read_scenes
 from app.core.evaluation.tables import load_tables, save_tables, tables_path
-from app.core.solver.solve import OBJECTIVES
+from app.core.solver.reach import OBJECTIVES
 from app.core.solver.style_pack import load_named_pack, load_transport_of, pack_names
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import argparse
 import math
 from typing import Final
 
-from app.core.solver.solve import OBJECTIVES
+from app.core.solver.reach import OBJECTIVES
 
 MOST_DEG: Final = 36000.0
 """Largest angle that is taken: far beyond, a number has no degrees left in it."""

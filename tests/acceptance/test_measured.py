@@ -13,7 +13,8 @@ import pytest
 
 from app.core.base.angles import difference
 from app.core.solver.environment import read_environment, reduce
-from app.core.solver.solve import Objective, solve_all
+from app.core.solver.reach import Limits, Objective
+from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import load_named
 from tests.helpers.shared import SHARED, needs_shared
@@ -105,7 +106,7 @@ def test_brute_force_is_of_the_turns_that_are_chosen_now(
     for scene in {row["scene"] for row in rows}:
         environment = read_environment(SHARED / "hdri" / f"{scene}.hdr")
         light = reduce(environment, (32, 64))
-        found = solve_all(pack, light, objective, epsilon=0.0, min_strength=0.0)
+        found = solve_all(pack, light, objective, limits=Limits(0.0, 0.0))
         chosen = {one.name: one.turn_deg for one in found}
         for row in (row for row in rows if row["scene"] == scene):
             apart = abs(difference(chosen[row["style"]], row[f"{measure}_turn_deg"]))

@@ -16,7 +16,8 @@ import pytest
 from app.core.base.angles import difference
 from app.core.base.paths import resources
 from app.core.solver.environment import read_environment, reduce
-from app.core.solver.solve import Objective, solve_all
+from app.core.solver.reach import Objective
+from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import load_named
 

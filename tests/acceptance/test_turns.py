@@ -13,8 +13,9 @@ from app.core.base.colour import luminance
 from app.core.base.paths import resources
 from app.core.solver.environment import from_radiance, read_environment, reduce
 from app.core.solver.lamps import far_lamp
+from app.core.solver.reach import OBJECTIVES, Limits, Objective
 from app.core.solver.search import build_tables, curves, quality_curves
-from app.core.solver.solve import OBJECTIVES, Objective, StyleResult, match_and_strength, solve_all
+from app.core.solver.solve import StyleResult, measure, solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack, load_transport_of, pack_names
 from app.core.solver.styles import Style, StyleLamp, mirror_name
 from app.core.solver.transport import preintegrate, render
@@ -130,7 +131,9 @@ def test_uniform_fill_lowers_the_strength_steadily(head: str) -> None:
         light = _own(style, pack.header.environment)
         strengths = []
         for fill in (0.0, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0):
-            (result,) = solve_all(pack, light + fill, styles=[style.name], min_strength=0.0)
+            (result,) = solve_all(
+                pack, light + fill, styles=[style.name], limits=Limits(strength=0.0)
+            )
             strengths.append(result.strength_curve[0])
         assert (np.diff(strengths) < 0).all(), (style.name, strengths)
 
@@ -216,7 +219,7 @@ def test_match_is_within_half_a_point_of_exact(head: str) -> None:
         turned = np.stack([np.roll(light, -k, axis=1).ravel() for k in range(TURNS)], axis=1)
         pictures = basis @ (transport.texel_basis.astype(np.float64) @ turned)
         contrast = np.linalg.norm(pictures - pictures.mean(axis=0), axis=0)
-        match, _, _ = match_and_strength(pack, found)
+        match = measure(pack, found).match
         worst = max(worst, float(np.abs(match - match * found.contrast / contrast).max()))
     assert worst <= 0.5
 

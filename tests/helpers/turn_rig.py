@@ -19,6 +19,7 @@ from app.core.localization.heading import Heading
 from app.core.localization.sitter import Sitter
 from app.core.solver.environment import Environment
 from app.core.solver.place_light import PlaceLight, prepare
+from app.core.solver.reach import Limits
 from app.core.solver.solve import solve_all
 from app.core.storage.settings import Settings
 from app.devices.clock import VirtualClock
@@ -166,7 +167,7 @@ class Rig:
         pack = synthetic_pack()
         self.head = Head("synthetic", "Synthetic head", pack, lambert_sphere_transport())
         light = lit_from(lamp_deg)
-        results = solve_all(pack, light.searched, "picture", epsilon=0.0, min_strength=0.0)
+        results = solve_all(pack, light.searched, "picture", limits=Limits(0.0, 0.0))
         self.model.update(
             head=self.head, light=light, results=results, chosen=style, step=Step.TURN
         )

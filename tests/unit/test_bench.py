@@ -28,7 +28,7 @@ from app.core.bench.rows import Case, Peer, PeerCase, Row, bandwidth, clock, tim
 from app.core.bench.run import find_peers, run_all
 from app.core.bench.search import plain_match, plain_quality, product_match
 from app.core.solver.search import curves, quality_curves
-from app.core.solver.solve import match_and_strength
+from app.core.solver.solve import measure
 from app.devices.bench import preview_case
 from tests.helpers.synthetic import lambert_sphere_transport, synthetic_pack
 
@@ -43,7 +43,7 @@ def test_plain_searches_compute_the_same() -> None:
     quality = quality_curves(pack.tables, pack.seen(light))
     plain = plain_quality(pack.preintegrated, light)
     np.testing.assert_allclose(plain, quality, atol=1e-5 * np.abs(quality).max())
-    match, _, _ = match_and_strength(pack, curves(pack.tables, pack.seen(light)))
+    match = measure(pack, curves(pack.tables, pack.seen(light))).match
     flat = pack.targets.reshape(len(pack.styles), -1, 3).astype(np.float32)
     pictures = (flat @ np.array([0.2126, 0.7152, 0.0722], np.float32))[:, transport.pixels]
     full = transport.matrix()

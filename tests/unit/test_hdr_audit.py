@@ -19,7 +19,8 @@ from app.core.hdr.lights import find_lights
 from app.core.hdr.sun import restore
 from app.core.hdr.whatif import choose, given_up
 from app.core.solver.environment import energy, read_environment, reduce_radiance
-from app.core.solver.solve import OBJECTIVES, Objective, solve_all
+from app.core.solver.reach import OBJECTIVES, Objective
+from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from tests.helpers.probes import clip, place, sunny_place
 

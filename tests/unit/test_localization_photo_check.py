@@ -24,6 +24,7 @@ from app.core.localization.photo_check import (
 )
 from app.core.solver.environment import Environment
 from app.core.solver.place_light import prepare
+from app.core.solver.reach import Limits
 from app.core.solver.solve import StyleResult, solve_all
 from tests.helpers.photos import demo_index, photo_bytes, taken_from, write_photo
 from tests.helpers.synthetic import lamp_environment, synthetic_pack
@@ -181,7 +182,7 @@ def result_of(lamp_deg: float) -> StyleResult:
         Environment(np.repeat(luminance[..., None], 3, axis=2).astype(np.float32), "lamp")
     )
     pack = synthetic_pack()
-    results = solve_all(pack, light.searched, "picture", epsilon=0.0, min_strength=0.0)
+    results = solve_all(pack, light.searched, "picture", limits=Limits(0.0, 0.0))
     return next(one for one in results if one.name == "butterfly")
 
 

@@ -16,6 +16,7 @@ from app.core.guidance.guide import Phase
 from app.core.guidance.words import whole
 from app.core.solver.environment import read_environment
 from app.core.solver.place_light import prepare
+from app.core.solver.reach import Limits
 from app.core.solver.solve import solve_all
 from app.devices.clock import SystemClock
 from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamState
@@ -322,7 +323,7 @@ def test_who_need_not_be_told(monkeypatch: pytest.MonkeyPatch, case: str) -> Non
     if case == "new goal":
         # Another style whose light is where the camera stands: nobody is asked to walk any more.
         light = lit_from(10.0)
-        results = solve_all(rig.head.pack, light.searched, "picture", epsilon=0.0, min_strength=0.0)
+        results = solve_all(rig.head.pack, light.searched, "picture", limits=Limits(0.0, 0.0))
         rig.model.update(results=results)
         assert watch_the_walk(rig, 10.0, 20.0, 20.0)[-1] is Phase.HOLD
 

@@ -15,7 +15,7 @@ from app.core.solver.environment import read_environment, reduce, rotate
 from app.core.solver.relighting_cache import light_table, painted_curves
 from app.core.solver.search import curves
 from app.core.solver.search_light import find_colours, luminance_of, seen_light
-from app.core.solver.solve import match_and_strength, solve_all
+from app.core.solver.solve import measure, solve_all
 from app.core.solver.style_pack import load_named_pack, load_transport_of
 from app.core.solver.transport import Transport, render
 from app.core.solver.weights import painted, target_weights
@@ -49,7 +49,7 @@ def test_match_and_quality_are_those_of_pictures_in_colour(scene: Path) -> None:
     pack, transport = load_named_pack("generic"), _generic()
     light = reduce(read_environment(scene)).astype(np.float64)
     found = curves(pack.tables, pack.seen(light))
-    match, _, _ = match_and_strength(pack, found)
+    match = measure(pack, found).match
     faces = _faces(transport, light)
     for row, style in enumerate(pack.styles):
         target = luminance(pack.target(style.name)).ravel()[transport.pixels]
@@ -67,8 +67,8 @@ def test_luminance_alone_would_be_wrong() -> None:
     """What this is for: light of two colours, counted as grey, gives another match."""
     pack = load_named_pack("generic")
     light = _two_colours()
-    match, _, _ = match_and_strength(pack, curves(pack.tables, pack.seen(light)))
-    grey, _, _ = match_and_strength(pack, curves(pack.tables, pack.seen(luminance(light))))
+    match = measure(pack, curves(pack.tables, pack.seen(light))).match
+    grey = measure(pack, curves(pack.tables, pack.seen(luminance(light)))).match
     assert np.abs(match - grey).max() > 5.0
 
 

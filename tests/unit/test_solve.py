@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS, difference, wrap
 from app.core.base.errors import EnvironmentFileError, StyleError
 from app.core.solver.peaks import shift
-from app.core.solver.solve import OBJECTIVES, Objective, StyleResult, solve_all, solve_painted
+from app.core.solver.reach import OBJECTIVES, Limits, Objective
+from app.core.solver.solve import StyleResult, solve_all, solve_painted
 from app.core.solver.styles import mirror_name
 from app.core.solver.transport import preintegrate
 from app.core.solver.weights import painted, target_weights
@@ -153,7 +154,9 @@ def test_the_objectives_differ_where_they_should() -> None:
 def test_without_sufficient_strength_the_quality_decides() -> None:
     light = _scene(4)
     for weak, paper in zip(
-        solve_all(PACK, light, min_strength=1e6), solve_all(PACK, light, "paper"), strict=True
+        solve_all(PACK, light, limits=Limits(strength=1e6)),
+        solve_all(PACK, light, "paper"),
+        strict=True,
     ):
         assert weak.turn_deg == paper.turn_deg
         assert not weak.attainable
@@ -169,7 +172,7 @@ def test_the_chosen_turn_has_sufficient_strength_where_there_is_one() -> None:
 
 
 def test_asking_for_no_strength_takes_the_best_match_of_all() -> None:
-    for result in solve_all(PACK, _scene(3), epsilon=0.0, min_strength=0.0):
+    for result in solve_all(PACK, _scene(3), limits=Limits(0.0, 0.0)):
         assert result.match == pytest.approx(result.match_curve.max(), abs=1e-4)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS
 from app.core.bench.rows import Case
 from app.core.solver.search import curves, quality_curves
-from app.core.solver.solve import match_and_strength, solve_all
+from app.core.solver.solve import measure, solve_all
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -69,14 +69,14 @@ def search_cases(transport: Transport, pack: StylePack) -> Iterator[Case]:
     touched = tables.targets.nbytes + tables.basis.nbytes + seen.nbytes + 3 * out
     yield Case(
         "solve.match",
-        lambda: match_and_strength(pack, curves(tables, seen)),
+        lambda: measure(pack, curves(tables, seen)),
         lambda: plain_match(full, pictures, light),
         "64 products T @ L, np.corrcoef",
         touched,
     )
     yield Case(
         "solve.match.product",
-        lambda: match_and_strength(pack, curves(tables, seen)),
+        lambda: measure(pack, curves(tables, seen)),
         lambda: product_match(full, pictures, light),
         "one product T @ L for 64 turns",
         touched,

@@ -15,7 +15,7 @@ from app.core.evaluation.heads import Spread, from_best, from_results, solved, s
 from app.core.evaluation.quality import block_sums, quality_at_turns
 from app.core.evaluation.tables import styles_digest
 from app.core.solver.environment import reduce_radiance
-from app.core.solver.solve import OBJECTIVES
+from app.core.solver.reach import OBJECTIVES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from app.core.evaluation.offsets import Offsets
     from app.core.evaluation.scenes import Scene
     from app.core.evaluation.tables import Tables
-    from app.core.solver.solve import Objective, StyleResult
+    from app.core.solver.reach import Objective
+    from app.core.solver.solve import StyleResult
     from app.core.solver.style_pack import StylePack
     from app.core.solver.styles import Style
 

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from app.core.evaluation.differences import Best
-    from app.core.solver.solve import Objective, StyleResult
+    from app.core.solver.reach import Objective
+    from app.core.solver.solve import StyleResult
     from app.core.solver.style_pack import StylePack
 
 Float64: TypeAlias = NDArray[np.float64]

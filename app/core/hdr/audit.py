@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from app.core.hdr.frame import Merged
     from app.core.hdr.sun import Restoration
-    from app.core.solver.solve import Objective
+    from app.core.solver.reach import Objective
     from app.core.solver.style_pack import StylePack
 
 Float64: TypeAlias = NDArray[np.float64]

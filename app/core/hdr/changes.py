@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from app.core.base.angles import difference
-from app.core.solver.solve import Objective, StyleResult, solve_all
+from app.core.solver.solve import StyleResult, solve_all
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
+    from app.core.solver.reach import Objective
     from app.core.solver.style_pack import StylePack
 
 _SAME_DEG: Final = 0.5

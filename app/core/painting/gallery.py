@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.painting.canvas import make_canvas, weights_of
-from app.core.solver.reasons import EPSILON, MIN_STRENGTH
+from app.core.solver.reach import LIMITS, Limits
 from app.core.solver.relighting_cache import light_table
 from app.core.solver.solve import solve_on_table
 from app.core.solver.transport import render, to_image
@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 
     from app.core.painting.canvas import Canvas
     from app.core.painting.user_style import UserStyle
+    from app.core.solver.reach import Objective
     from app.core.solver.relighting_cache import LightTable
-    from app.core.solver.solve import Objective, StyleResult
+    from app.core.solver.solve import StyleResult
     from app.core.solver.styles import Side, Style
     from app.core.solver.transport import Transport
     from app.core.solver.weights import PaintedWeights
@@ -126,8 +127,7 @@ def solve_user_styles(
     light: NDArray[np.floating[Any]],
     objective: Objective = "picture",
     *,
-    epsilon: float = EPSILON,
-    min_strength: float = MIN_STRENGTH,
+    limits: Limits = LIMITS,
     front_deg: float = 0.0,
     table: LightTable | None = None,
 ) -> tuple[StyleResult, ...]:
@@ -160,9 +160,7 @@ def solve_user_styles(
             if isinstance(entry, Asking)
             else weights_of(make_canvas(style.weights, style.ignore), transport)
         )
-        found = solve_on_table(
-            prepared, weights, objective, epsilon=epsilon, min_strength=min_strength
-        )
+        found = solve_on_table(prepared, weights, objective, limits=limits)
         named = replace(found, name=style.name, title=style.title, side=style.side)
         results.append(named.seen_from(front_deg) if front_deg else named)
     return tuple(results)

@@ -26,9 +26,9 @@ from app.core.painting.canvas import (
 )
 from app.core.painting.stroke import Stroke
 from app.core.painting.tiles import TileChange, apply, revert
-from app.core.solver.reasons import EPSILON, MIN_STRENGTH
+from app.core.solver.reach import LIMITS, Limits, Objective
 from app.core.solver.relighting_cache import counted_light, table_picture
-from app.core.solver.solve import Objective, StyleResult, solve_on_table
+from app.core.solver.solve import StyleResult, solve_on_table
 from app.core.solver.transport import to_image
 from app.core.solver.weights import paint
 
@@ -83,15 +83,14 @@ class PaintSession:
         table: LightTable | None = None,
         *,
         objective: Objective = "picture",
-        epsilon: float = EPSILON,
-        min_strength: float = MIN_STRENGTH,
+        limits: Limits = LIMITS,
         front_deg: float = 0.0,
     ) -> None:
         self._transport = transport
         self._table = table
         self._front_deg = front_deg
         self._objective: Objective = objective
-        self._limits = epsilon, min_strength
+        self._limits = limits
         place = np.full(transport.size**2, -1)
         place[transport.pixels[transport.face]] = np.flatnonzero(transport.face)
         self._place = place.reshape(transport.size, transport.size)
@@ -192,14 +191,12 @@ class PaintSession:
         missing = advice(self.canvas, weights)
         if table is None:
             return Answer(target, missing, None, None)
-        epsilon, least = self._limits
         result = solve_on_table(
             table,
             weights,
             self._objective,
             counted=self._counted_now(table, weights.active),
-            epsilon=epsilon,
-            min_strength=least,
+            limits=self._limits,
         )
         picture = None
         if table.pictures is not None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.core.second_light.search import Placed
-    from app.core.solver.solve import Objective
+    from app.core.solver.reach import Objective
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,10 +25,11 @@ from app.core.second_light.lamp_tables import (
 )
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
 from app.core.second_light.search_kernel import Found, seek
-from app.core.solver.reasons import EPSILON, MIN_STRENGTH, LightMap, Limits, reason
+from app.core.solver.reach import LIMITS, Limits, Objective
+from app.core.solver.reasons import LightMap, reason
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search_light import luminance_of
-from app.core.solver.solve import Objective, StyleResult, solve_all
+from app.core.solver.solve import StyleResult, solve_all
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -108,8 +109,7 @@ def place_all(
     allowed: Mask | None = None,
     greedy: bool = False,
     powers: Sequence[float] = (1.0,),
-    epsilon: float = EPSILON,
-    min_strength: float = MIN_STRENGTH,
+    limits: Limits = LIMITS,
     front_deg: float = 0.0,
     tables: LampTables | None = None,
 ) -> tuple[Placed, ...]:
@@ -140,15 +140,13 @@ def place_all(
     light, scale = normalised(radiance, pack.header.environment)
     if light.ndim == 2:
         light = np.repeat(light[..., None], 3, axis=2)
-    limits = Limits(epsilon, min_strength)
     chosen = None if styles is None else {pack.index(name) for name in styles}
     rows = [row for row in range(len(pack.styles)) if chosen is None or row in chosen]
     before = solve_all(
         pack,
         radiance,
         objective,
-        epsilon=epsilon,
-        min_strength=min_strength,
+        limits=limits,
         styles=[pack.styles[row].name for row in rows],
         front_deg=front_deg,
     )
@@ -183,7 +181,7 @@ def _answer(ask: _Asked, found: Found, before: StyleResult) -> Placed:
     tables, place, limits = ask.tables, ask.place, ask.limits
     spot, style = found.spot, tables.pack.styles[found.row]
     quality, match, strength = _measure(tables, place, found)
-    attainable = match >= limits.match and strength >= limits.strength
+    attainable = limits.met(match, strength)
     why = None
     if not attainable:
         why = _why(tables, place, found, match, strength, limits, ask.most)

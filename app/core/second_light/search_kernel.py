@@ -14,13 +14,13 @@ from app.core.second_light.choice import Spot, best_spot, refine
 from app.core.second_light.contrast import Norms, norms
 from app.core.second_light.lamp_tables import lamp_alone, left_everywhere
 from app.core.second_light.placements import COUNT
-from app.core.solver.reasons import Limits
+from app.core.solver.reach import LIMITS, Limits, Measured, choose
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.core.second_light.lamp_tables import LampTables, Place
-    from app.core.solver.solve import Objective
+    from app.core.solver.reach import Objective
 
 Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
@@ -50,7 +50,7 @@ def seek(
     place: Place,
     rows: Sequence[int],
     objective: Objective = "picture",
-    limits: Limits | None = None,
+    limits: Limits = LIMITS,
     allowed: Mask | None = None,
     powers: Sequence[float] = (1.0,),
     *,
@@ -80,7 +80,6 @@ def seek(
             for row, values in zip(rows, quality, strict=True)
         ]
         return _counted(answers, turn)
-    limits = Limits() if limits is None else limits
     parts = _Parts.of(tables, place, rows, turn)
     best: dict[int, tuple[tuple[int, float], Found]] = {}
     for power in powers:
@@ -162,7 +161,7 @@ class _Sight:
 def _choose(
     sight: _Sight, row: int, limits: Limits, open_: Mask
 ) -> tuple[tuple[int, float], Found]:
-    """Choose as `app.core.solver.solve` does among turns.
+    """Choose among all combinations as among turns (`app.core.solver.reach`).
 
     Returns
     -------
@@ -173,18 +172,15 @@ def _choose(
     quality = sight.value(row)
     match = quality * (100.0 / float(sight.parts.tables.pack.weight_norm[row]))
     match /= sight.contrast
-    if limits.strength <= 0:
-        found = _found(row, match, open_, sight.power)
-        return (2, _at(match, found)), found
     whole, every = sight.strengths(row, quality)
-    for tier, strength in ((2, every), (1, whole)):
-        allowed = open_ & (strength >= limits.strength)
-        least = limits.match if tier == 2 else -np.inf
-        if (match[allowed] >= least).any():
-            found = _found(row, match, allowed, sight.power, gate=strength - limits.strength)
-            return (tier, _at(match, found)), found
-    found = _found(row, quality, open_, sight.power)
-    return (0, _at(match, found)), replace(found, values=match[found.spot.turn].copy())
+    measured = Measured(quality.ravel(), match.ravel(), whole.ravel(), every.ravel())
+    choice = choose(measured, "picture", limits, open_.ravel())
+    gate = None if choice.guard is None else choice.gate.reshape(match.shape) - limits.strength
+    curve, allowed = choice.curve.reshape(match.shape), choice.allowed.reshape(match.shape)
+    found = _found(row, curve, allowed, sight.power, gate=gate)
+    if choice.tier == 0:
+        found = replace(found, values=match[found.spot.turn].copy())
+    return (int(choice.tier), _at(match, found)), found
 
 
 def _at(match: Float64, found: Found) -> float:

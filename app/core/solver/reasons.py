@@ -15,15 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    from app.core.solver.reach import Limits
     from app.core.solver.styles import Style, StyleLamp
 
 Float64: TypeAlias = NDArray[np.float64]
-
-EPSILON: Final = 45.0
-"""Least match of an attainable style: the paper's value, read on the scale of match."""
-
-MIN_STRENGTH: Final = 20.0
-"""Least strength of an attainable style."""
 
 _LOBE_POWER: Final = 20.0
 _ELEVATIONS_DEG: Final = (-75.0, -60.0, -45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0, 60.0, 75.0)
@@ -31,14 +26,6 @@ _MISSING: Final = 0.25  # of the brightest lobe: a lamp two stops under it does 
 _EVEN: Final = 3.0  # brightest lobe over mean radiance of a place without a main light
 _OPPOSITE_DEG: Final = 150.0
 _TALL_DEG: Final = 20.0  # a style's lamp may stand this much higher or lower and do its work
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """From where on a style counts as attainable."""
-
-    match: float = EPSILON
-    strength: float = MIN_STRENGTH
 
 
 @dataclass(frozen=True)
@@ -141,7 +128,7 @@ def reason(
     str or None
         Without a full stop; None when the style is attainable.
     """
-    if match >= limits.match and strength >= limits.strength:
+    if limits.met(match, strength):
         return None
     weak = strength < limits.strength
     if light.is_even:

@@ -7,14 +7,15 @@ first, and only the quality C, which is linear in it, is given back in the calle
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS, direction, wrap
-from app.core.solver.peaks import Gate, Peak, best_index, find_peaks, shift
-from app.core.solver.reasons import EPSILON, MIN_STRENGTH, LightMap, Limits, reason
+from app.core.solver.peaks import Peak, best_index, find_peaks, shift
+from app.core.solver.reach import LIMITS, Limits, Measured, Objective, choose
+from app.core.solver.reasons import LightMap, reason
 from app.core.solver.relighting_cache import light_table, normalised, painted_curves
 from app.core.solver.search import Curves, curves
 from app.core.solver.search_light import luminance_of
@@ -29,9 +30,6 @@ if TYPE_CHECKING:
     from app.core.solver.weights import PaintedWeights
 
 Float64: TypeAlias = NDArray[np.float64]
-Objective: TypeAlias = Literal["picture", "paper"]
-
-OBJECTIVES: Final[tuple[Objective, ...]] = ("picture", "paper")
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,27 +132,12 @@ class StyleResult:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class _Measured:
-    """Curves of one target; `quality` is exposure-free here.
-
-    `whole` is the strength of the pattern as a whole; `strength` counts the weakest of several
-    lamps as well.
-    """
-
-    quality: Float64
-    match: Float64
-    whole: Float64
-    strength: Float64
-
-
 def solve_all(
     pack: StylePack,
     light: NDArray[np.floating[Any]],
     objective: Objective = "picture",
     *,
-    epsilon: float = EPSILON,
-    min_strength: float = MIN_STRENGTH,
+    limits: Limits = LIMITS,
     styles: Sequence[str] | None = None,
     front_deg: float = 0.0,
 ) -> tuple[StyleResult, ...]:
@@ -165,9 +148,6 @@ def solve_all(
     light : (H, W, 3) or (H, W) float
         Environment at turn 0 in the pack's size, linear Rec. 709 radiance, or luminance of light
         that counts as grey; any exposure.
-    epsilon, min_strength : float, optional
-        Least match and strength of an attainable style, of 100. A least strength of 0 asks for
-        none: then the best match of all turns is taken.
     front_deg : float, optional
         Azimuth at which the photographer stands, deg; see `StyleResult.seen_from`.
 
@@ -178,34 +158,26 @@ def solve_all(
     StyleError
         If a style is unknown.
     """
-    limits = Limits(epsilon, min_strength)
     light, scale = normalised(light, pack.header.environment)
     wanted = range(len(pack.styles))
     chosen = wanted if styles is None else sorted({pack.index(name) for name in styles})
     found = curves(pack.tables, pack.seen(light))
-    match, whole, strength = match_and_strength(pack, found)
+    measured = measure(pack, found)
     light_map = LightMap(luminance_of(light))
     results = []
     for row in chosen:
-        measured = _Measured(found.quality[row], match[row], whole[row], strength[row])
-        result = _answer(pack.styles[row], measured, objective, limits, light_map, scale)
+        result = _answer(pack.styles[row], measured[row], objective, limits, light_map, scale)
         results.append(result.seen_from(front_deg) if front_deg else result)
     return tuple(results)
 
 
-def match_and_strength(pack: StylePack, found: Curves) -> tuple[Float64, Float64, Float64]:
-    """Put quality curves on scales that are free of exposure.
+def measure(pack: StylePack, found: Curves) -> Measured:
+    """Put the curves of all styles on scales that are free of exposure.
 
-    Returns
-    -------
-    match : (S, 64) float64
-        100 x Pearson correlation of target and picture over the face.
-    whole : (S, 64) float64
-        Strength of the pattern as a whole: 100 x (C / mean of the face) / (the same in the
-        target picture).
-    strength : (S, 64) float64
-        The same, except that a style with several lamps is no stronger than the weakest of
-        them, each measured alike by its own part of the picture; else half a badger would do.
+    Match is Pearson's correlation of target and picture over the face. Strength is C over the mean
+    of the face, over the same in the target picture; with several lamps no more than the weakest
+    of them has, each measured alike by its own part of the picture: else half a badger would do.
+    Curves of several lights give results with one more axis.
     """
     mean = np.maximum(found.mean, 1e-30)[..., None, :]
     ratio = found.quality / mean
@@ -215,7 +187,7 @@ def match_and_strength(pack: StylePack, found: Curves) -> tuple[Float64, Float64
     single = 100.0 * found.lamps / (mean * pack.lamp_ratio[:, None])
     for lamp, row in enumerate(pack.lamp_style):
         np.minimum(strength[..., row, :], single[..., lamp, :], out=strength[..., row, :])
-    return match, whole, strength
+    return Measured(found.quality, match, whole, strength)
 
 
 def solve_painted(
@@ -224,8 +196,7 @@ def solve_painted(
     light: NDArray[np.floating[Any]],
     objective: Objective = "picture",
     *,
-    epsilon: float = EPSILON,
-    min_strength: float = MIN_STRENGTH,
+    limits: Limits = LIMITS,
 ) -> StyleResult:
     """Find the best turn for painted weights.
 
@@ -248,8 +219,7 @@ def solve_painted(
         light_table(transport, light),
         weights,
         objective,
-        epsilon=epsilon,
-        min_strength=min_strength,
+        limits=limits,
     )
 
 
@@ -259,8 +229,7 @@ def solve_on_table(
     objective: Objective = "picture",
     *,
     counted: CountedLight | None = None,
-    epsilon: float = EPSILON,
-    min_strength: float = MIN_STRENGTH,
+    limits: Limits = LIMITS,
 ) -> StyleResult:
     """Find the best turn for painted weights in a light that was prepared, as strokes need it.
 
@@ -273,8 +242,7 @@ def solve_on_table(
     ratio = found.quality / np.maximum(found.mean, 1e-30)
     strength = 100.0 * ratio / found.studio if found.studio > 0 else np.zeros(TURNS)
     match = _match(found.quality, found.norm, found.contrast)
-    measured = _Measured(found.quality, match, strength, strength)
-    limits = Limits(epsilon, min_strength)
+    measured = Measured(found.quality, match, strength, strength)
     return _answer(None, measured, objective, limits, table.light, table.scale)
 
 
@@ -287,17 +255,15 @@ def _match(quality: Float64, norm: NDArray[np.float64] | float, contrast: Float6
 
 def _answer(
     style: Style | None,
-    curve: _Measured,
+    curve: Measured,
     objective: Objective,
     limits: Limits,
     light: LightMap,
     scale: float,
 ) -> StyleResult:
-    gate = _gate(curve, limits) if objective == "picture" else None
-    chosen = curve.quality if gate is None else curve.match
-    allowed = np.ones(TURNS, bool) if gate is None else gate.open
-    index = best_index(chosen, allowed)
-    peaks = find_peaks(chosen, index, gate)
+    choice = choose(curve, objective, limits)
+    index = best_index(choice.curve, choice.allowed)
+    peaks = find_peaks(choice.curve, index, choice.guard)
     best = peaks[0]
     match, strength = float(curve.match[index]), float(curve.strength[index])
     why = reason(style, match, strength, limits, light, best.turn_deg)
@@ -322,19 +288,7 @@ def _answer(
     )
 
 
-def _gate(curve: _Measured, limits: Limits) -> Gate | None:
-    """Find the turns to take the best match among; None when the quality C decides instead."""
-    if limits.strength <= 0:
-        return Gate(np.zeros(TURNS), 0.0)
-    every_lamp = Gate(curve.strength, limits.strength)
-    if (curve.match[every_lamp.open] >= limits.match).any():
-        return every_lamp
-    # Not attainable: then the turn that comes nearest as a whole is the one to offer.
-    whole = Gate(curve.whole, limits.strength)
-    return whole if whole.open.any() else None
-
-
-def _peak_result(peak: Peak, curve: _Measured, scale: float) -> PeakResult:
+def _peak_result(peak: Peak, curve: Measured, scale: float) -> PeakResult:
     return PeakResult(
         turn_deg=peak.turn_deg,
         turn_refined_deg=peak.refined_deg,

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.core.second_light.search import Placed
-    from app.core.solver.solve import Objective
+    from app.core.solver.reach import Objective
     from app.ui.presenters.light_lamps import Source
     from app.ui.presenters.light_pictures import LampPlan
     from app.ui.presenters.light_work import Lamp
@@ -375,8 +375,7 @@ class LightPresenter:
             floor=self._floor,
             distance_m=self._distance_m(),
             objective=objective,
-            epsilon=settings.match_limit,
-            min_strength=settings.strength_limit,
+            limits=settings.limits,
         )
 
     @property

@@ -100,7 +100,7 @@ def result_with(answers: Answers, name: str, held: Held, match: float) -> StyleR
         direction=direction(facing),
         match_curve=curve,
         match=match,
-        attainable=match >= question.epsilon,
+        attainable=match >= question.limits.match,
         arc_deg=_arc(curve, facing, _HARDLY_LESS * match),
         peaks=(),
     )

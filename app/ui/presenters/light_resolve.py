@@ -11,7 +11,6 @@ from app.core.second_light.dimming import power_share, power_words, stops_words
 from app.core.second_light.lamp_presets import NumbersLamp
 from app.core.second_light.placements import direction
 from app.core.second_light.words import metres, placement_words
-from app.core.solver.reasons import Limits
 from app.ui.presenters.light_sky import sky_of
 from app.ui.presenters.light_state import DetailState, HeadsState, HoldState, Section, SkyState
 from app.ui.presenters.light_words import (
@@ -35,6 +34,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Mapping
 
     from app.core.second_light.search import Placed
+    from app.core.solver.reach import Limits
     from app.ui.presenters.light_jobs import LightWork
     from app.ui.presenters.light_pictures import View
     from app.ui.presenters.light_state import Bytes
@@ -102,7 +102,7 @@ class Resolver:
     def sky(self, shown: Shown) -> SkyState:
         """Make the map of the style in front."""
         question = shown.answers.question
-        limit = question.epsilon if question.objective == "picture" else None
+        limit = question.limits.match if question.objective == "picture" else None
         one = shown.one
         return self._once(
             "sky", one.name, shown.answers, lambda: sky_of(one.map, limit, shown.answers.allowed)
@@ -237,7 +237,7 @@ def note_of(answers: Answers, work: LightWork, distance_m: float) -> tuple[str, 
 
 def limits_of(answers: Answers) -> Limits:
     """Give the limits of reach that answers were asked with."""
-    return Limits(answers.question.epsilon, answers.question.min_strength)
+    return answers.question.limits
 
 
 def _reading(shown: Shown, view: View) -> tuple[float, float]:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from app.core.second_light.search import Placed
-    from app.core.solver.reasons import Limits
+    from app.core.solver.reach import Limits
     from app.core.solver.styles import Style
     from app.ui.presenters.light_state import Bytes, Verdict
     from app.ui.presenters.light_work import Held, Lamp

@@ -24,6 +24,7 @@ from app.core.second_light.reach import above_floor, within_arm
 from app.core.second_light.search import place_all
 from app.core.solver.environment import solid_angles
 from app.core.solver.head_shape import load_shape_of
+from app.core.solver.reach import LIMITS, Limits
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from app.core.second_light.search import Placed
     from app.core.solver.head_shape import HeadShape
     from app.core.solver.place_light import PlaceLight
-    from app.core.solver.solve import Objective
+    from app.core.solver.reach import Objective
     from app.ui.presenters.model import Head
 
 Bytes: TypeAlias = NDArray[np.uint8]
@@ -83,14 +84,13 @@ class Question:
     floor: bool = True
     distance_m: float = 0.3
     objective: Objective = "picture"
-    epsilon: float = 45.0
-    min_strength: float = 20.0
+    limits: Limits = LIMITS
 
     @property
     def key(self) -> tuple[object, ...]:
         """Equal keys have equal answers."""
         values = (self.gain, self.front_deg, self.arm, self.floor, self.distance_m)
-        return (self.light, *values, self.objective, self.epsilon, self.min_strength)
+        return (self.light, *values, self.objective, self.limits)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -188,8 +188,7 @@ def ask(hand: InHand, question: Question, styles: Sequence[str] | None = None) -
         styles=styles,
         allowed=allowed,
         powers=_powers(hand.lamp, question.objective),
-        epsilon=question.epsilon,
-        min_strength=question.min_strength,
+        limits=question.limits,
         front_deg=question.front_deg,
         tables=hand.tables,
     )

@@ -124,8 +124,7 @@ class PaintDocument:
             canvas,
             table,
             objective="paper" if settings.objective == "paper" else "picture",
-            epsilon=settings.match_limit,
-            min_strength=settings.strength_limit,
+            limits=settings.limits,
             front_deg=front_deg,
         )
 

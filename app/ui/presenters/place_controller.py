@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
 from app.core.painting import list_user_styles, solve_user_styles
-from app.core.solver.solve import Objective, solve_all
+from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack, load_transport_of, pack_names
 from app.export.result_sheet.words import head_words
 from app.ui.presenters.event import Event
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from app.core.base.progress import Report, Token
     from app.core.painting import UserStyle
     from app.core.solver.place_light import PlaceLight
+    from app.core.solver.reach import Objective
     from app.core.solver.solve import StyleResult
     from app.core.storage.settings import Settings
     from app.ui.presenters.capturing import Captured
@@ -418,8 +419,7 @@ def _solve_place(
         head.pack,
         light.searched,
         objective,
-        epsilon=settings.match_limit,
-        min_strength=settings.strength_limit,
+        limits=settings.limits,
         front_deg=front_deg,
     )
     own = solve_user_styles(
@@ -427,15 +427,14 @@ def _solve_place(
         styles,
         light.searched,
         objective,
-        epsilon=settings.match_limit,
-        min_strength=settings.strength_limit,
+        limits=settings.limits,
         front_deg=front_deg,
     )
     return (*built_in, *own)
 
 
 def _solver_settings(settings: Settings) -> tuple[object, ...]:
-    return (settings.objective, settings.match_limit, settings.strength_limit)
+    return (settings.objective, settings.limits)
 
 
 def _best(results: Sequence[StyleResult]) -> str | None:

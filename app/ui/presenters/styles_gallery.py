@@ -14,7 +14,7 @@ from app.core.guidance.words import direction_of, size_words, turn_words, whole
 from app.core.painting import prepare_user_style
 from app.core.solver.place_light import pictures_at
 from app.core.solver.portraits import framing, greyed, portraits
-from app.core.solver.reasons import Limits
+from app.core.solver.reach import Limits
 from app.ui.presenters.styles_state import CardState, Filter, Sort
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def question_of(model: Model, size: Size) -> Question | None:
         own=model.user_styles,
         damaged=model.damaged_styles,
         objective=settings.objective,
-        limits=Limits(settings.match_limit, settings.strength_limit),
+        limits=settings.limits,
         sun=sun,
         size=size,
     )

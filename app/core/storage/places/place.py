@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
-from app.core.solver.reasons import EPSILON, MIN_STRENGTH
+from app.core.solver.reach import LIMITS
 from app.core.storage.settings.json_file import clean
 
 if TYPE_CHECKING:
     from datetime import datetime
 
-    from app.core.solver.solve import Objective, StyleResult
+    from app.core.solver.reach import Objective
+    from app.core.solver.solve import StyleResult
     from app.core.storage.settings.json_file import Facts
 
 Kind: TypeAlias = Literal["unknown", "indoor", "outdoor"]
@@ -58,8 +59,8 @@ class Asked:
 
     head: str = "generic"
     objective: Objective = "picture"
-    match_limit: float = EPSILON
-    strength_limit: float = MIN_STRENGTH
+    match_limit: float = LIMITS.match
+    strength_limit: float = LIMITS.strength
 
 
 @dataclass(frozen=True, slots=True)

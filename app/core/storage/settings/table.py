@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from app.core.solver.reasons import EPSILON, MIN_STRENGTH
+from app.core.solver.reach import LIMITS
 from app.core.storage.settings.setting import Setting, SettingsError
 
 _LOOKS: Final = "Looks"
@@ -85,7 +85,7 @@ TABLE: Final[tuple[Setting, ...]] = (
         "Least match",
         _ANSWERS,
         "number",
-        EPSILON,
+        LIMITS.match,
         "Below this a style counts as out of reach; 100 is the studio picture itself.",
         minimum=0.0,
         maximum=100.0,
@@ -95,7 +95,7 @@ TABLE: Final[tuple[Setting, ...]] = (
         "Least strength",
         _ANSWERS,
         "number",
-        MIN_STRENGTH,
+        LIMITS.strength,
         "Below this the light is too soft for a style; 100 is as deep as in the studio.",
         minimum=0.0,
         maximum=100.0,

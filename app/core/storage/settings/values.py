@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
+from app.core.solver.reach import Limits
 from app.core.storage.settings.table import TABLE, setting
 
 if TYPE_CHECKING:
@@ -74,6 +75,11 @@ class Settings:
     def __post_init__(self) -> None:
         for entry in TABLE:
             object.__setattr__(self, entry.key, entry.checked(getattr(self, entry.key)))
+
+    @property
+    def limits(self) -> Limits:
+        """Least match and strength of a style in reach."""
+        return Limits(self.match_limit, self.strength_limit)
 
     def value(self, key: str) -> Value:
         """Return the value of a setting by its key.
