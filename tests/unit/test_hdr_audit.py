@@ -13,8 +13,8 @@ from app.core.base.colour import luminance
 from app.core.base.errors import EnvironmentFileError
 from app.core.hdr.advice import advise, darker_frames, direction_words, kind_words
 from app.core.hdr.audit import DOUBT, GAINS, audit
+from app.core.hdr.finish import apply_gains
 from app.core.hdr.frame import Merged
-from app.core.hdr.gains import apply_gains
 from app.core.hdr.lights import find_lights
 from app.core.hdr.sun import restore
 from app.core.hdr.whatif import choose, given_up
