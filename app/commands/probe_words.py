@@ -149,6 +149,8 @@ def _change(change: Any) -> dict[str, Any]:
         "name": change.name,
         "turn_deg": change.turn_deg,
         "in_doubt": change.in_doubt,
+        "in_reach": change.in_reach,
+        "reach_stops": change.reach_stops,
         "worst_given_up": change.worst,
         "cases": [
             {

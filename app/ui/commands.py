@@ -16,6 +16,7 @@ from app.ui.widgets.menus import Menu
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+    from pathlib import Path
 
     from app.core.storage.settings import Settings
     from app.ui.notify import Message, Notify
@@ -213,13 +214,18 @@ class Commands:
         """Ask for files and open them."""
         paths = ask_files(self.window, "Open files", _FILES)
         if paths:
-            self.desk.open_paths(paths)
+            self.open_paths(paths)
 
     def open_folder(self) -> None:
         """Ask for a folder with a bracket or a panorama and open it."""
         folder = ask_folder(self.window, "Open a folder")
         if folder is not None:
-            self.desk.open_paths([folder])
+            self.open_paths([folder])
+
+    def open_paths(self, paths: Sequence[Path]) -> None:
+        """Open files that were chosen or dropped; what lies over the screen makes way."""
+        self.close_overlay()
+        self.desk.open_paths(paths)
 
     def change(self, key: str, value: object) -> None:
         """Change one setting and keep it."""
@@ -231,7 +237,8 @@ class Commands:
         self.window.close()
 
     def _model_changed(self, names: frozenset[str]) -> None:
-        if names & {"step", "painting", "place_folder"}:
+        # Not by a place alone: the last one is opened unasked, and one may be brought back here.
+        if names & {"step", "painting"}:
             self.close_overlay()
         if "light" in names and self.services.model.light is not None:
             # The offer of the first start is taken up, one way or another.

@@ -114,7 +114,7 @@ class App:
         self.frame.attach(self.window)
         self.model.changed.connect(self._model_changed)
         self.window.closed.connect(self.shut)
-        self.window.paths_dropped.connect(self.desk.open_paths)
+        self.window.paths_dropped.connect(self.commands.open_paths)
         for note in notes:
             self.notify.tell(note, kind="warning")
 

@@ -18,14 +18,14 @@ ROOT = Path(__file__).resolve().parents[2]
 
 # (module, what is planted there, the contract that must notice)
 LEAKS = [
-    ("core/search.py", "import PySide6.QtCore", "no Qt below the ui"),
+    ("core/solver/search.py", "import PySide6.QtCore", "no Qt below the ui"),
     ("commands/solve.py", "import pyqtgraph", "no Qt below the ui"),
-    ("core/environment_file.py", "import requests", "no network in core"),
+    ("core/solver/environment_file.py", "import requests", "no network in core"),
     ("devices/errors.py", "import PySide6.QtCore", "no Qt below the ui"),
-    ("devices/simulated/exchange.py", "import app.devices.theta", "an imitation camera knows"),
-    ("core/solve.py", "import mitsuba", "the renderer is for baking only"),
-    ("core/styles.py", "import app.core.baking.scene", "the renderer is for baking only"),
-    ("core/colour.py", "import app.commands.solve", "command line above ui above devices"),
+    ("devices/simulated/exchange.py", "import app.devices.theta", "a simulated camera knows"),
+    ("core/solver/solve.py", "import mitsuba", "the renderer is for baking only"),
+    ("core/solver/styles.py", "import app.core.baking.scene", "the renderer is for baking only"),
+    ("core/base/colour.py", "import app.commands.solve", "command line above ui above export"),
 ]
 
 

@@ -16,8 +16,7 @@ from app.core.second_light.captured import make_lamp
 from app.ui.presenters.light_state import DISTANCES_M
 from app.ui.screens.light import LightScreen
 from app.ui.screens.light.asking import CaptureSheet, WordsSheet
-from app.ui.screens.light.mask_sheet import MaskSheet
-from app.ui.screens.light.screen import column_widths
+from app.ui.screens.light.screen import MaskSheet, column_widths
 from app.ui.theme import set_theme, theme
 from app.ui.widgets.buttons import Button
 from tests.helpers.light_rig import BEST, LightRig

@@ -28,7 +28,7 @@ from app.ui.jobs import QtRunner
 from app.ui.presenters.paint_state import Shown
 from app.ui.screens.paint import PaintScreen
 from app.ui.screens.paint import face as face_module
-from app.ui.screens.paint.naming import NameSheet
+from app.ui.screens.paint.screen import NameSheet
 from app.ui.screens.paint.tools import ToolColumn, ToolStrip
 from app.ui.theme import apply, set_theme
 from app.ui.widgets.plots.overlay import WeightPanorama

@@ -213,6 +213,21 @@ def test_a_place_opened_again_gives_identical_numbers(qtbot: QtBot, tmp_path: Pa
     next(second, None)
 
 
+def test_a_list_stays_while_a_place_is_opened_behind_it(app: App, robot: Robot) -> None:
+    open_scene(app, robot)
+    folder = app.model.place_folder
+    assert folder is not None
+    app.commands.ask("places")
+    robot.wait(lambda: robot_sees(robot, "More about studio"), "the list")
+    # As when the last place is opened at the start, which nobody asked for just now.
+    app.desk.close()
+    app.desk.open_place(folder)
+    robot.wait(lambda: app.model.place_folder == folder, "the place")
+    assert robot_sees(robot, "More about studio")
+    app.window.paths_dropped.emit([SCENE])
+    robot.wait(lambda: not robot_sees(robot, "More about studio"), "its end")
+
+
 def test_a_place_deleted_by_mistake_comes_back(app: App, robot: Robot) -> None:
     open_scene(app, robot)
     folder = app.model.place_folder

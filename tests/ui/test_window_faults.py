@@ -487,11 +487,11 @@ from app.devices.clock import SystemClock
 from app.ui.presenters.model import Step
 from app.ui.robot import Robot
 from app.ui.start import App
-from app.ui.launch_options import Wishes
+from app.ui.launch_options import LaunchOptions
 from tests.helpers.whole_window import SCENE, NoDevices
 
 application = QApplication([])
-app = App(application, Wishes(), NoDevices(), SystemClock(), Path(sys.argv[1]))
+app = App(application, LaunchOptions(), NoDevices(), SystemClock(), Path(sys.argv[1]))
 app.show()
 robot = Robot(app.window)
 robot.wait(lambda: app.model.head is not None, "the head")

@@ -22,12 +22,12 @@ from app.devices.clock import SystemClock
 from app.ui.presenters.model import Step
 from app.ui.robot import Robot
 from app.ui.start import App
-from app.ui.launch_options import Wishes
+from app.ui.launch_options import LaunchOptions
 from tests.helpers.whole_window import NoDevices
 
 application = QApplication([])
 home = Path(sys.argv[1])
-app = App(application, Wishes(), NoDevices(), SystemClock(), home)
+app = App(application, LaunchOptions(), NoDevices(), SystemClock(), home)
 app.show()
 robot = Robot(app.window)
 idle = lambda: not app.runner._jobs

@@ -28,8 +28,7 @@ from app.ui.presenters.model import Step
 from app.ui.robot import Robot
 from app.ui.screens.styles.card import StyleCard
 from app.ui.screens.styles.numbers import TurnWords
-from app.ui.screens.turn.column import GuideColumn
-from app.ui.screens.turn.pieces import LargeWords
+from app.ui.screens.turn.column import GuideColumn, LargeWords
 from app.ui.start import App
 from app.ui.widgets.labels import Text
 from app.ui.widgets.plots.arrow import TurnArrow

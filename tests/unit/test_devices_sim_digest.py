@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from app.devices.simulated.digest import Guard
+from app.devices.simulated.camera import Guard
 from app.devices.simulated.exchange import Request
 
 USER, PASSWORD, REALM = "THETAYL00112358", "geheimnis", "RICOH THETA V"

@@ -10,8 +10,8 @@ import pytest
 
 from app.devices.clock import VirtualClock
 from app.devices.webcam import LiveSource, PanoramaWebcam, SourceView, SourceViews, WebcamError
-from app.devices.webcam.names import linux_names, shown_names
 from app.devices.webcam.network import MjpegWebcam
+from app.devices.webcam.opencv import linux_names, shown_names
 from app.devices.webcam.rtsp import RtspWebcam
 from app.devices.webcam.sources import make_source
 from app.devices.webcam.stills import StillsFolder

@@ -12,9 +12,9 @@ from app.core.base.errors import CoreError, EnvironmentFileError, TransportError
 from app.core.base.paths import resources
 from app.core.evaluation.certainty import Certainty, caution, load_certainty, save_certainty
 from app.core.evaluation.differences import best_turns, change, has_rival
+from app.core.evaluation.evaluate import block_sums, quality_at_turns
 from app.core.evaluation.heads import Answers, spread
 from app.core.evaluation.offsets import Offsets, load_offsets, save_offsets
-from app.core.evaluation.quality import block_sums, quality_at_turns
 from app.core.evaluation.scenes import default_scenes, find_scenes, read_scenes
 from app.core.evaluation.tables import (
     TableNote,

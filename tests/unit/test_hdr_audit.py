@@ -13,13 +13,13 @@ from app.core.base.colour import luminance
 from app.core.base.errors import EnvironmentFileError
 from app.core.hdr.advice import advise, darker_frames, direction_words, kind_words
 from app.core.hdr.audit import DOUBT, GAINS, audit
+from app.core.hdr.finish import apply_gains
 from app.core.hdr.frame import Merged
-from app.core.hdr.gains import apply_gains
 from app.core.hdr.lights import find_lights
 from app.core.hdr.sun import restore
 from app.core.hdr.whatif import choose, given_up
 from app.core.solver.environment import energy, read_environment, reduce_radiance
-from app.core.solver.reach import OBJECTIVES, Objective
+from app.core.solver.reach import LIMITS, OBJECTIVES, Limits, Objective
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from tests.helpers.probes import clip, place, sunny_place
@@ -111,6 +111,50 @@ def test_cases_are_what_gains_would_give(pack: StylePack) -> None:
         for row, style in enumerate(result.style_changes):
             case = next(c for c in style.cases if (c.light, c.stops) == (clipped.id, stops))
             assert case.given_up == pytest.approx(given_up(truth, turns)[row], abs=5e-3)
+
+
+@pytest.mark.parametrize("limits", [LIMITS, Limits(60.0, 30.0)])
+@pytest.mark.parametrize("objective", OBJECTIVES)
+def test_reach_changes_where_solving_a_brighter_place_says_so(
+    pack: StylePack, objective: Objective, limits: Limits
+) -> None:
+    rivals = place([(40.0, 25.0, 8.0, 900.0), (-70.0, 25.0, 14.0, 30.0)], (512, 1024))
+    merged = clip(rivals, 20.0)
+    lights = find_lights(merged)
+    result = audit(merged, lights, pack, objective=objective, limits=limits)
+    flipped: dict[str, float] = {}
+    now = in_reach(pack, merged, objective, limits)
+    assert {style.name: style.in_reach for style in result.style_changes} == now
+    for light in [light.id for light in lights if light.clipped]:
+        for stops in (*GAINS, 10.0):
+            there = in_reach(pack, apply_gains(merged, lights, {light: stops}), objective, limits)
+            for name in [name for name in there if there[name] != now[name]]:
+                flipped[name] = min(stops, flipped.get(name, 99.0))
+    assert flipped
+    assert not all(now.values())
+    for style in result.style_changes:
+        if style.name in flipped:
+            assert style.reach_stops is not None
+            assert style.reach_stops <= flipped[style.name]
+            assert style.name not in result.safe
+    words = " ".join(result.advice)
+    assert "into reach" in words or "out of reach" in words
+
+
+def in_reach(
+    pack: StylePack, merged: Merged, objective: Objective, limits: Limits
+) -> dict[str, bool]:
+    light = luminance(reduce_radiance(merged.radiance))
+    return {r.name: r.attainable for r in solve_all(pack, light, objective, limits=limits)}
+
+
+def test_a_sun_in_frames_of_unknown_exposure_is_asked_about(pack: StylePack) -> None:
+    known = clip(sunny_place() / np.float32(10_000.0), 20.0, cd_m2=10_000.0)
+    unknown = replace(known, cd_m2=None)
+    (line,) = (x for x in audit(unknown, find_lights(unknown), pack).advice if "may be" in x)
+    assert "ISO and f-number" in line
+    room = clip(place([(40.0, 30.0, 10.0, 900.0), (-100.0, 10.0, 14.0, 6.0)], (512, 1024)), 8.0)
+    assert not any("may be" in x for x in audit(room, find_lights(room), pack).advice)
 
 
 def test_rival_lamps_put_answers_in_doubt_and_a_lone_lamp_does_not(pack: StylePack) -> None:

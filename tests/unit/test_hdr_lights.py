@@ -10,7 +10,7 @@ import pytest
 
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
-from app.core.hdr.gains import apply_gains
+from app.core.hdr.finish import apply_gains
 from app.core.hdr.lights import MAX_LIGHTS, Light, find_lights, light_grid, upsampled
 from app.core.solver.environment import energy, read_environment, rotate
 from tests.helpers.probes import clip, place

@@ -96,6 +96,7 @@ def advise(
     lights: Sequence[Light],
     sun: Light | None,
     room_stops: float | None,
+    maybe: str = "",
 ) -> tuple[str, ...]:
     """Write the advice of a clip audit.
 
@@ -103,6 +104,8 @@ def advise(
     ----------
     room_stops : float or None
         How many stops darker the camera can go; None where unknown.
+    maybe : str, optional
+        Id of the lamp that is the sun, if the exposure of the frames were known; "" for none.
 
     Returns
     -------
@@ -112,13 +115,24 @@ def advise(
     clipped = [light for light in lights if light.clipped]
     if not clipped:
         return ()
-    lines = [_about(light, merged, sun, room_stops) for light in clipped[:_WORTH_SAYING]]
+    lines = [
+        _may_be_sun(light) if light.id == maybe else _about(light, merged, sun, room_stops)
+        for light in clipped[:_WORTH_SAYING]
+    ]
     if sun is not None and sun not in clipped[:_WORTH_SAYING]:
         lines.append(_about(sun, merged, sun, room_stops))
     rest = len(clipped) - len(lines)
     if rest > 0:
         lines.append(f"{rest} smaller {'lamp is' if rest == 1 else 'lamps are'} clipped too.")
     return tuple(lines)
+
+
+def _may_be_sun(light: Light) -> str:
+    where = direction_words(light.azimuth_deg, light.elevation_deg)
+    return (
+        f"The lamp {where} ({light.id}) is clipped and may be the sun. "
+        "Use frames that state their ISO and f-number: then its light is put back."
+    )
 
 
 def _about(light: Light, merged: Merged, sun: Light | None, room_stops: float | None) -> str:

@@ -4,8 +4,9 @@ Where every frame is clipped the merged panorama is a lower bound. The audit say
 that concerns, tries what the answers would be if it were brighter, and tells the styles that
 would lose by it from those that would not. A style is in doubt when its turn would give up more
 than 5 % of what the place could give, were any clipped lamp, any part of a wide one, or all of
-them together 1, 3, 6 or 10 stops brighter. On brackets made from 20 places, clipped 1 to 15
-stops deep, every answer that was off by more than 10 % was among those in doubt.
+them together 1, 3, 6 or 10 stops brighter. Styles that this would bring into reach, or put out of
+it, are named, too. On brackets made from 20 places, clipped 1 to 15 stops deep, every answer that
+was off by more than 10 % was among those in doubt.
 """
 
 from __future__ import annotations
@@ -22,16 +23,16 @@ from app.core.hdr.advice import advise
 from app.core.hdr.lights import Light, LightGrid, light_grid
 from app.core.hdr.sky import SPREAD, direct_normal_lux
 from app.core.hdr.sun import added_light
-from app.core.hdr.sun_finder import find_sun, sun_core
+from app.core.hdr.sun_finder import find_sun, may_be_sun, sun_core
 from app.core.hdr.whatif import choices, given_up
 from app.core.solver.environment import reduce_radiance
+from app.core.solver.reach import LIMITS, Limits, Objective
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.core.hdr.frame import Merged
     from app.core.hdr.sun import Restoration
-    from app.core.solver.reach import Objective
     from app.core.solver.style_pack import StylePack
 
 Float64: TypeAlias = NDArray[np.float64]
@@ -80,6 +81,8 @@ class StyleChange:
         The most given up in any case tried, parts of wide lamps and 10 stops included.
     least_stops : float or None
         The smallest brightening tried that puts the turn in doubt; None when none does.
+    reach_stops : float or None
+        The smallest that brings the style into reach, or puts it out; None when none does.
     """
 
     name: str
@@ -88,6 +91,8 @@ class StyleChange:
     cases: tuple[WhatIf, ...]
     worst: float
     least_stops: float | None
+    in_reach: bool
+    reach_stops: float | None
 
     @property
     def in_doubt(self) -> bool:
@@ -121,8 +126,12 @@ class Audit:
 
     @property
     def safe(self) -> tuple[str, ...]:
-        """Names of the styles whose turn does not depend on what is clipped."""
-        return tuple(style.name for style in self.style_changes if not style.in_doubt)
+        """Names of the styles whose turn and reach do not depend on what is clipped."""
+        return tuple(
+            style.name
+            for style in self.style_changes
+            if not style.in_doubt and style.reach_stops is None
+        )
 
 
 def audit(
@@ -131,6 +140,7 @@ def audit(
     pack: StylePack,
     *,
     objective: Objective = "picture",
+    limits: Limits = LIMITS,
     environment: NDArray[np.floating[Any]] | None = None,
     restoration: Restoration | None = None,
     room_stops: float | None = None,
@@ -156,13 +166,17 @@ def audit(
     grid = light_grid(merged) if grid is None else grid
     bound = float((grid.lost * grid.solid_angle).sum()) / grid.total
     sun = find_sun(merged, lights, grid) if bound > 0 and restoration is None else None
+    maybe = next((light.id for light in lights if may_be_sun(light, merged, grid)), "")
     high, note = _upper(merged, grid, bound, sun)
-    changes = _changes(lights, pack, objective, grid, environment, restoration)
+    changes = _changes(lights, pack, (objective, limits), grid, environment, restoration)
     return Audit(
         clipped_energy_fraction=bound,
         clipped_energy_range=(bound, high),
         range_note=note,
-        advice=(*advise(merged, lights, sun, room_stops), *_verdict(changes, bound, restoration)),
+        advice=(
+            *advise(merged, lights, sun, room_stops, maybe),
+            *_verdict(changes, bound, restoration),
+        ),
         style_changes=changes,
     )
 
@@ -178,21 +192,31 @@ def _verdict(
         return (
             f"The likely range of lamp {restoration.light} would change {_all(given, changes)}.",
         )
-    doubted = [style for style in changes if style.least_stops is not None]
-    if not doubted:
-        return ("No style's turn depends on what is clipped.",)
-    soon = [s.name for s in doubted if (s.least_stops or 0.0) <= GAINS[1]]
-    late = [s.name for s in doubted if s.name not in soon]
+    touched = [s for s in changes if s.least_stops is not None or s.reach_stops is not None]
+    if not touched:
+        return ("No style's turn depends on what is clipped, nor whether it is in reach.",)
     lines = []
-    if soon:
-        lines.append(f"Up to 3 stops more light would change the turn of {_all(soon, changes)}.")
-    if late:
-        start = "6 stops or more would also change" if soon else "6 stops or more would change"
-        lines.append(f"{start} {_all(late, changes)}.")
-    safe = len(changes) - len(doubted)
+    soon, late = "Up to 3 stops more light would", "6 stops or more would"
+    for start, least, most in ((soon, 0.0, GAINS[1]), (late, GAINS[1], math.inf)):
+        turn = [s.name for s in changes if _between(s.least_stops, least, most)]
+        reach = [s for s in changes if _between(s.reach_stops, least, most)]
+        gains = ", ".join(s.name for s in reach if not s.in_reach)
+        loses = ", ".join(s.name for s in reach if s.in_reach)
+        if turn:
+            lines.append(f"{start} change the turn of {_all(turn, changes)}.")
+        if gains:
+            lines.append(f"{start} bring {gains} into reach.")
+        if loses:
+            lines.append(f"{start} put {loses} out of reach.")
+    safe = len(changes) - len(touched)
     if safe:
         lines.append(f"The other {safe} do not depend on it." if safe > 1 else "One is safe.")
     return tuple(lines)
+
+
+def _between(stops: float | None, least: float, most: float) -> bool:
+    """Whether something happens at more than the least stops, and at most so many."""
+    return stops is not None and least < stops <= most
 
 
 def _all(names: Sequence[str], changes: Sequence[StyleChange]) -> str:
@@ -220,7 +244,7 @@ def _upper(merged: Merged, grid: LightGrid, bound: float, sun: Light | None) -> 
 def _changes(
     lights: Sequence[Light],
     pack: StylePack,
-    objective: Objective,
+    rule: tuple[Objective, Limits],
     grid: LightGrid,
     environment: NDArray[np.floating[Any]] | None,
     restoration: Restoration | None,
@@ -235,12 +259,13 @@ def _changes(
     if restoration is not None:
         trials += _restored(restoration, pack.header.environment)
     brighter = [np.maximum(base + extra, 0.0) for _, _, extra in trials]
-    found = choices(pack, [base, *brighter], objective)
-    turns, then = found[0].turns, found[1:]
+    found = choices(pack, [base, *brighter], *rule)
+    turns, then, reach = found[0].turns, found[1:], found.in_reach
     lost = given_up(then, turns)
     amounts = np.array([abs(stops) for _, stops, _ in trials])[:, None]
     least = np.where(lost > DOUBT, amounts, np.inf).min(axis=0, initial=np.inf)
-    best = np.where(then.allowed, then.curve, -np.inf).argmax(axis=-1)
+    flips = np.where(reach[1:] != reach[0], amounts, np.inf).min(axis=0, initial=np.inf)
+    best = then.best
     told = [k for k, (name, stops, _) in enumerate(trials) if name and stops != _FURTHER]
     return tuple(
         StyleChange(
@@ -252,10 +277,16 @@ def _changes(
                 for k in told
             ),
             float(lost[:, row].max(initial=0.0)),
-            float(least[row]) if np.isfinite(least[row]) else None,
+            _or_none(least[row]),
+            bool(reach[0, row]),
+            _or_none(flips[row]),
         )
         for row, style in enumerate(pack.styles)
     )
+
+
+def _or_none(stops: np.floating[Any]) -> float | None:
+    return float(stops) if np.isfinite(stops) else None
 
 
 def _restored(restoration: Restoration, shape: tuple[int, int]) -> list[tuple[str, float, Float64]]:

@@ -42,6 +42,7 @@ _LEAST_ALBEDO: Final = 0.05
 _GLOW_DEG: Final = 20.0
 _GLOW_CD_M2: Final = 30_000.0
 _GLOW_POWER: Final = 0.6
+_MOST_GLOW_DEG: Final = 5.0  # where the clip level is not known
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +97,17 @@ def is_sun(light: Light, merged: Merged, grid: LightGrid | None = None) -> bool:
     return _alone(core, grid) and _under_open_sky(core, grid, merged.cd_m2, clip)
 
 
+def may_be_sun(light: Light, merged: Merged, grid: LightGrid) -> bool:
+    """Whether a light looks like the sun, as far as frames of unknown exposure can tell."""
+    if not light.clipped or merged.cd_m2 is not None:
+        return False
+    core = sun_core(light, merged)
+    looks = core.radius_deg <= _MOST_GLOW_DEG and core.roundness >= _ROUGH
+    if not (looks and core.elevation_deg >= _LEAST_ELEVATION_DEG):
+        return False
+    return _alone(core, grid) and _under_open_sky(core, grid, None, merged.clip_level)
+
+
 def sun_core(light: Light, merged: Merged) -> Core:
     """Measure the clipped middle of a light.
 
@@ -140,14 +152,17 @@ def _alone(core: Core, grid: LightGrid) -> bool:
     return others <= _OTHERS * core.solid_angle_sr
 
 
-def _under_open_sky(core: Core, grid: LightGrid, cd_m2: float, clip: float) -> bool:
-    """Whether what is around a clipped core is sky with one sun, and ground that it lights."""
+def _under_open_sky(core: Core, grid: LightGrid, cd_m2: float | None, clip: float) -> bool:
+    """Whether what is around a clipped core is sky with one sun, and ground that it lights.
+
+    Where the exposure is not known only what does not depend on it is asked.
+    """
     shape = grid.luminance.shape[0], grid.luminance.shape[1]
     every = np.arange(shape[0] * shape[1])
     directions = directions_at(shape, every)
     sun = direction(core.azimuth_deg, core.elevation_deg)
     away = np.degrees(np.arccos(np.clip(directions @ sun, -1.0, 1.0)))
-    bright = grid.luminance.ravel().astype(np.float64) * cd_m2
+    bright = grid.luminance.ravel().astype(np.float64) * (cd_m2 or 1.0)
     areas = np.broadcast_to(grid.solid_angle, shape).ravel()
     lost, up = grid.clipped.ravel() > 0, directions[:, 1]
     around = (away > core.radius_deg + 1.0) & (away < core.radius_deg + 5.0)
@@ -155,16 +170,19 @@ def _under_open_sky(core: Core, grid: LightGrid, cd_m2: float, clip: float) -> b
     if not above.any():
         return False
     sky = bright[above]
-    even = np.percentile(sky, 25.0) >= max(_SKY_EVENNESS * sky.mean(), _SKY_AROUND_CD_M2)
+    least = 0.0 if cd_m2 is None else _SKY_AROUND_CD_M2
+    even = np.percentile(sky, 25.0) >= max(_SKY_EVENNESS * sky.mean(), least)
     far = (away > core.radius_deg + 15.0) & (away < core.radius_deg + 25.0) & (up > sun[1] - 0.1)
     if not even or np.median(sky) < _AUREOLE * np.median(bright[far]):
         return False
-    dim = _CLIP_OVER_SKY * np.median(bright[up > 0.0]) <= clip
+    dim = bool(_CLIP_OVER_SKY * np.median(bright[up > 0.0]) <= clip)
+    if cd_m2 is None:
+        return dim
     open_sky = (up > 0.0) & (away > core.radius_deg)
     from_sky = float((bright * areas * up)[open_sky].sum())
     from_sun = direct_normal_lux(core.elevation_deg) * sun[1]
     ground = float((bright * areas * -up)[up < 0.0].sum())
-    return bool(dim and ground >= _LEAST_ALBEDO * (from_sky + from_sun))
+    return dim and ground >= _LEAST_ALBEDO * (from_sky + from_sun)
 
 
 def _window(light: Light, merged: Merged) -> tuple[slice, NDArray[np.intp]]:

@@ -15,15 +15,69 @@ from app.core.hdr.frame import Exposure
 from app.core.simulation.bracket_maker import meter
 from app.core.simulation.exif import with_segments
 from app.core.simulation.exposure_maker import Options, Shot, develop, jpeg, segments_of, tags_of
-from app.devices.simulated.unstitched import circles
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from numpy.typing import NDArray
 
     from app.core.base.colour import FloatImage
     from app.core.simulation.cameras import CameraModel
     from app.devices.simulated.personality import Personality
     from app.devices.simulated.replies import JsonValue
+
+
+_ALPHA, _BETA = 0.6692, 0.7515
+_FIELD_DEG = 198.0
+_FILL = 0.98  # of the height: the circles' diameter
+_FALLOFF = 0.15  # of the light, at the rim
+_STRAY = 0.001
+
+
+def circles(environment: NDArray[np.float32], rows: int) -> NDArray[np.float32]:
+    """Look at a panorama through two fisheyes of an Insta360 X3, as it stores them.
+
+    The lens curve is the enhanced unified model that a user has calibrated
+    (hilti-trimble-slam-challenge-2026, issue 29), r = f sin t / (a sqrt(b sin^2 t + cos^2 t) + (1 -
+    a) cos t), up to 99 degrees from the axis.
+    The back lens's circle is on the left and turned counter-clockwise by 90 degrees, the front
+    lens's on the right and turned clockwise.
+
+    Parameters
+    ----------
+    environment : (H, 2 H, 3) float32
+        Linear light.
+
+    Returns
+    -------
+    (rows, 2 * rows, 3) float32
+        With stray light around the circles.
+    """
+    height, width = environment.shape[:2]
+    down, right = np.mgrid[:rows, :rows].astype(np.float32) - np.float32((rows - 1) / 2)
+    radius = np.hypot(right, down) / np.float32(_FILL * rows / 2)
+    angles = np.radians(np.linspace(0.0, 110.0, 2201))
+    sine, cosine = np.sin(angles), np.cos(angles)
+    radii = sine / (_ALPHA * np.sqrt(_BETA * sine**2 + cosine**2) + (1.0 - _ALPHA) * cosine)
+    rim = np.interp(np.radians(_FIELD_DEG / 2), angles, radii)
+    angle = np.interp(radius * rim, radii, angles)
+    level = np.sin(angle) / np.maximum(np.hypot(right, down), np.float32(1e-6))
+    gain = np.where(radius <= 1.0, 1.0 - np.float32(_FALLOFF) * radius**3, 0.0)[..., None]
+    wide = cv2.copyMakeBorder(environment, 1, 1, 1, 1, cv2.BORDER_WRAP)
+    wide[0], wide[-1] = wide[1], wide[-2]
+    halves = []
+    for facing in (-1.0, 1.0):
+        # What is up in the scene lies to the right in front, to the left in the back.
+        up, side = facing * right * level, facing * down * level
+        azimuth = np.arctan2(facing * side, facing * np.cos(angle))
+        elevation = np.arcsin(np.clip(up, -1.0, 1.0))
+        x = (azimuth / (2.0 * np.pi) + 0.5) * width + 0.5
+        y = (0.5 - elevation / np.pi) * height + 0.5
+        maps = x.astype(np.float32), y.astype(np.float32)
+        halves.append(cv2.remap(wide, *maps, cv2.INTER_LINEAR) * gain)
+    around = np.where(radius <= 1.0, 0.0, _STRAY * float(environment.mean()))[..., None]
+    return np.concatenate([half + around for half in halves], axis=1).astype(np.float32)
+
 
 _KEPT_BYTES: Final = 384_000_000
 _FLOATING: Final = 0.03

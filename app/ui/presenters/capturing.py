@@ -18,9 +18,10 @@ from app.core.base.errors import CoreError
 from app.core.base.image_input import picture_bytes
 from app.core.base.images import write_exr
 from app.core.guidance.words import turn_words
-from app.core.hdr.pipeline import measure
+from app.core.hdr.pipeline import MergeOptions, measure
 from app.core.portrait.recapture_registration import Registered, register_again
 from app.core.solver.environment import reduce
+from app.core.solver.reach import LIMITS, Limits
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.storage.places import (
@@ -93,6 +94,7 @@ class Order:
     plan: Literal["paper", "full"] = "paper"
     delay_s: int = 0
     pack: StylePack | None = field(default=None, repr=False)
+    limits: Limits = LIMITS
     name: str = ""
     spot: str = ""
     first: Bytes | None = field(default=None, repr=False)
@@ -208,6 +210,7 @@ def capture(
             clock,
             plan=order.plan,
             pack=pack,
+            wishes=MergeOptions(limits=order.limits),
             delay_s=order.delay_s,
             on_status=on_status,
             token=token,
@@ -232,7 +235,8 @@ def merge_kept(order: Order, recording: Recording, token: Token, report: Report)
     paths = tuple(session.path_of(frame) for frame in journal.frames if frame.done)
     if journal.plan is None or len(paths) < 2:
         raise CoreError("There are not enough frames here to merge.", "Capture again.")
-    probe = measure(paths, pack, token=token, report=report)
+    wishes = MergeOptions(limits=order.limits)
+    probe = measure(paths, pack, wishes, token=token, report=report)
     target = session.folder / ENVIRONMENT
     merged = probe.merged
     write_exr(target, merged.radiance, merged.cd_m2)

@@ -186,7 +186,10 @@ class PlaceController:
                 self._services.model.update(step=Step.PROBE)
                 self.finisher(left)
             return
-        self._open(lambda token, report: finish_files(left, token, report), f"Opening {left.name}")
+        limits = self._services.model.settings.limits
+        self._open(
+            lambda token, report: finish_files(left, limits, token, report), f"Opening {left.name}"
+        )
 
     def take_in(self, paths: Sequence[Path]) -> None:
         """Open what has arrived by itself; the next that arrives waits until this is done."""
@@ -300,7 +303,7 @@ class PlaceController:
         """Prepare to read what there is; give it with its title."""
         given, services = tuple(paths), self._services
         places, now = services.folders.places, services.today()
-        head, unkept = services.model.settings.head, self.saving.unkept
+        settings, unkept = services.model.settings, self.saving.unkept
 
         def work(token: Token, report: Report) -> Opened:
             intake = sort_out(given)
@@ -308,7 +311,7 @@ class PlaceController:
                 intake = replace(intake, name=name)
             if intake.place is not None:
                 return read_kept(intake.place, unkept(intake.place))
-            return take_anew(intake, places, now, head, token, report)
+            return take_anew(intake, places, now, settings, token, report)
 
         return work, f"Opening {name or (given[0].name if given else '')}"
 

@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from app.core.base.progress import Report, Token
+    from app.core.solver.reach import Limits
+    from app.core.storage.settings import Settings
     from app.ui.presenters.unfinished import Unfinished
 
 _HEAD: Final = "generic"
@@ -133,7 +135,12 @@ def kept_in(
 
 
 def take_anew(
-    intake: Intake, places: Path, now: datetime, head: str, token: Token, report: Report
+    intake: Intake,
+    places: Path,
+    now: datetime,
+    settings: Settings,
+    token: Token,
+    report: Report,
 ) -> Opened:
     """Make a place of a panorama or a bracket; where it cannot be kept it is there all the same.
 
@@ -144,11 +151,11 @@ def take_anew(
     Cancelled
         When the token was cancelled.
     """
-    light, location, facts = _measured(intake, token, report)
+    light, location, facts = _measured(intake, settings.limits, token, report)
     token.check()
     report(0.9, "Saving the place")
     # When the light of files was measured nobody knows: their place has no age.
-    place = Place(intake.name, now, head=head, location=location, capture=facts)
+    place = Place(intake.name, now, head=settings.head, location=location, capture=facts)
     try:
         return kept_in(places, place, light, intake.frames, token)
     except Cancelled:
@@ -165,7 +172,7 @@ def last_opened(last: str, places: Path) -> Path | None:
     return next((one.folder for one in whole), None)
 
 
-def finish_files(left: Unfinished, token: Token, report: Report) -> Opened:
+def finish_files(left: Unfinished, limits: Limits, token: Token, report: Report) -> Opened:
     """Merge the photographs that are in the folder of an unfinished place.
 
     Raises
@@ -175,20 +182,22 @@ def finish_files(left: Unfinished, token: Token, report: Report) -> Opened:
     Cancelled
         When the token was cancelled.
     """
-    light, location, facts = _measured(Intake(left.name, frames=left.files), token, report)
+    intake = Intake(left.name, frames=left.files)
+    light, location, facts = _measured(intake, limits, token, report)
     place = replace(read_place(left.folder), location=location, capture=facts)
     return kept_anew(Opened(left.folder, place, light))
 
 
 def _measured(
-    intake: Intake, token: Token, report: Report
+    intake: Intake, limits: Limits, token: Token, report: Report
 ) -> tuple[PlaceLight, Location, CaptureFacts]:
     if intake.environment is not None:
         report(0.1, f"Reading {intake.environment.name}")
         light = prepare(read_environment(intake.environment))
         white = stated_white(intake.environment)
         return light, Location(), CaptureFacts(plan="panorama", white_cd_m2=white)
-    from app.core.hdr.pipeline import measure
+    from app.core.hdr.pipeline import MergeOptions, measure
 
-    probe = measure(intake.frames, load_named_pack(_HEAD), token=token, report=report)
+    pack, wishes = load_named_pack(_HEAD), MergeOptions(limits=limits)
+    probe = measure(intake.frames, pack, wishes, token=token, report=report)
     return merged_light(probe, intake.name), location_of(probe), capture_facts(probe, "", "files")

@@ -162,6 +162,7 @@ class Taking:
             plan=_plan(plan),
             delay_s=delay_s,
             pack=None if model.head is None else model.head.pack,
+            limits=model.settings.limits,
         )
         place, light, folder = model.place, model.light, model.place_folder
         self._origin = None
@@ -249,6 +250,7 @@ class Taking:
             credentials=None if camera is None else self._cameras.credentials(camera.found),
             plan=_plan(plan),
             pack=None if model.head is None else model.head.pack,
+            limits=model.settings.limits,
             folder=folder,
             session=session,
         )

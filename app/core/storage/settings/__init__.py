@@ -1,9 +1,15 @@
 """Settings: one table that the dialog, the documentation and the file all follow."""
 
 from app.core.storage.settings.setting import Kind, Setting, SettingsError, Value
-from app.core.storage.settings.store import FILE, document, read_settings, write_settings
+from app.core.storage.settings.store import (
+    DEFAULTS,
+    FILE,
+    Settings,
+    document,
+    read_settings,
+    write_settings,
+)
 from app.core.storage.settings.table import SECTIONS, TABLE, setting
-from app.core.storage.settings.values import DEFAULTS, Settings
 
 __all__ = [
     "DEFAULTS",
