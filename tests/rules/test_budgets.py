@@ -9,9 +9,9 @@ import pytest
 from tests.helpers.house import House, counted
 
 ROOT = Path(__file__).resolve().parents[2]
-LINES, MODULES, CODE = 105_600, 567, 68_700
+LINES, MODULES, CODE = 105_700, 567, 68_740
 DOCSTRINGS_A_LINE = 0.304
-SINGLE = 142
+SINGLE = 141
 CIRCLES = 9
 
 

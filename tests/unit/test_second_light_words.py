@@ -10,7 +10,6 @@ import pytest
 
 from app.core.base.errors import CoreError, EnvironmentFileError
 from app.core.base.images import write_exr, write_hdr
-from app.core.second_light.choice import Spot, best_spot, refine
 from app.core.second_light.dimming import power_words, powers_of
 from app.core.second_light.greedy import compare
 from app.core.second_light.lamp_file import read_lamp_file
@@ -19,6 +18,7 @@ from app.core.second_light.placements import COUNT, direction, placement
 from app.core.second_light.reach import above_floor, within_arm
 from app.core.second_light.scale import illuminance, stated_white
 from app.core.second_light.search import place_all
+from app.core.second_light.search_kernel import Spot, best_spot, refine
 from app.core.second_light.words import metres, placement_words
 from app.core.solver.environment import solid_angles
 from tests.helpers.second_light import captured, coloured_place, pack
