@@ -190,7 +190,7 @@ def test_finishing_it_merges_what_is_there(
 
     asked: list[Any] = []
 
-    def measured(intake: Any, token: Any, report: Any) -> Any:
+    def measured(intake: Any, limits: Any, token: Any, report: Any) -> Any:
         asked.extend(intake.frames)
         return light, Location(), CaptureFacts(plan="files")
 
