@@ -2,7 +2,7 @@
 """Set Turnlight up in this folder and start it. Needs Python 3.11 or newer and nothing else.
 
 python3 run.py                  the app; without a display a first look at a bundled courtyard
-python3 run.py --demo           the app with an imitation camera and webcam at a demo place
+python3 run.py --demo           the app with a simulated camera and webcam at a demo place
 python3 run.py test [ARGS]      all checks and tests but the long ones; ARGS go to pytest
 python3 run.py test --coverage  and at least 92 % of the lines reached
 python3 run.py test --slow      the long tests

@@ -32,7 +32,7 @@ COMMANDS: Final = {
     "render": "picture of the head under an environment",
     "merge": "merge a bracket of exposures into an environment",
     "capture": "take a bracket with a camera and make an environment of it",
-    "simulate-camera": "an imitation 360 camera on this machine",
+    "simulate-camera": "a simulated 360 camera on this machine",
     "locate": "where in a panorama a photograph looks",
     "align": "how a picture lies on another, and how far there still is to turn",
     "styles": "list the styles and their lamps",
@@ -178,7 +178,7 @@ def _obey(arguments: list[str]) -> int:
 def _add_window_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the window")
     group.add_argument(
-        "--demo", action="store_true", help="with an imitation camera and webcam at a demo place"
+        "--demo", action="store_true", help="with a simulated camera and webcam at a demo place"
     )
     group.add_argument(
         "--screenshots",

@@ -1,4 +1,4 @@
-"""Time from the last exposure to the environment, with an imitation camera on a slow link.
+"""Time from the last exposure to the environment, with a simulated camera on a slow link.
 
     python benchmarks/capture.py [--rate 40] [--model V] [--runs 3] [--scene FILE]
 
@@ -93,7 +93,7 @@ class Stopwatch:
 
 @contextlib.contextmanager
 def camera(options: argparse.Namespace) -> Iterator[str]:
-    """An imitation camera in a process of its own; gives its address."""
+    """A simulated camera in a process of its own; gives its address."""
     command = [sys.executable, "-m", "app", "simulate-camera", "--scene", str(options.scene)]
     command += ["--model", options.model, "--rate", str(options.rate)]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:

@@ -2,7 +2,7 @@
 
     python benchmarks/merge_accuracy.py [FOLDER] [--json FILE] [--memorial FOLDER]
 
-For every environment of a folder (the bundled scenes by default) an imitation camera shoots the
+For every environment of a folder (the bundled scenes by default) a simulated camera shoots the
 paper's three frames and a full bracket: sRGB curve, shot and read noise, JPEG 95. Every method
 merges the same decoded frames; the truth is the environment itself, at the frames' own size. The
 error is taken of the luminance and of the three channels, over all pixels that are unclipped (worst
@@ -67,7 +67,7 @@ class SrgbCurve:
 def main() -> None:
     parser = argparse.ArgumentParser(description="accuracy of merging, against other programs")
     parser.add_argument("folder", nargs="?", type=Path, default=resources() / "demo" / "scenes")
-    parser.add_argument("--camera", default="V", help="model to imitate")
+    parser.add_argument("--camera", default="V", help="model to simulate")
     parser.add_argument("--width", type=int, default=2048, help="columns of the frames")
     parser.add_argument(
         "--whole", action="store_true", help="ours from the camera's full size to 2048 columns, too"
@@ -146,7 +146,7 @@ def shoot(
     folder: Path,
     seed: int,
 ) -> Bracket:
-    """Let the imitation camera write a bracket."""
+    """Let the simulated camera write a bracket."""
     metered = meter(radiance, camera)
     shots = [
         Exposure(metered.shutter_s * 2.0**stop, metered.iso, metered.aperture) for stop in stops

@@ -1,4 +1,4 @@
-"""The live preview, from an imitation camera in another process to decoded pictures in this one.
+"""The live preview, from a simulated camera in another process to decoded pictures in this one.
 
     python benchmarks/preview.py [--seconds S] [--rounds N] [--json]
 

@@ -1,4 +1,4 @@
-"""Ctrl-C as a wish that work can follow in its own time."""
+"""Cooperative Ctrl-C handling."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``turnlight simulate-camera``: an imitation 360 camera on this machine.
+"""``turnlight simulate-camera``: a simulated 360 camera on this machine.
 
 Panoramas are relative: what one unit is in cd/m2 no file says for certain. The scene is therefore
 scaled so that its mean over the sphere is 400 cd/m2, between a brightly lit room and a clouded sky,
@@ -42,8 +42,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     """Add the ``simulate-camera`` command to the command line."""
     parser = subparsers.add_parser(
         "simulate-camera",
-        help="an imitation 360 camera on this machine",
-        description="Serve an imitation 360 camera on this machine's own address until it is "
+        help="a simulated 360 camera on this machine",
+        description="Serve a simulated 360 camera on this machine's own address until it is "
         "interrupted. It sees the scene, meters it, takes brackets, and fails where it is told to.",
         epilog=_fault_list(),
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -62,7 +62,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help=f"mean luminance of the scene (default: {MEAN_CD_M2:g})",
     )
     parser.add_argument(
-        "--model", choices=_MODELS, default="V", help="which camera it imitates (default: V)"
+        "--model", choices=_MODELS, default="V", help="which camera to simulate (default: V)"
     )
     parser.add_argument(
         "--port", type=_port, default=0, help="where it listens (default: any that is free)"

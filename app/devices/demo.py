@@ -1,4 +1,4 @@
-"""Devices for trying the program without any: imitations at the demo location.
+"""Devices for trying the program without any: simulated ones at the demo location.
 
 The camera runs in a process of its own and is spoken to over the network of this computer, as a
 real one would be; the webcam stands at the sitter of the demo location.
@@ -32,7 +32,7 @@ _START_S: Final = 20.0
 
 
 class CameraProcess:
-    """An imitation camera in a process of its own."""
+    """A simulated camera in a process of its own."""
 
     def __init__(self, scene: Path, model: str = "V") -> None:
         # Not "-m app": a folder of the user's may be called that.
@@ -98,7 +98,7 @@ class CameraProcess:
 
 
 class DemoDevices(DevicesAtHand):
-    """Imitations at the demo location; a typed address is still a real one."""
+    """Simulated devices at the demo location; a typed address is still a real one."""
 
     def __init__(self, clock: Clock, location: Path) -> None:
         super().__init__(clock)

@@ -79,7 +79,7 @@ class CameraRefused(DeviceError):
 
 
 class BadReply(DeviceError):
-    """The camera's answer makes no sense, is too large, or never ends."""
+    """The camera's response is invalid, too large, or never ends."""
 
     default_code = "bad-reply"
 

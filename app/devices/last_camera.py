@@ -65,7 +65,7 @@ def last_camera(folder: Path | None = None) -> FoundCamera | None:
     Returns
     -------
     FoundCamera or None
-        None where none is kept, or the file makes no sense.
+        None where none is kept, or the file is invalid.
     """
     place = user_data() if folder is None else folder
     try:

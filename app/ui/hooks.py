@@ -1,4 +1,4 @@
-"""Errors that nobody took, wherever they come up: noted in a file and told, and the app goes on."""
+"""Handlers for uncaught exceptions: logged to a file, shown to the user, and the app continues."""
 
 from __future__ import annotations
 

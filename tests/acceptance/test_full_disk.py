@@ -140,7 +140,7 @@ def test_a_limit_on_the_size_of_files(
 
 
 class Camera:
-    """An imitation camera on a port of this machine, and a program that captures from it."""
+    """A simulated camera on a port of this machine, and a program that captures from it."""
 
     def __init__(self, zygote: Zygote, url: str, camera: SimulatedCamera) -> None:
         self._zygote, self._camera = zygote, camera

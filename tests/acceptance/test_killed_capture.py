@@ -1,6 +1,6 @@
 """A capture that is killed at any moment loses nothing that was complete, and can be gone on with.
 
-A child process captures from an imitation camera over real HTTP, twenty times as fast as in life,
+A child process captures from a simulated camera over real HTTP, twenty times as fast as in life,
 and is killed at a random moment; again and again in one folder, until it comes to its end.
 """
 

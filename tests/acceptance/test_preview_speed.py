@@ -1,6 +1,6 @@
 """The preview's bars: 28 of 30 pictures a second, 15 % of a core, at most two pictures late.
 
-The receiving process is one of its own, and so is the imitation camera. Several rounds, because
+The receiving process is one of its own, and so is the simulated camera. Several rounds, because
 other programs on the machine take their share: one good round shows what the program needs.
 """
 

@@ -1,6 +1,6 @@
 """From files to light, whole: what must hold of any bracket, and what goes wrong with peers' tools.
 
-Truth is a bundled scene at a known brightness, shot by an imitation Theta V.
+Truth is a bundled scene at a known brightness, shot by a simulated Theta V.
 """
 
 from __future__ import annotations

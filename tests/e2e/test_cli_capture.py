@@ -1,4 +1,4 @@
-"""`turnlight capture` as a user meets it: an imitation camera in, a session folder out."""
+"""`turnlight capture` as a user meets it: a simulated camera in, a session folder out."""
 
 from __future__ import annotations
 

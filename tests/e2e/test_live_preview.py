@@ -1,4 +1,4 @@
-"""The whole way of a preview: imitation camera, HTTP, client, parser, mailbox, decoded picture."""
+"""The whole way of a preview: simulated camera, HTTP, client, parser, mailbox, decoded picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An imitation camera, a client and a session, wired up on virtual time, for tests."""
+"""A simulated camera, a client and a session, wired up on virtual time, for tests."""
 
 from __future__ import annotations
 

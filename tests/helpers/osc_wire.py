@@ -1,6 +1,6 @@
 """Replies of an imagined camera as bytes, carried to a client without sockets, for tests.
 
-Only the socket is imitated: http.client and urllib3 read what it gives.
+Only the socket is simulated: http.client and urllib3 read what it gives.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The probe's presenter with an imitation camera on virtual time, for tests."""
+"""The probe's presenter with a simulated camera on virtual time, for tests."""
 
 from __future__ import annotations
 

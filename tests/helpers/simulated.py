@@ -1,4 +1,4 @@
-"""An imitation camera to talk to, without a client: requests and replies by hand."""
+"""A simulated camera to talk to, without a client: requests and replies by hand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Errors that nobody took: told and noted, and the program goes on."""
+"""Uncaught exceptions: shown, logged, and the program continues."""
 
 from __future__ import annotations
 

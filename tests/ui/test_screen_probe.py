@@ -162,7 +162,7 @@ class TestCapture:
         click(qtbot, screen.camera.capture)
         banner = screen.camera.banner
         assert banner.isVisible()
-        assert banner.accessibleName().startswith("The camera went away after frame 2 of 3.")
+        assert banner.accessibleName().startswith("Camera disconnected after frame 2 of 3.")
         assert banner.button(1).text() == "Merge these two"
         click(qtbot, banner.button(1))
         assert len(screen.camera.frames.views) == 2

@@ -132,8 +132,8 @@ def test_the_camera_goes_away_in_the_middle_and_comes_back(home: Path, tmp_path:
         robot.wait(lambda: app.model.camera is not None, "the camera")
         robot.wait(lambda: not app.runner.running("camera-state"), "the camera's state")
         robot.click("Capture")
-        until(robot, lambda: robot.find("The camera went away after frame 2 of 3."), "the notice")
-        notice = robot.find("The camera went away after frame 2 of 3.").accessibleName()
+        until(robot, lambda: robot.find("Camera disconnected after frame 2 of 3."), "the notice")
+        notice = robot.find("Camera disconnected after frame 2 of 3.").accessibleName()
         assert "Both frames are kept. Reconnect and take the third" in notice
         (folder,) = (place.folder for place in list_places(home / "places"))
         frames = sorted(path.name for path in folder.rglob("originals/*.JPG"))
@@ -158,7 +158,7 @@ def test_a_capture_cut_off_is_offered_at_the_next_start(home: Path, tmp_path: Pa
         robot.wait(lambda: app.model.camera is not None, "the camera")
         robot.wait(lambda: not app.runner.running("camera-state"), "the camera's state")
         robot.click("Capture")
-        until(robot, lambda: robot.find("The camera went away"), "the notice")
+        until(robot, lambda: robot.find("Camera disconnected"), "the notice")
     come_back()
     with opened(home) as (app, robot):
         until(robot, lambda: robot.find("“Place 1” of"), "the offer")
@@ -197,7 +197,7 @@ def number_shown(robot: Robot) -> str:
 
 
 def gone(robot: Robot) -> str:
-    """What is said of a webcam that went away, over the live picture."""
+    """What is said of a webcam that was disconnected, over the live picture."""
     wells = [well.message for well in robot.window.findChildren(Well) if well.isVisible()]
     return next((words for words in wells if "disconnected" in words or "No webcam" in words), "")
 

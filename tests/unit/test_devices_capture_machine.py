@@ -1,4 +1,4 @@
-"""Whole captures against the imitation camera, on virtual time."""
+"""Whole captures against the simulated camera, on virtual time."""
 
 from __future__ import annotations
 

@@ -450,11 +450,11 @@ def test_near_addresses(host: str, near: bool) -> None:
     assert is_near(host) is near
 
 
-# --- with the imitation camera ---
+# --- with the simulated camera ---
 
 
 def lodged(model: str, **options: Any) -> tuple[VirtualClock, Callable[[Endpoint], Link]]:
-    """Links of which every address leads to one imitation camera."""
+    """Links of which every address leads to one simulated camera."""
     talker = Talker(model, **options)
 
     def links(endpoint: Endpoint) -> Link:
@@ -474,7 +474,7 @@ def test_every_model_is_found(model: str) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_an_imitation_router_is_said(seed: int) -> None:
+def test_a_simulated_router_is_named(seed: int) -> None:
     clock, links = lodged("V", faults=["404-router-in-place-of-the-camera"], seed=seed)
     result = discover(clock, 3.0, link_factory=links, browse=silence)
     assert result.cameras == ()

@@ -30,7 +30,7 @@ def chosen(model: str, *firmware: int) -> str:
         ("RICOH THETA Z2", (1, 0), "theta"),
         ("RICOH THETA X2", (1, 0), "theta"),
         ("Insta360 X3", (), "insta360"),
-        ("Imitation 360", (1, 0), "generic"),
+        ("Simulated 360", (1, 0), "generic"),
         ("", (), "generic"),
         ("X", (1,), "generic"),
     ],

@@ -1,4 +1,4 @@
-"""Requests over an imitated socket: what `requests` makes of what the camera does."""
+"""Requests over a simulated socket: what `requests` makes of what the camera does."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The imitation camera, word by word: every model, without faults."""
+"""The simulated camera, word by word: every model, without faults."""
 
 from __future__ import annotations
 

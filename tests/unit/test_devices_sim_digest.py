@@ -1,4 +1,4 @@
-"""The imitation camera's own check of digest authentication."""
+"""The simulated camera's own check of digest authentication."""
 
 from __future__ import annotations
 

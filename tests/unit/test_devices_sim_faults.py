@@ -1,4 +1,4 @@
-"""The faults of the imitation camera: each shows, and those that go away do so."""
+"""The faults of the simulated camera: each shows, and those that go away do so."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The options of the imitation camera: lists that follow the program, and what is refused."""
+"""The options of the simulated camera: lists that follow the program, and what is refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the imitation camera sees: honest exposures, honest files."""
+"""What the simulated camera sees: honest exposures, honest files."""
 
 from __future__ import annotations
 

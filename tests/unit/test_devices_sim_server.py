@@ -1,4 +1,4 @@
-"""The HTTP server of the imitation camera: what the camera says goes out as it was meant."""
+"""The HTTP server of the simulated camera: what the camera says goes out as it was meant."""
 
 from __future__ import annotations
 

@@ -323,7 +323,7 @@ def test_nobody_there() -> None:
     with pytest.raises(WebcamError) as caught:
         _Stream(Address.parse(f"127.0.0.1:{port}"), SystemClock(), no_keys, 0).open()
     assert caught.value.code == "unreachable"
-    assert "goes on by itself" in caught.value.hint
+    assert "resumes automatically" in caught.value.hint
 
 
 def test_https_at_a_camera_that_speaks_http() -> None:

@@ -117,5 +117,5 @@ def test_what_is_no_panorama(tmp_path: Path) -> None:
     unplugged.plugged = False
     with pytest.raises(WebcamError, match="No webcam"):
         unplugged.open()
-    with pytest.raises(WebcamError, match="went away"):
+    with pytest.raises(WebcamError, match="disconnected"):
         unplugged.read()

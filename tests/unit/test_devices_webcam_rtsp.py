@@ -203,7 +203,7 @@ def test_pictures_and_their_end() -> None:
     shot = np.random.default_rng(0).integers(40, 256, (96, 128, 3), np.uint8)
     plug = Plug(shot, None, shot, cv2.error("broken"), None, None)
     source = _Stream(Address.parse("rtsp://cam/"), VirtualClock(), no_keys, 64, lambda _: plug)
-    with pytest.raises(WebcamError, match="went away"):
+    with pytest.raises(WebcamError, match="disconnected"):
         source.read()
     source._reader.begin(plug)
     first = source.read()

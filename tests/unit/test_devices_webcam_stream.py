@@ -89,7 +89,7 @@ def until(true: Callable[[], bool]) -> None:
 
 
 def gone() -> WebcamError:
-    return WebcamError("The webcam went away.", "Plug it in.", "unplugged")
+    return WebcamError("Webcam disconnected.", "Plug it in.", "unplugged")
 
 
 def test_the_newest_picture_is_at_hand() -> None:
@@ -282,7 +282,7 @@ def test_a_manner_of_its_own() -> None:
     error = webcam.error
     assert error is not None
     assert error.message == "The folder has sent no picture for 2 seconds."
-    assert error.hint == "Choose another; it goes on by itself."
+    assert error.hint == "Choose another. It resumes automatically."
     finish(webcam, script)
     assert cut.is_set()
 

@@ -181,7 +181,7 @@ class TestTroubles:
         notice = presenter.resolve().notice
         assert notice is not None
         assert notice.tone == "error"
-        assert notice.title == "The camera went away after frame 2 of 3."
+        assert notice.title == "Camera disconnected after frame 2 of 3."
         assert notice.body == (
             "Both frames are kept. Reconnect and take the third, or merge these two."
         )

@@ -29,7 +29,7 @@ def quick_disk(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def bracket(bench: Bench) -> list[Path]:
-    """Take frames with the imitation camera, for somebody else to drop somewhere."""
+    """Take frames with the simulated camera, for somebody else to drop somewhere."""
     result = bench.rig.shoot("paper")
     return list(result.frames)
 
@@ -147,13 +147,13 @@ class TestTroubles:
         notice = trouble_notice(
             DownloadFailed("Gone.", "", "interrupted"), HowFar(1, 7, False, True)
         )
-        assert notice.title == "The camera went away after frame 1 of 7."
+        assert notice.title == "Camera disconnected after frame 1 of 7."
         assert notice.body == "That frame is kept. Reconnect and take the rest."
         assert notice.buttons == (("resume", "Resume"),)
 
     def test_it_went_away_before_any_frame(self) -> None:
         notice = trouble_notice(Unreachable("No answer.", "Go nearer."), HowFar(0, 3, True, True))
-        assert "while it was taking the frames" in notice.title
+        assert "while taking the frames" in notice.title
         notice = trouble_notice(Unreachable("No answer.", "Go nearer."), HowFar())
         assert (notice.title, notice.body) == ("No answer.", "Go nearer.")
         assert [key for key, _ in notice.buttons] == ["again", "search"]

@@ -1,4 +1,4 @@
-"""What imitated files say: read back by OpenImageIO and by the probe's own reader."""
+"""What simulated files say: read back by OpenImageIO and by the probe's own reader."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whole frames: what is decoded from an imitated file is the environment over saturation."""
+"""Whole frames: what is decoded from a simulated file is the environment over saturation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The imitated lenses: bloom and per-lens gain."""
+"""The simulated lenses: bloom and per-lens gain."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the imitation of a phone does to a picture."""
+"""What a simulated phone does to a picture."""
 
 from __future__ import annotations
 

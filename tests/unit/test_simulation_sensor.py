@@ -1,4 +1,4 @@
-"""The imitated sensor: linear, as noisy as counting electrons is, clipped where it is full."""
+"""The simulated sensor: linear, as noisy as counting electrons is, clipped where it is full."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the imitated camera sees: enlargement, tilt and shift."""
+"""What the simulated camera sees: enlargement, tilt and shift."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ _SRGB: Final = srgb_decode(np.arange(256) / 255.0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bracket:
-    """Files of an imitation camera, and the light they were made from.
+    """Files of a simulated camera, and the light they were made from.
 
     Attributes
     ----------

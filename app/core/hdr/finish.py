@@ -223,7 +223,7 @@ def _cleaned(
         return _Clean(merged)
     clutter = resolve(wishes.masks, merged, foot)
     if not clutter:
-        note = "Nothing at the camera's foot looks as if it should not be there."
+        note = "No tripod or photographer found below the camera."
         return _Clean(merged, notes=(note,))
     filled = fill(merged, union(clutter, merged.clipped.shape))
     shape = pack.header.environment

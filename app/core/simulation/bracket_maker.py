@@ -1,4 +1,4 @@
-"""Brackets of an imitation camera: several frames of one place, in memory or as files."""
+"""Brackets of a simulated camera: several frames of one place, in memory or as files."""
 
 from __future__ import annotations
 

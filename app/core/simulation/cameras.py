@@ -1,4 +1,4 @@
-"""The 360 cameras that can be imitated: their files' words and their sensors.
+"""The 360 cameras that can be simulated: their files' words and their sensors.
 
 What a camera writes (maker, padded model, software, sizes, apertures) is what public sample
 files of that model hold. The sensor numbers are typical of sensors of that pitch, since Ricoh
@@ -106,8 +106,8 @@ THETA_X: Final = CameraModel(
 GENERIC: Final = CameraModel(
     name="generic",
     make="Turnlight",
-    model="Imitation 360",
-    software="Imitation 360 1.0",
+    model="Simulated 360",
+    software="Simulated 360 1.0",
     shape=(2048, 4096),
     apertures=(2.0, 2.8, 4.0, 5.6, 8.0),
     base_iso=100.0,

@@ -1,4 +1,4 @@
-"""One frame of an imitation camera: light, sensor, camera curve, JPEG and what the file says.
+"""One frame of a simulated camera: light, sensor, camera curve, JPEG and what the file says.
 
 The chain, each step of which can be left out:
 

@@ -1,4 +1,4 @@
-"""The two lenses of an imitation camera: the light they spread, and their gains."""
+"""The two lenses of a simulated camera: the light they spread, and their gains."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The sensor of an imitation camera: what saturates it, and what it counts."""
+"""The sensor of a simulated camera: what saturates it, and what it counts."""
 
 from __future__ import annotations
 

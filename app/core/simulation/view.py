@@ -1,4 +1,4 @@
-"""What an imitation camera sees: an environment enlarged to the frame's size, and rotated.
+"""What a simulated camera sees: an environment enlarged to the frame's size, and rotated.
 
 The truth that a frame can be compared with is `enlarged` of the environment, and for frames of
 the environment's own size the environment itself.

@@ -74,7 +74,7 @@ def painted_weights(values: Values, face: Mask, ignored: Mask | None = None) -> 
     face : (P,) bool
         Which pixels are face.
     ignored : (P,) bool, optional
-        Face pixels that shall not count.
+        Face pixels to exclude.
 
     Returns
     -------
@@ -146,7 +146,7 @@ def painted(transport: Transport, values: Values, ignored: Mask | None = None) -
     values : (P,) float
         Painted wish per pixel of the head; outside the face it does not count.
     ignored : (P,) bool, optional
-        Face pixels that shall not count.
+        Face pixels to exclude.
 
     Raises
     ------
@@ -185,7 +185,7 @@ def paint(
     values : (n,) float
         Their new painted values.
     ignored : (n,) bool, optional
-        Which of them shall not count from now on. Without it every one of them counts.
+        Which of them to exclude from now on; none by default.
 
     Returns
     -------

@@ -58,7 +58,7 @@ _DRIP_S: Final = 20.0
 _DRIP_BYTES: Final = 100_000
 _MAX_THUMBNAIL: Final = 1 << 20
 _CONTENT_RANGE: Final = re.compile(r"bytes (\d{1,12})-(\d{1,12})/(\d{1,12}|\*)")
-_HINT: Final = "What came was kept: stay near the camera and go on with this session."
+_HINT: Final = "The partial download is saved. Stay near the camera and resume."
 
 
 class FileSource(Protocol):

@@ -74,7 +74,7 @@ class CaptureResult:
 class Capture:
     """One capture; has no threads of its own and runs in its caller's.
 
-    A session that was interrupted is gone on with: what is on the disk is not fetched again, and
+    An interrupted session is resumed: what is on the disk is not fetched again, and
     what the camera has taken is not taken again.
     """
 

@@ -1,1 +1,1 @@
-"""Imitation cameras that answer over HTTP, as awkward as the real ones."""
+"""Simulated cameras that answer over HTTP, as awkward as the real ones."""

@@ -1,6 +1,6 @@
-"""Carries what `requests` sends to an imitation camera in the same process, on its clock.
+"""Carries what `requests` sends to a simulated camera in the same process, on its clock.
 
-Only the socket is imitated. Everything above it is real: `requests`, `urllib3` and `http.client`
+Only the socket is simulated. Everything above it is real: `requests`, `urllib3` and `http.client`
 build the request, parse the answer, keep connections open, count Content-Length, undo chunks and
 raise their own exceptions. So a body that ends before its Content-Length breaks with
 `ChunkedEncodingError`, bytes beyond it are left in the connection, which is not used again, and a
@@ -39,7 +39,7 @@ _BUFFERED_S: Final = 0.05
 
 
 class CameraAdapter(HTTPAdapter):
-    """A transport adapter whose every address is one imitation camera.
+    """A transport adapter whose every address is one simulated camera.
 
     Examples
     --------
@@ -92,7 +92,7 @@ def _pool_class(camera: SimulatedCamera) -> type[HTTPConnectionPool]:
 
 
 class _Connection(HTTPConnection):
-    """A connection of urllib3 whose socket is imitated."""
+    """A connection of urllib3 whose socket is simulated."""
 
     def open_socket(self) -> _Socket:
         """Make the socket."""

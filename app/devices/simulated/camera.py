@@ -1,4 +1,4 @@
-"""An imitation camera without sockets: requests in, replies out, time from a clock.
+"""A simulated camera without sockets: requests in, replies out, time from a clock.
 
 It knows nothing of the client: the words, the limits and the bad habits are those of the models as
 Ricoh documents them and users report them.

@@ -1,4 +1,4 @@
-"""The commands of an imitation camera."""
+"""The commands of a simulated camera."""
 
 from __future__ import annotations
 

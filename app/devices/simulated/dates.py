@@ -1,4 +1,4 @@
-"""What an imitation camera takes the date to be."""
+"""What a simulated camera takes the date to be."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What passes between an imitation camera and whoever carries its words.
+"""What passes between a simulated camera and whoever carries its words.
 
 The camera knows no sockets: it turns a `Request` into a `Reply`. A reply's body is a series of
 pieces: bytes to send, pauses to make, or the end of the connection. `server` plays them over real

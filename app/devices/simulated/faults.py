@@ -1,4 +1,4 @@
-"""What can go wrong with an imitation camera, by name, and how often it does.
+"""What can go wrong with a simulated camera, by name, and how often it does.
 
 Everything is drawn from the seed: the same names, seed and requests give the same troubles.
 Troubles that a patient client can outlast go away after a few times; the others stay.

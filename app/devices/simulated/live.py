@@ -1,4 +1,4 @@
-"""The live preview of an imitation camera: a loop of pictures of its scene, as Ricoh sends them.
+"""The live preview of a simulated camera: a loop of pictures of its scene, as Ricoh sends them.
 
 Every picture carries its number as a row of black and white blocks at the bottom, and a bright dot
 that goes round the horizon, so that anyone who looks at one knows how old it is. The loop is

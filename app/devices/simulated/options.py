@@ -1,4 +1,4 @@
-"""The options of an imitation camera: what it has, what it accepts, and what hangs together."""
+"""The options of a simulated camera: what it has, what it accepts, and what hangs together."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cameras that can be imitated: what each model says of itself, accepts, and gets wrong.
+"""The cameras that can be simulated: what each model says of itself, accepts, and gets wrong.
 
 Numbers and words are those of Ricoh's Web API v2.1 and of public replies of the models, written
 down here once more on purpose: the client has tables of its own, and a slip in either shows. What
@@ -316,7 +316,7 @@ _A1: Final = replace(
 )
 _GENERIC: Final = Personality(
     name="generic",
-    model="Imitation 360",
+    model="Simulated 360",
     manufacturer="Turnlight",
     serial="1234567",
     firmware="1.0",

@@ -1,4 +1,4 @@
-"""The one live preview of an imitation camera: whether it is open, and when it ends."""
+"""The one live preview of a simulated camera: whether it is open, and when it ends."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an imitation camera looks at, and how it meters it by itself."""
+"""What a simulated camera looks at, and how it meters it by itself."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An imitation camera on the network: real HTTP on the loopback address.
+"""A simulated camera on the network: real HTTP on the loopback address.
 
 The camera says what to answer; this plays it over a socket, as wrong as it was meant: a length
 that is not that of the body, a connection that is reset in the middle, nothing at all.

@@ -261,7 +261,7 @@ class Shooter:
         if self._lazy or job.open_end:
             return
         if self._pool is None:
-            self._pool = ThreadPoolExecutor(1, "imitation camera")
+            self._pool = ThreadPoolExecutor(1, "simulated camera")
         for frame in job.frames:
             frame.picture = self._pool.submit(self._scene.frame, self._person.camera, frame.take)
 

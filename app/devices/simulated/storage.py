@@ -1,4 +1,4 @@
-"""The files of an imitation camera."""
+"""The files of a simulated camera."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the faults of an imitation camera show: in what it says and does."""
+"""Where the faults of a simulated camera show: in what it says and does."""
 
 from __future__ import annotations
 

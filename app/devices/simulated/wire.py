@@ -1,4 +1,4 @@
-"""Faults of an imitation camera that show in single answers: refused, cut, endless, too long."""
+"""Faults of a simulated camera that show in single answers: refused, cut, endless, too long."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an imitation camera says of itself: /osc/info and /osc/state."""
+"""What a simulated camera says of itself: /osc/info and /osc/state."""
 
 from __future__ import annotations
 

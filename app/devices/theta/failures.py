@@ -86,7 +86,7 @@ def failure(error: BaseException) -> DeviceError:
         return no_camera()
     if any(isinstance(link, _NONSENSE) for link in chain):
         return BadReply(
-            "The camera's answer makes no sense.", "Switch the camera off and on, then try again."
+            "The camera sent an invalid response.", "Restart the camera, then try again."
         )
     return broken()
 

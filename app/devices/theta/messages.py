@@ -81,7 +81,7 @@ def parse_entries(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple
     """
     entries = results.get("entries")
     if not isinstance(entries, list):
-        raise BadReply("The camera's list of files makes no sense.", "Try again.")
+        raise BadReply("The camera sent an invalid list of files.", "Try again.")
     found = (_entry(table(entry), endpoint) for entry in entries)
     return tuple(entry for entry in found if entry is not None)
 
@@ -151,7 +151,7 @@ __all__ = [
 _OK: Final = 200
 _FIRMWARE: Final = re.compile(r"\d{1,6}(?:\.\d{1,6}){0,5}", re.ASCII)
 _LONGEST_ID: Final = 100
-_HINT: Final = "Try again; if it stays so, switch the camera off and on."
+_HINT: Final = "Try again. If the problem persists, restart the camera."
 _URL_KEYS: Final = frozenset({"fileUrl", "_dngFileUrl", "previewUrl", "_localFileUrl"})
 _URL_LISTS: Final = frozenset({"fileUrls", "_fileGroup", "_localFileGroup", "convertedFileUrls"})
 
@@ -399,4 +399,4 @@ def _id(value: object) -> str | int | None:
 
 
 def _nonsense() -> BadReply:
-    return BadReply("The camera's answer makes no sense.", _HINT)
+    return BadReply("The camera sent an invalid response.", _HINT)

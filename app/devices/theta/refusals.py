@@ -15,7 +15,7 @@ BUSY: Final = "serviceUnavailable"
 """The one code after which the same request may simply be sent again."""
 
 _UPDATE: Final = "Update the camera's firmware with Ricoh's app; if it is new, tell us the model."
-_RESTART: Final = "Switch the camera off and on, then try again."
+_RESTART: Final = "Restart the camera, then try again."
 _WAIT: Final = "Wait a few seconds, then try again."
 
 REFUSALS: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(

@@ -30,7 +30,7 @@ MAX_VALUES: Final = 100_000
 
 _MAX_DIGITS: Final = 40
 _TEXT: Final = 200
-_HINT: Final = "Try again; if it stays so, switch the camera off and on."
+_HINT: Final = "Try again. If the problem persists, restart the camera."
 
 
 def parse_json(data: bytes) -> JsonValue:

@@ -1,4 +1,4 @@
-"""Live pictures: webcams, network cameras, files and folders, and imitations of all of them."""
+"""Live pictures: webcams, network cameras, files and folders, and simulated ones."""
 
 from __future__ import annotations
 

@@ -293,4 +293,4 @@ def _not_opened() -> WebcamError:
 
 
 def _unplugged() -> WebcamError:
-    return WebcamError("The webcam went away.", "Plug it in and it goes on by itself.", "unplugged")
+    return WebcamError("Webcam disconnected.", "Plug it back in to continue.", "unplugged")

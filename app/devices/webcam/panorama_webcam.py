@@ -160,9 +160,7 @@ class _Scene:
         """Give the next picture when it is time for it."""
         panorama = self._shown
         if not self.plugged or panorama is None:
-            raise WebcamError(
-                "The webcam went away.", "Plug it in and it goes on by itself.", "unplugged"
-            )
+            raise WebcamError("Webcam disconnected.", "Plug it back in to continue.", "unplugged")
         self._next_s = max(self._next_s + 1.0 / FPS, self._clock.now() - 1.0 / FPS)
         self._clock.sleep(self._next_s - self._clock.now())
         aim = self._swayed(self.aim)

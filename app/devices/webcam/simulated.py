@@ -132,9 +132,7 @@ class _Scene:
     def read(self) -> Bytes | None:
         """Give the next picture when it is time for it."""
         if not self.plugged:
-            raise WebcamError(
-                "The webcam went away.", "Plug it in and it goes on by itself.", "unplugged"
-            )
+            raise WebcamError("Webcam disconnected.", "Plug it back in to continue.", "unplugged")
         # Behind by more than a picture, it skips some, as a camera does.
         self._next_s = max(self._next_s + 1.0 / FPS, self._clock.now() - 1.0 / FPS)
         self._clock.sleep(self._next_s - self._clock.now())

@@ -193,11 +193,11 @@ def _empty(folder: Path) -> WebcamError:
     if not folder.is_dir():
         return WebcamError(
             f"The folder {folder.name} is not there.",
-            "Connect the disk that it is on, and it goes on by itself; or choose another folder.",
+            "Reconnect its disk to continue, or choose another folder.",
             "no-file",
         )
     return WebcamError(
         f"There are no pictures in {folder.name}.",
-        "Put JPEG or PNG files there, and it goes on by itself.",
+        "Put JPEG or PNG files there. It resumes automatically.",
         "no-file",
     )

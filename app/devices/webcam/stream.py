@@ -277,7 +277,7 @@ class WebcamStream:
     def _silent(self) -> WebcamError:
         return WebcamError(
             f"The {self._manner.noun} has sent no picture for {LOST_S:.0f} seconds.",
-            f"{self._manner.revive}; it goes on by itself.",
+            f"{self._manner.revive}. It resumes automatically.",
             "silent",
         )
 

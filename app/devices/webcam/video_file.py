@@ -171,7 +171,7 @@ def _is_video(head: bytes) -> bool:
 def _missing(path: Path) -> WebcamError:
     return WebcamError(
         f"The video {path.name} is not there.",
-        "Connect the disk that it is on, and it goes on by itself; or choose another file.",
+        "Reconnect its disk to continue, or choose another file.",
         "no-file",
     )
 

@@ -163,14 +163,14 @@ def unreachable(error: BaseException) -> WebcamError:
         hint = "Type the address in numbers, as the camera’s app shows it."
     else:
         message = "The network camera does not answer."
-        hint = "Start its app, and join the same Wi-Fi; it goes on by itself."
+        hint = "Start its app, and join the same Wi-Fi. It resumes automatically."
     return WebcamError(message, hint, "unreachable")
 
 
 def gone() -> WebcamError:
     """Say that pictures came and stopped."""
     return WebcamError(
-        "The network camera went away.",
-        "Look whether its app still runs and is in the same Wi-Fi; it goes on by itself.",
+        "Network camera disconnected.",
+        "Look whether its app still runs and is in the same Wi-Fi. It resumes automatically.",
         "unplugged",
     )

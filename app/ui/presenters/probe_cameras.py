@@ -167,7 +167,7 @@ class CameraFinder:
 
     def worked(self, camera: FoundCamera) -> None:
         """Remember a camera that took a bracket, for the next start."""
-        # An imitation on this computer is not there the next time.
+        # A simulated camera on this computer is not there the next time.
         if not is_loopback(camera.endpoint.host):
             home = self._services.folders.home
             self._services.runner.submit(

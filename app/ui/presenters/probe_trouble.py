@@ -95,7 +95,7 @@ def _disk(far: HowFar) -> Notice:
 def _lost(error: Exception, far: HowFar) -> Notice:
     here, total = far.here, far.total
     if here and here < total:
-        title = f"The camera went away after frame {here} of {total}."
+        title = f"Camera disconnected after frame {here} of {total}."
         kept = "Both frames are" if here == 2 else f"{_number(here)} frames are"
         kept = "That frame is" if here == 1 else kept
         rest = f"take the {_ordinal(here + 1)}" if here + 1 == total else "take the rest"
@@ -107,7 +107,7 @@ def _lost(error: Exception, far: HowFar) -> Notice:
     if far.exposing and far.resumable:
         return Notice(
             "error",
-            "The camera went away while it was taking the frames.",
+            "Camera disconnected while taking the frames.",
             "What it took is on the camera. Reconnect, then resume.",
             (_RESUME,),
         )

@@ -230,7 +230,7 @@ def is_loopback(host: str) -> bool:
 
 def camera_second(camera: CameraSeen) -> str:
     """Say how the camera is: "Wi-Fi, battery 82 %, 1.9 GB free"."""
-    # Every such camera speaks over Wi-Fi, its own or somebody's; an imitation does not.
+    # Every such camera speaks over Wi-Fi, its own or somebody's; a simulated one does not.
     parts = ["Local" if is_loopback(camera.found.endpoint.host) else "Wi-Fi"]
     if camera.battery is not None:
         parts.append(f"battery {round(100 * camera.battery)} %")

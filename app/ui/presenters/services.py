@@ -66,7 +66,7 @@ class Notifier(Protocol):
 
 
 class Devices(Protocol):
-    """Cameras and webcams, real or imitated."""
+    """Cameras and webcams, real or simulated."""
 
     def discover(self, token: Token) -> Discovery:
         """Look for 360 cameras for some seconds."""

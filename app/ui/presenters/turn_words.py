@@ -169,7 +169,7 @@ def guidance_of(
 def advice_of(shown: Guide, track: Track | None) -> str:
     """Say what can be done while the heading is not known: the pictures are there to go by."""
     if shown.phase is Phase.LEFT:
-        return "What it sees does not say how far the sitter has turned."
+        return "This camera isn't moving with you, so the turn can't be measured."
     if shown.phase is not Phase.LOST:
         return ""
     turn = turn_words(float(shown.goal))

@@ -223,7 +223,7 @@ class Toasts(QObject):
             self._drop(toast)
 
     def _focus_moved(self) -> None:
-        """Give back a focus that fell here because what had it went away or was disabled.
+        """Give back a focus that fell here because its owner was hidden or disabled.
 
         What Qt says had it is not taken: it may be half destroyed, and must not be touched.
         """

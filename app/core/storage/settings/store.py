@@ -145,7 +145,7 @@ def read_settings(path: Path) -> tuple[Settings, tuple[str, ...]]:
         return Settings(), ()
     if found.state == "unreadable":
         return Settings(), (
-            f"The settings in {path} cannot be read: {found.why}. Everything is as it came.",
+            f"The settings in {path} cannot be read: {found.why}. Using default settings.",
         )
     notes = _about_file(found)
     values: dict[str, Any] = {}
@@ -172,7 +172,7 @@ def _about_file(found: JsonFile) -> list[str]:
     lost = [f"“{by_key[key]}”" for key in found.lost if key in by_key]
     names = f" Lost: {', '.join(lost)}." if lost else ""
     if not found.facts:
-        return [f"The settings could not be used: {found.why}. Everything is as it came."]
+        return [f"The settings could not be used: {found.why}. Using default settings."]
     return [f"A part of the settings could not be used: {found.why}.{names}"]
 
 
