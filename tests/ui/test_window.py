@@ -19,7 +19,7 @@ from app.devices.discovery import Discovery
 from app.ui.frame.drop import DropVeil
 from app.ui.launch_options import LaunchOptions
 from app.ui.presenters.model import Step
-from app.ui.presenters.places_list import ShelfPresenter
+from app.ui.presenters.places_list import PlacesListPresenter
 from app.ui.robot import Lost, Robot
 from app.ui.start import App
 from app.ui.theme import theme
@@ -234,7 +234,7 @@ def test_a_place_deleted_by_mistake_comes_back(app: App, robot: Robot) -> None:
     assert folder is not None
     app.commands.ask("places")
     robot.wait(lambda: robot_sees(robot, "More about studio"), "the list")
-    shelf = ShelfPresenter(app.services, app.desk)
+    shelf = PlacesListPresenter(app.services, app.desk)
     shelf.refresh()
     robot.wait(lambda: bool(shelf.resolve().rows), "the list")
     app.commands.close_overlay()

@@ -14,7 +14,7 @@ from app.core.second_light.scale import stated_white
 from app.core.storage.places import PlaceSummary, create_place, list_places
 from app.ui.presenters.job_runner import ImmediateRunner
 from app.ui.presenters.light import LightPresenter
-from app.ui.presenters.places_list import ShelfPresenter, ShelfState
+from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
 from tests.helpers.styles_screen import HoldingRunner, Table, on_time, scene_light
 
 SCENE = resources() / "demo" / "scenes" / "studio.exr"
@@ -86,7 +86,7 @@ def test_the_list_shows_the_new_name_before_the_disk_has_it(table: Table, tmp_pa
     table.desk.open_paths([SCENE])
     folder = table.model.place_folder
     assert folder is not None
-    shelf, view = ShelfPresenter(table.services, table.desk), MagicMock()
+    shelf, view = PlacesListPresenter(table.services, table.desk), MagicMock()
     shelf.attach(view)
     other = create_place(tmp_path / "places", "Other", table.services.today())
     assert table.model.place is not None
@@ -103,5 +103,5 @@ def test_the_list_shows_the_new_name_before_the_disk_has_it(table: Table, tmp_pa
             (),
         )
     )
-    state: ShelfState = view.show_state.call_args[0][0]
+    state: PlacesListState = view.show_state.call_args[0][0]
     assert [row.name for row in state.rows] == ["New", "Other"]

@@ -24,7 +24,7 @@ from app.ui.presenters.disk_words import disk_words
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.job_runner import ImmediateRunner
 from app.ui.presenters.model import Step
-from app.ui.presenters.places_list import ShelfPresenter
+from app.ui.presenters.places_list import PlacesListPresenter
 from app.ui.presenters.unfinished import unfinished
 from tests.helpers.styles_screen import HoldingRunner, Table, on_time
 
@@ -169,7 +169,7 @@ def test_a_place_that_was_killed_over_its_photographs_says_so_and_can_be_deleted
     folder = half_a_place(table, tmp_path)
     (left,) = unfinished(tmp_path / "places")
     assert (left.folder, left.session, len(left.files)) == (folder, None, 3)
-    shelf = ShelfPresenter(table.services, table.desk)
+    shelf = PlacesListPresenter(table.services, table.desk)
     shelf.refresh()
     (row,) = shelf.resolve().rows
     assert row.detail == "Unfinished: 3 photographs"
@@ -209,7 +209,7 @@ def test_an_empty_folder_of_a_place_can_only_be_deleted(table: Table, tmp_path: 
     from app.core.storage.places import create_place
 
     create_place(tmp_path / "places", "Nothing yet", table.services.today())
-    shelf = ShelfPresenter(table.services, table.desk)
+    shelf = PlacesListPresenter(table.services, table.desk)
     shelf.refresh()
     (row,) = shelf.resolve().rows
     assert row.detail == "Unfinished: no frames yet"

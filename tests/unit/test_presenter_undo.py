@@ -20,7 +20,7 @@ from app.core.storage.places import create_place, list_places, read_place
 from app.ui.presenters import light_lamps
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.lamp_actions import LampKeeping
-from app.ui.presenters.places_list import ShelfPresenter
+from app.ui.presenters.places_list import PlacesListPresenter
 from tests.helpers.paint_studio import Studio, studio
 from tests.unit.test_second_light_library import lamp
 
@@ -52,7 +52,7 @@ class World:
         for title in ("Desk lamp", "Torch"):
             add_lamp(self.lamps.folder, lamp(), title)
         self.keeping = LampKeeping(services, self.desk, self.lamps)
-        self.places = ShelfPresenter(services, self.desk)
+        self.places = PlacesListPresenter(services, self.desk)
         self.places.attach(MagicMock())
         room.model.update(chosen="mine", needle_deg=12.0, goal_deg=34.0)
         # What made this world is not to be undone.

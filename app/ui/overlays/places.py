@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt, QUrl
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QHBoxLayout, QInputDialog, QVBoxLayout, QWidget
 
-from app.ui.presenters.places_list import ShelfPresenter
+from app.ui.presenters.places_list import PlacesListPresenter
 from app.ui.theme import theme
 from app.ui.widgets.banner import Empty
 from app.ui.widgets.buttons import Button, IconButton
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.ui.commands import Commands
-    from app.ui.presenters.places_list import DeletedRow, ShelfRow, ShelfState
+    from app.ui.presenters.places_list import DeletedRow, PlacesListRow, PlacesListState
 
 _PICTURE: Final = (128, 64)
 _MOST_BYTES: Final = 4 << 20
@@ -35,8 +35,8 @@ class PlacesBody(QWidget):
     def __init__(self, commands: Commands) -> None:
         super().__init__()
         self._commands = commands
-        self._presenter = ShelfPresenter(commands.services, commands.desk)
-        self._state: ShelfState | None = None
+        self._presenter = PlacesListPresenter(commands.services, commands.desk)
+        self._state: PlacesListState | None = None
         self._stops: list[QWidget] = []
         t = theme()
         self._column = QVBoxLayout()
@@ -53,7 +53,7 @@ class PlacesBody(QWidget):
         self.destroyed.connect(self._presenter.detach)
         self._presenter.attach(self)
 
-    def show_state(self, state: ShelfState) -> None:
+    def show_state(self, state: PlacesListState) -> None:
         """Show the list."""
         if state == self._state:
             return
@@ -98,7 +98,7 @@ class PlacesBody(QWidget):
         assert callable(call)
         call()
 
-    def _line(self, row: ShelfRow) -> QWidget:
+    def _line(self, row: PlacesListRow) -> QWidget:
         frame = PictureLine(row.name, row.thumbnail, _PICTURE, raised=row.current)
         line, words = frame.row, frame.words
         words.addWidget(Text(row.name, 14, 600, elide=True))
@@ -117,7 +117,7 @@ class PlacesBody(QWidget):
         self._stops.append(more)
         return frame
 
-    def _add_opener(self, row: ShelfRow, line: QHBoxLayout) -> None:
+    def _add_opener(self, row: PlacesListRow, line: QHBoxLayout) -> None:
         """Offer to open or to finish it; of one without any frame nothing can be made."""
         if row.left is not None and not row.left.can_finish:
             return
@@ -139,14 +139,14 @@ class PlacesBody(QWidget):
         self._stops.append(back)
         return frame
 
-    def _more(self, row: ShelfRow, under: QWidget) -> None:
+    def _more(self, row: PlacesListRow, under: QWidget) -> None:
         menu = Menu(self, f"More about {row.name}")
         menu.add("Rename…", lambda: self._rename(row), "edit")
         menu.add("Show the folder", lambda: _show_folder(row.folder), "folder")
         menu.add("Delete", lambda: self._presenter.delete(row.folder), "trash")
         menu.drop(under)
 
-    def _rename(self, row: ShelfRow) -> None:
+    def _rename(self, row: PlacesListRow) -> None:
         name, agreed = QInputDialog.getText(self, "Rename", "Name of the place", text=row.name)
         if agreed and name.strip():
             self._presenter.rename(row.folder, name)

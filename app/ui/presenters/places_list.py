@@ -46,7 +46,7 @@ _Looked: TypeAlias = tuple[
 
 
 @dataclass(frozen=True, slots=True)
-class ShelfRow:
+class PlacesListRow:
     """One place in the list.
 
     Attributes
@@ -75,22 +75,22 @@ class DeletedRow:
 
 
 @dataclass(frozen=True, slots=True)
-class ShelfState:
+class PlacesListState:
     """What the list shows."""
 
-    rows: tuple[ShelfRow, ...] = field(default=())
+    rows: tuple[PlacesListRow, ...] = field(default=())
     deleted: tuple[DeletedRow, ...] = field(default=())
     busy: bool = False
 
 
-class ShelfView(Protocol):
-    """Shows a `ShelfState`."""
+class PlacesListView(Protocol):
+    """Shows a `PlacesListState`."""
 
-    def show_state(self, state: ShelfState) -> None:
+    def show_state(self, state: PlacesListState) -> None:
         """Show it."""
 
 
-class ShelfPresenter:
+class PlacesListPresenter:
     """Reads the folder of places and acts on them."""
 
     def __init__(
@@ -104,12 +104,12 @@ class ShelfPresenter:
         self._desk = desk
         self._most, self._key = most, key
         self._left: dict[Path, Unfinished] = {}
-        self._view: ShelfView | None = None
+        self._view: PlacesListView | None = None
         self._found: tuple[PlaceSummary, ...] | None = None
         self._pictures: dict[Path, NDArray[np.uint8]] = {}
         self._trash: tuple[TrashedPlace, ...] = ()
 
-    def attach(self, view: ShelfView) -> None:
+    def attach(self, view: PlacesListView) -> None:
         """Show the list in `view` from now on, and read the folder anew."""
         self._view = view
         self._desk.places_changed.connect(self.refresh)
@@ -128,15 +128,15 @@ class ShelfPresenter:
             self._key, lambda token, report: _look(folder, most), done=self._read
         )
 
-    def resolve(self) -> ShelfState:
+    def resolve(self) -> PlacesListState:
         """Work out what the list shows now."""
         if self._found is None:
-            return ShelfState(busy=True)
+            return PlacesListState(busy=True)
         today = self._services.today()
         current = self._services.model.place_folder
-        return ShelfState(
+        return PlacesListState(
             tuple(
-                ShelfRow(
+                PlacesListRow(
                     folder=one.folder,
                     name=self._name_of(one),
                     time=time_words(one.made_at, today),

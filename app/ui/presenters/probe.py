@@ -10,7 +10,7 @@ from app.core.hdr.findings import clip_level, find
 from app.core.portrait.age import light_age
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
-from app.ui.presenters.places_list import ShelfPresenter, ShelfState
+from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
 from app.ui.presenters.probe_cameras import CameraFinder
 from app.ui.presenters.probe_pictures import frame_pictures
 from app.ui.presenters.probe_state import ProbeState
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from app.core.solver.place_light import PlaceLight
     from app.core.storage.places import Place
     from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.places_list import ShelfRow
+    from app.ui.presenters.places_list import PlacesListRow
     from app.ui.presenters.probe_state import CameraBlock, FrameTile, Notice, PlanPart, ProbeView
     from app.ui.presenters.services import Services
 
@@ -76,7 +76,7 @@ class ProbePresenter:
         self.cameras = CameraFinder(services, self._refresh)
         self.taking = Taking(services, desk, self.cameras, self._refresh)
         self.watching = Watching(services, desk, self._refresh)
-        self.places = ShelfPresenter(services, desk, _RECENT, "recent")
+        self.places = PlacesListPresenter(services, desk, _RECENT, "recent")
         services.model.changed.connect(self._model_changed)
         self._take_light()
 
@@ -334,7 +334,7 @@ class ProbePresenter:
         if names & _SHOWN:
             self._refresh()
 
-    def show_state(self, state: ShelfState) -> None:
+    def show_state(self, state: PlacesListState) -> None:
         """Take the list of places."""
         del state
         self._refresh()
@@ -344,7 +344,7 @@ class ProbePresenter:
         if self._services.model.light is None:
             self.places.attach(self)
 
-    def _recent(self) -> tuple[ShelfRow, ...]:
+    def _recent(self) -> tuple[PlacesListRow, ...]:
         model = self._services.model
         if model.light is not None or model.opening or self.taking.active:
             return ()

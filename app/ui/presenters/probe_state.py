@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.core.hdr.findings import Findings
-    from app.ui.presenters.places_list import ShelfRow
+    from app.ui.presenters.places_list import PlacesListRow
 
 StepState: TypeAlias = Literal["waiting", "now", "done"]
 Tone: TypeAlias = Literal["advice", "error", "offer", "note"]
@@ -223,7 +223,7 @@ class ProbeState:
     lamps: tuple[LampRow, ...] = ()
     lamps_note: str = ""
     opening: str = ""
-    recent: tuple[ShelfRow, ...] = ()
+    recent: tuple[PlacesListRow, ...] = ()
     age: str = ""
     age_old: bool = False
     watching: str = ""

@@ -17,7 +17,7 @@ from app.ui.widgets.roving import Roving
 if TYPE_CHECKING:
     from PySide6.QtGui import QPainter, QResizeEvent
 
-    from app.ui.presenters.places_list import ShelfRow
+    from app.ui.presenters.places_list import PlacesListRow
 
 _HIGH: Final = 64
 _PICTURE: Final = (80, 48)
@@ -28,7 +28,7 @@ _WIDEST: Final = 304
 class _Tile(Card):
     """One place: small picture, name, and when it was made or what is missing."""
 
-    def __init__(self, row: ShelfRow) -> None:
+    def __init__(self, row: PlacesListRow) -> None:
         self._second = row.detail if row.left is not None else row.time
         super().__init__(f"{'Finish' if row.left else 'Open'} {row.name}, {self._second}")
         self.row = row
@@ -79,7 +79,7 @@ class RecentPlaces(QWidget):
         column.addStretch(1)
         self._title.hide()
 
-    def show_rows(self, rows: tuple[ShelfRow, ...]) -> None:
+    def show_rows(self, rows: tuple[PlacesListRow, ...]) -> None:
         """Show as many as there is room for."""
         while (item := self._line.takeAt(0)) is not None:
             if (old := item.widget()) is not None:
