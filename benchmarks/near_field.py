@@ -23,11 +23,11 @@ from numpy.typing import NDArray
 from stock import ROOT, generic_head  # isort: skip
 
 from app.core.baking.backend import select_variant
+from app.core.baking.bake_cache import BakeCache
 from app.core.baking.exposure import expose, shine
 from app.core.baking.lanes import Table
 from app.core.baking.points import Points, place_points
 from app.core.baking.scene import MILLIMETRES_PER_UNIT, build_scene
-from app.core.baking.shelf import Shelf
 from app.core.baking.skin import find_skin
 from app.core.baking.surface import head_middle
 from app.core.baking.walk import (
@@ -145,7 +145,7 @@ def render_all(work: Path, pixels: NDArray[np.int32]) -> Float32:
     weights = np.asarray(load_named("generic").header.luminance_weights, np.float32)
     found = []
     for seed in SEEDS:
-        shelf = Shelf(work / f"near-{PATHS}-{SHADOWS}-{lamps.count}-{seed}")
+        shelf = BakeCache(work / f"near-{PATHS}-{SHADOWS}-{lamps.count}-{seed}")
         light = _light(scene, tables, points, lamps, shelf, seed)
         parts = []
         for start in range(0, len(pixels), BATCH):
@@ -162,7 +162,7 @@ def render_all(work: Path, pixels: NDArray[np.int32]) -> Float32:
 
 
 def _light(
-    scene: Any, tables: SceneTables, points: Points, lamps: HeldLamps, shelf: Shelf, seed: int
+    scene: Any, tables: SceneTables, points: Points, lamps: HeldLamps, shelf: BakeCache, seed: int
 ) -> tuple[list[Float32], Float32]:
     """What enters the skin at each point, per channel (V, lamps); and how its slant counts."""
     some = np.arange(0, tables.picture**2, 7, dtype=np.int32)

@@ -48,7 +48,7 @@ class World:
             create_place(services.folders.places, name, now) for name in ("Café", "Yard")
         ]
         room.model.update(place_folder=self.folders[0], place=read_place(self.folders[0]))
-        self.lamps = light_lamps.Shelf(services, lambda: None, self._taken)
+        self.lamps = light_lamps.LampList(services, lambda: None, self._taken)
         for title in ("Desk lamp", "Torch"):
             add_lamp(self.lamps.folder, lamp(), title)
         self.keeping = LampKeeping(services, self.desk, self.lamps)

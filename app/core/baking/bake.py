@@ -18,13 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.baking.backend import is_wavefront
+from app.core.baking.bake_cache import BakeCache, Keep, no_keep
 from app.core.baking.columns import Columns, LampColumns, TexelColumns
 from app.core.baking.exposure import expose, shine
 from app.core.baking.lanes import Watch, at_once, part_of, run_lanes, unwatched
 from app.core.baking.points import Points, place_points
 from app.core.baking.reduction import compress, mirror_pixels, symmetrise
 from app.core.baking.scene import CAMERA_DISTANCE_M, Camera, HeadMesh, build_scene, frame_head
-from app.core.baking.shelf import Keep, Shelf, no_keep
 from app.core.baking.surface import look_at_shape
 from app.core.baking.walk import (
     PROFILE_BINS,
@@ -201,7 +201,7 @@ def bake(
     """
     lamps = [lamp for style in styles for lamp in style.lamps]
     camera = frame_head(head, picture)
-    shelf = Shelf(work / _key(head, skin, camera, environment, quality, seed, lamps))
+    cache = BakeCache(work / _key(head, skin, camera, environment, quality, seed, lamps))
     progress = _Progress(report, token)
     scene = build_scene(head, skin, camera)
     looking = progress.part(0.0, 0.01, "Looking at the head")
@@ -210,7 +210,7 @@ def bake(
         scene,
         head,
         seed,
-        keep=_light_shelf(shelf, "sky"),
+        keep=_light_cache(cache, "sky"),
         watch=part_of(looking, 0.5, 1.0),
     )
     job = _Job(
@@ -224,19 +224,19 @@ def bake(
         quality=quality,
         seed=seed,
     )
-    matrix = _matrix(job, shelf, progress)
+    matrix = _matrix(job, cache, progress)
     report(0.95, "Compressing")
     transport = _finish(head, skin, camera, covered, job, matrix)
-    shelf.clear()
+    cache.clear()
     shape = look_at_shape(head, scene, job.pixels, picture)
     return Baked(transport, _targets(styles, matrix[:, job.texels.count :]), shape)
 
 
-def _light_shelf(shelf: Shelf, prefix: str) -> Keep:
+def _light_cache(cache: BakeCache, prefix: str) -> Keep:
     """Where measured light goes: it takes room, and a wavefront finds it again in no time."""
     import mitsuba as mi
 
-    return no_keep if is_wavefront(mi) else shelf.prefixed(prefix)
+    return no_keep if is_wavefront(mi) else cache.prefixed(prefix)
 
 
 def head_coverage(scene: Any, size: int, watch: Watch = unwatched) -> Float32:
@@ -260,14 +260,14 @@ def head_coverage(scene: Any, size: int, watch: Watch = unwatched) -> Float32:
     return covered
 
 
-def _matrix(job: _Job, shelf: Shelf, progress: _Progress) -> Float32:
+def _matrix(job: _Job, cache: BakeCache, progress: _Progress) -> Float32:
     """Rows of the transport for all pixels, (P, columns, 3)."""
     middle = 0.02 + 0.93 * _light_share(job)
     measuring = "Measuring where light reaches the skin"
     profile = measure_profile(
-        job.tables, job.pixels, job.seed, shelf.keep, progress.part(0.01, 0.02, measuring)
+        job.tables, job.pixels, job.seed, cache.keep, progress.part(0.01, 0.02, measuring)
     )
-    light = _light(job, profile, shelf, progress.part(0.02, middle, measuring))
+    light = _light(job, profile, cache, progress.part(0.02, middle, measuring))
     matrix = np.empty((len(job.pixels), job.count, 3), np.float32)
     following = progress.part(middle, 0.95, "Following light through the skin")
     for start, stop in _batches(len(matrix), job.quality.paths):
@@ -277,7 +277,7 @@ def _matrix(job: _Job, shelf: Shelf, progress: _Progress) -> Float32:
         def batch(start: int = start, stop: int = stop, watch: Watch = watch) -> Float32:
             return _batch(job, light, start, stop, watch)
 
-        matrix[start:stop] = shelf.keep(str(start), (stop - start, *matrix.shape[1:]), batch)
+        matrix[start:stop] = cache.keep(str(start), (stop - start, *matrix.shape[1:]), batch)
     return matrix
 
 
@@ -310,7 +310,7 @@ def measure_profile(
     return fit_profile(keep("profile", (PROFILE_BINS, 3), trace).astype(np.float64))
 
 
-def _light(job: _Job, profile: NDArray[np.float64], shelf: Shelf, watch: Watch) -> _Light:
+def _light(job: _Job, profile: NDArray[np.float64], cache: BakeCache, watch: Watch) -> _Light:
     """Measure the light of all columns at all points."""
     parts, weights = [], profile.astype(np.float32)
     ends = np.cumsum([0, *job.shadow_rays]) / sum(job.shadow_rays)
@@ -321,7 +321,7 @@ def _light(job: _Job, profile: NDArray[np.float64], shelf: Shelf, watch: Watch) 
             columns,
             job.shadows[number],
             job.seed + number,
-            keep=_light_shelf(shelf, f"light{number}"),
+            keep=_light_cache(cache, f"light{number}"),
             watch=part_of(watch, ends[number], ends[number + 1]),
         )
         parts.append([sum(a * one for a, one in zip(row, moments, strict=True)) for row in weights])

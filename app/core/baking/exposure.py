@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.baking.bake_cache import Keep, no_keep
 from app.core.baking.lanes import (
     Table,
     Tally,
@@ -23,7 +24,6 @@ from app.core.baking.lanes import (
     run_lanes,
     unwatched,
 )
-from app.core.baking.shelf import Keep, no_keep
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from app.core.baking.bake_cache import Keep, no_keep
 from app.core.baking.columns import TexelColumns
 from app.core.baking.exposure import expose
 from app.core.baking.lanes import Watch, unwatched
-from app.core.baking.shelf import Keep, no_keep
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from app.core.second_light.captured import CapturedLamp
     from app.core.second_light.library import TrashedLamp
-    from app.ui.presenters.light_lamps import Shelf
+    from app.ui.presenters.light_lamps import LampList
     from app.ui.presenters.light_state import LightView, WordsWish
     from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
@@ -51,7 +51,7 @@ _ASKED: Final[dict[WordsWish, tuple[str, str, str, str]]] = {
 class LampKeeping:
     """Changes the files of the lamp in hand; files are changed one after the other."""
 
-    def __init__(self, services: Services, desk: PlaceController, shelf: Shelf) -> None:
+    def __init__(self, services: Services, desk: PlaceController, shelf: LampList) -> None:
         self._services = services
         self._desk = desk
         self._shelf = shelf

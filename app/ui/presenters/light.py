@@ -13,7 +13,7 @@ from app.core.second_light.words import metres
 from app.ui.presenters.actions import Action
 from app.ui.presenters.lamp_actions import LampKeeping
 from app.ui.presenters.light_jobs import LightWork
-from app.ui.presenters.light_lamps import Shelf, nearest_stop
+from app.ui.presenters.light_lamps import LampList, nearest_stop
 from app.ui.presenters.light_resolve import Resolver, Shown, front_of, note_of
 from app.ui.presenters.light_scale import PlaceScale
 from app.ui.presenters.light_state import (
@@ -52,7 +52,7 @@ class LightPresenter:
 
     def __init__(self, services: Services, desk: PlaceController) -> None:
         self._services = services
-        self.shelf = Shelf(services, self._pursue, self.take_lamp)
+        self.shelf = LampList(services, self._pursue, self.take_lamp)
         self.keeping = LampKeeping(services, desk, self.shelf)
         self.scale = PlaceScale(services, self._begin_anew)
         self._view: LightView | None = None
@@ -233,7 +233,7 @@ class LightPresenter:
             self._view.take_lamp_focus()
 
     def capture(self, source: Source, title: str, distance: str) -> None:
-        """Make a lamp of one's own; see `Shelf.capture`."""
+        """Make a lamp of one's own; see `LampList.capture`."""
         self.shelf.capture(source, title, distance)
 
     def take_pictures(self, paths: Sequence[Path]) -> None:

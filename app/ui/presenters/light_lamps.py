@@ -68,7 +68,7 @@ def own_key(name: str) -> str:
     return f"{_OWN}{name}"
 
 
-class Shelf:
+class LampList:
     """The lamps, and which of them is in hand."""
 
     def __init__(

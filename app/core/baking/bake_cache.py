@@ -1,4 +1,4 @@
-"""Finished parts of a bake, kept on disk until all are done, so that a stopped bake goes on."""
+"""Finished parts of a bake, kept on disk until all are done: a stopped bake can be resumed."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ _MOST_BYTES: Final = 1 << 34
 
 
 @dataclass(frozen=True, slots=True)
-class Shelf:
+class BakeCache:
     """A folder of arrays."""
 
     folder: Path
 
     def keep(self, name: str, shape: tuple[int, ...], compute: Callable[[], Float32]) -> Float32:
-        """Return a part of this shape: from the shelf, else computed and put there."""
+        """Return a part of this shape: from the folder, else computed and kept there."""
         file = self.folder / f"{name}.npz"
         with contextlib.suppress(TransportError):
             done = read_arrays(file, "part of a bake", "", _MOST_BYTES).get("matrix")
