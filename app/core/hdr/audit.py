@@ -210,7 +210,11 @@ def _verdict(
             lines.append(f"{start} put {loses} out of reach.")
     safe = len(changes) - len(touched)
     if safe:
-        lines.append(f"The other {safe} do not depend on it." if safe > 1 else "One is safe.")
+        lines.append(
+            f"The other {safe} do not depend on it."
+            if safe > 1
+            else "The other one does not depend on it."
+        )
     return tuple(lines)
 
 

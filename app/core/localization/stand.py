@@ -3,7 +3,7 @@
 First as if it were on the line to the sitter (`app.core.localization.rotation`), with the lens that
 then explains the enlargement (`app.core.localization.field_of_view`); and for a picture that may be
 anywhere, from how near things are shifted against far ones (`app.core.localization.parallax`),
-which needs nobody to have found the sitter.
+which works without knowing where the sitter is.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class Question:
         How well the field of view is known: spread of the logarithm of its tangent; None where
         nobody knows it.
     sitter_deg : float or None
-        Where the sitter is from the axis; None where nobody knows.
+        Where the sitter is from the axis; None where that is not known.
     """
 
     lens: float | None

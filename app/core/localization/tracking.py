@@ -163,8 +163,7 @@ def track(
         The camera's horizontal field of view, deg; None when it is unknown, and to be learnt.
     sees_sitter : bool, optional
         Whether the person in the picture is the sitter, see
-        `app.core.localization.heading_conversion.sees_sitter`. Whoever is in it is no background in
-        any case.
+        `app.core.localization.heading_conversion.sees_sitter`. A person is never background.
     asked_deg : float or None, optional
         How far it still is to the light, deg, as for
         `app.core.localization.motion_detection.watch`; None where no turn is asked for.
