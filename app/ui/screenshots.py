@@ -10,16 +10,16 @@ from PySide6.QtCore import QSize, Qt, QTimer
 
 from app.core.base.errors import CoreError
 from app.core.second_light.lamp_presets import NumbersLamp
-from app.ui.presenters.light_words import rescued
 from app.ui.presenters.model import Step
 from app.ui.robot import Lost, Robot
-from app.ui.screens.light import LightScreen
-from app.ui.screens.turn import TurnScreen
+from app.ui.screens.light.view.screen import LightScreen
+from app.ui.screens.light.words import rescued
+from app.ui.screens.turn.view.screen import TurnScreen
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from app.ui.presenters.light import LightPresenter
+    from app.ui.screens.light.presenter import LightPresenter
     from app.ui.start import App
 
 _FULL: Final = QSize(1440, 900)

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QAbstractButton, QWidget
 
 from app.cli import main
 from app.ui.robot import Lost, Robot
-from app.ui.screens.light import LightScreen
+from app.ui.screens.light.view.screen import LightScreen
 from app.ui.watchdog import WatchedApplication
 
 FULL = QSize(1440, 900)

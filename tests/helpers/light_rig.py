@@ -15,12 +15,12 @@ from app.core.second_light.search import Placed
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.place_light import PlaceLight
 from app.core.solver.solve import StyleResult
-from app.ui.presenters import light_jobs
-from app.ui.presenters.light import LightPresenter
-from app.ui.presenters.light_mask import MaskEdit
-from app.ui.presenters.light_pictures import View
-from app.ui.presenters.light_state import CaptureAsk, LightState, WordsAsk
-from app.ui.presenters.light_work import Answers, Held, InHand, Question
+from app.ui.screens.light import jobs
+from app.ui.screens.light.mask import MaskEdit
+from app.ui.screens.light.pictures import View
+from app.ui.screens.light.presenter import LightPresenter
+from app.ui.screens.light.state import CaptureAsk, LightState, WordsAsk
+from app.ui.screens.light.work import Answers, Held, InHand, Question
 from tests.helpers.styles_screen import HoldingRunner, Table, head, scene_light
 
 __all__ = ["LightRig", "Watching", "placed"]
@@ -121,11 +121,11 @@ class LightRig:
         self.allowed = np.ones(576, bool)
         self.power = 1.0
         self.weak: set[str] = set()
-        patch.setattr(light_jobs, "take_in_hand", self.take)
-        patch.setattr(light_jobs, "ask", self._ask)
-        patch.setattr(light_jobs, "look", self._look)
-        patch.setattr(light_jobs, "result_with", self._with)
-        patch.setattr(light_jobs, "closer", lambda *_: self.nearer)
+        patch.setattr(jobs, "take_in_hand", self.take)
+        patch.setattr(jobs, "ask", self._ask)
+        patch.setattr(jobs, "look", self._look)
+        patch.setattr(jobs, "result_with", self._with)
+        patch.setattr(jobs, "closer", lambda *_: self.nearer)
         self.shape = load_shape_of(head().transport, "generic")
         self.presenter = LightPresenter(self.table.services, self.table.desk)
         self.view = Watching()

@@ -23,9 +23,9 @@ from app.devices.theta.link import Credentials, Link
 from app.devices.theta.messages import Info
 from app.ui.presenters.model import Model
 from app.ui.presenters.place_controller import PlaceController
-from app.ui.presenters.probe import ProbePresenter
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo import UndoStack
+from app.ui.screens.probe.presenter import ProbePresenter
 from tests.helpers.cameras import Rig
 from tests.helpers.probes import place as lit_place
 from tests.helpers.told import Told

@@ -23,9 +23,9 @@ from app.core.solver.styles import StyleLamp
 from app.ui.presenters.model import Head, Model
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
-from app.ui.presenters.styles import StylesPresenter
-from app.ui.presenters.styles_state import CardState
 from app.ui.presenters.undo import UndoStack
+from app.ui.screens.styles.presenter import StylesPresenter
+from app.ui.screens.styles.state import CardState
 from tests.helpers.told import Told
 
 

@@ -7,6 +7,7 @@ import pkgutil
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,8 @@ LEAKS = [
     ("commands/solve.py", "import pyqtgraph", "no Qt below the ui"),
     ("core/solver/environment_file.py", "import requests", "no network in core"),
     ("devices/errors.py", "import PySide6.QtCore", "no Qt below the ui"),
+    ("ui/screens/turn/state.py", "import PySide6.QtCore", "no Qt below the ui"),
+    ("ui/screens/light/words.py", "import app.ui.screens.light.view.row", "presenters know no"),
     ("devices/simulated/exchange.py", "import app.devices.theta", "a simulated camera knows"),
     ("core/solver/solve.py", "import mitsuba", "the renderer is for baking only"),
     ("core/solver/styles.py", "import app.core.baking.scene", "the renderer is for baking only"),
@@ -68,6 +71,19 @@ def test_contracts_notice_a_leak_inside_a_function(
     assert done.returncode == 1
     broken = [line for line in done.stdout.splitlines() if line.rstrip().endswith("BROKEN")]
     assert any(line.startswith(contract) for line in broken), done.stdout
+
+
+def test_the_contracts_name_every_module_of_a_screen_but_its_view() -> None:
+    told = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    kept = [
+        set(contract["source_modules"])
+        for contract in told["tool"]["importlinter"]["contracts"]
+        if contract["name"].startswith(("no Qt below the ui", "presenters know no"))
+    ]
+    assert len(kept) == 2
+    for file in (ROOT / "app/ui/screens").glob("*/*.py"):
+        if file.name != "__init__.py":
+            assert all(f"app.ui.screens.*.{file.stem}" in names for names in kept), file
 
 
 def modules() -> list[str]:

@@ -14,8 +14,7 @@ from pytestqt.qtbot import QtBot
 
 from app.ui.overlays.find import FindBody
 from app.ui.presenters.places_list import _thumbnail
-from app.ui.screens.paint import PaintScreen
-from app.ui.screens.paint.screen import NameSheet
+from app.ui.screens.paint.view.screen import NameSheet, PaintScreen
 from tests.helpers.paint_studio import studio
 
 

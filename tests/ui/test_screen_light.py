@@ -13,10 +13,9 @@ from PySide6.QtWidgets import QAbstractButton, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.core.second_light.captured import make_lamp
-from app.ui.presenters.light_state import DISTANCES_M
-from app.ui.screens.light import LightScreen
-from app.ui.screens.light.asking import CaptureSheet, WordsSheet
-from app.ui.screens.light.screen import MaskSheet, column_widths
+from app.ui.screens.light.state import DISTANCES_M
+from app.ui.screens.light.view.asking import CaptureSheet, WordsSheet
+from app.ui.screens.light.view.screen import LightScreen, MaskSheet, column_widths
 from app.ui.theme import set_theme, theme
 from app.ui.widgets.buttons import Button
 from tests.helpers.light_rig import BEST, LightRig

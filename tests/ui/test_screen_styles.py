@@ -17,10 +17,9 @@ from pytestqt.qtbot import QtBot
 from app.core.painting import DamagedStyle
 from app.core.solver.place_light import picture_at
 from app.ui.presenters.model import Step
-from app.ui.screens.styles import StylesScreen
-from app.ui.screens.styles.card import DamagedCard, StyleCard
-from app.ui.screens.styles.gallery import layout_for
-from app.ui.screens.styles.screen import detail_width
+from app.ui.screens.styles.view.card import DamagedCard, StyleCard
+from app.ui.screens.styles.view.gallery import layout_for
+from app.ui.screens.styles.view.screen import StylesScreen, detail_width
 from app.ui.widgets.menus import Menu
 from app.ui.widgets.plots.geometry import at_turn
 from tests.helpers.styles_screen import Table, head, scene_light

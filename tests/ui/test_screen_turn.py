@@ -20,11 +20,11 @@ from app.core.base.paths import resources
 from app.core.guidance.words import whole
 from app.core.localization.photo_check import Taken
 from app.devices.webcam import SimulatedWebcam
-from app.ui.presenters import turn_shots
 from app.ui.presenters.model import Step
-from app.ui.screens.turn import TurnScreen
-from app.ui.screens.turn.question import Question
-from app.ui.screens.turn.shots import ShotsSheet
+from app.ui.screens.turn import shots
+from app.ui.screens.turn.view.question import Question
+from app.ui.screens.turn.view.screen import TurnScreen
+from app.ui.screens.turn.view.shots import ShotsSheet
 from app.ui.theme import set_theme, theme
 from app.ui.widgets.buttons import IconButton
 from app.ui.widgets.menus import Menu
@@ -204,7 +204,7 @@ def test_the_photo_is_asked_for_and_told_of(
     assert not line.lister.isVisible()
     turn = whole(shown.rig.goal) - 3
     taken = Taken("found", wrap(turn + 180.0), float(turn), 0.0, 60.0, 0.9)
-    monkeypatch.setattr(turn_shots, "locate_photo", lambda *_: taken)
+    monkeypatch.setattr(shots, "locate_photo", lambda *_: taken)
     photo = write_photo(tmp_path / "IMG_7.jpg", np.full((300, 400, 3), 90, np.uint8))
     monkeypatch.setattr(QFileDialog, "getOpenFileNames", lambda *_: ([str(photo)], ""))
     click(line.opener, Qt.MouseButton.LeftButton)

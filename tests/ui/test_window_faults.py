@@ -29,9 +29,9 @@ from app.devices.simulated.exchange import Reply, Request
 from app.devices.webcam import SimulatedWebcam
 from app.ui.presenters.model import Step
 from app.ui.robot import Robot
-from app.ui.screens.paint.canvas import PaintCanvas
-from app.ui.screens.styles.card import DamagedCard, StyleCard
-from app.ui.screens.turn.well import Well
+from app.ui.screens.paint.view.canvas import PaintCanvas
+from app.ui.screens.styles.view.card import DamagedCard, StyleCard
+from app.ui.screens.turn.view.well import Well
 from app.ui.start import App
 from app.ui.theme import theme
 from app.ui.widgets.labels import Text

@@ -12,9 +12,9 @@ from app.core.solver.environment import from_radiance
 from app.core.solver.lamps import far_lamp
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.solver.styles import StyleLamp
-from app.ui.presenters.light_resolve import sky_of
-from app.ui.presenters.light_words import lux_words, move_words, place_words
-from app.ui.presenters.light_work import Held, main_light
+from app.ui.screens.light.resolve import sky_of
+from app.ui.screens.light.words import lux_words, move_words, place_words
+from app.ui.screens.light.work import Held, main_light
 
 LEFT, RIGHT = "sitter’s left (camera right)", "sitter’s right (camera left)"
 

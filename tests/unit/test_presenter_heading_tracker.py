@@ -20,8 +20,8 @@ from app.core.localization.homography import UNSURE, corners_of, moved
 from app.core.localization.sitter import Sitter
 from app.devices.clock import VirtualClock
 from app.devices.webcam import WebcamFrame
-from app.ui.presenters import heading_tracker
-from app.ui.presenters.heading_tracker import Aligner, HeadingTracker
+from app.ui.screens.turn import heading_tracker
+from app.ui.screens.turn.heading_tracker import Aligner, HeadingTracker
 from tests.helpers.turn_rig import UNSEEN, frame_of, read_heading
 
 Bytes = NDArray[np.uint8]

@@ -16,13 +16,13 @@ from app.core.guidance.words import whole
 from app.core.second_light.near import near_picture
 from app.core.solver.place_light import turned
 from app.core.solver.transport import render
-from app.ui.presenters import light_jobs
 from app.ui.presenters.frame import FramePresenter
-from app.ui.presenters.light import LightPresenter
-from app.ui.presenters.light_pictures import LampPlan, portrait_with
-from app.ui.presenters.light_work import InHand, take_in_hand
 from app.ui.presenters.model import Step
-from app.ui.presenters.turn_shots import _Asked
+from app.ui.screens.light import jobs
+from app.ui.screens.light.pictures import LampPlan, portrait_with
+from app.ui.screens.light.presenter import LightPresenter
+from app.ui.screens.light.work import InHand, take_in_hand
+from app.ui.screens.turn.shots import _Asked
 from tests.helpers.light_rig import Watching
 from tests.helpers.styles_screen import head, scene_light
 from tests.helpers.turn_rig import Rig
@@ -40,7 +40,7 @@ class Journey:
     def __init__(self, patch: pytest.MonkeyPatch) -> None:
         self.turn = rig = Rig(patch)
         patch.setattr(
-            light_jobs,
+            jobs,
             "take_in_hand",
             lambda of, lamp, *_: _in_hand(lamp.kind, lamp.distance_m, lamp),
         )

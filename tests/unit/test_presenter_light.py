@@ -11,10 +11,10 @@ import pytest
 from app.core.base.errors import CoreError
 from app.core.second_light.scale import illuminance
 from app.core.storage.places import CaptureFacts, Place
-from app.ui.presenters import light_jobs
-from app.ui.presenters.light import LightPresenter
-from app.ui.presenters.light_state import BRIGHTNESS, DISTANCES_M
 from app.ui.presenters.model import Step
+from app.ui.screens.light import jobs
+from app.ui.screens.light.presenter import LightPresenter
+from app.ui.screens.light.state import BRIGHTNESS, DISTANCES_M
 from tests.helpers.light_rig import BEST, LightRig, Watching
 from tests.helpers.styles_screen import scene_light
 
@@ -228,10 +228,10 @@ def test_trouble_is_said_in_its_own_words_and_can_be_tried_again(
         raise CoreError("The head's shape is missing.", "Bake it again.")
 
     right = rig.take
-    monkeypatch.setattr(light_jobs, "take_in_hand", fails)
+    monkeypatch.setattr(jobs, "take_in_hand", fails)
     rig.start()
     assert rig.state.empty == "The head's shape is missing. Bake it again."
-    monkeypatch.setattr(light_jobs, "take_in_hand", right)
+    monkeypatch.setattr(jobs, "take_in_hand", right)
     rig.presenter.press("again")
     assert not rig.state.empty
 

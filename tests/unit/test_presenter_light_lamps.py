@@ -12,7 +12,7 @@ import pytest
 
 from app.core.second_light.library import list_lamps, read_lamp
 from app.core.storage.places import CaptureFacts, create_place, read_place
-from app.ui.presenters.light_mask import MaskEdit, MaskState
+from app.ui.screens.light.mask import MaskEdit, MaskState
 from tests.helpers.light_rig import LightRig
 from tests.unit.test_presenter_light import own_lamp
 

@@ -12,9 +12,9 @@ import pytest
 from app.core.second_light.dimming import powers_of
 from app.core.second_light.lamp_presets import KINDS, at_distance
 from app.core.solver.transport import render
-from app.ui.presenters import light_pictures, light_work
-from app.ui.presenters.light_pictures import look
-from app.ui.presenters.light_work import Held, Question, ask, best_held, take_in_hand
+from app.ui.screens.light import pictures, work
+from app.ui.screens.light.pictures import look
+from app.ui.screens.light.work import Held, Question, ask, best_held, take_in_hand
 from tests.helpers.light_rig import LightRig
 from tests.helpers.styles_screen import head, scene_light
 
@@ -87,9 +87,9 @@ def test_the_search_is_given_the_powers_of_the_lamp(monkeypatch: pytest.MonkeyPa
         asked.append(powers)
         return ()
 
-    monkeypatch.setattr(light_work, "place_all", place)
+    monkeypatch.setattr(work, "place_all", place)
     hand = cast(
-        light_work.InHand,
+        work.InHand,
         type("Hand", (), {"head": head(), "lamp": at_distance(KINDS["flash"]), "added": None,
                           "tables": None})(),
     )  # fmt: skip
@@ -119,8 +119,8 @@ def test_the_picture_is_of_the_power_and_its_match_that_of_the_search() -> None:
     assert any(one.power < 1.0 for one in answers.placed), "a panel drowns a dim place"
     # The lamp's part is linear in its power.
     held = best_held(answers.placed[0])
-    full, hidden = light_pictures._of_lamp(hand, held._replace(power=1.0))
-    half, same = light_pictures._of_lamp(hand, held._replace(power=0.5))
+    full, hidden = pictures._of_lamp(hand, held._replace(power=1.0))
+    half, same = pictures._of_lamp(hand, held._replace(power=0.5))
     assert np.allclose(full, 2.0 * half, rtol=1e-5)
     assert np.array_equal(hidden, same)
     assert render(who.transport, np.zeros((*hidden.shape, 3), np.float32)).max() == 0.0

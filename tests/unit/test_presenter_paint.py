@@ -11,8 +11,8 @@ import pytest
 from app.core.base.angles import difference
 from app.core.painting import NOTHING_PAINTED, ONE_SIDED, Tool, load_draft
 from app.ui.presenters.model import Step
-from app.ui.presenters.paint_live import NO_LIGHT, NOTHING
-from app.ui.presenters.paint_state import PaintState, PaintView, Shown
+from app.ui.screens.paint.live import NO_LIGHT, NOTHING
+from app.ui.screens.paint.state import PaintState, PaintView, Shown
 from tests.helpers.paint_studio import Studio, lamp_light, studio
 
 LEFT, RIGHT = ((0.72, 0.35), (0.72, 0.65)), ((0.28, 0.35), (0.28, 0.65))  # of the sitter
@@ -245,7 +245,7 @@ def test_full_disk_under_the_drafts_is_told_once(
     def full(*_args: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("app.ui.presenters.paint_drafts.save_draft", full)
+    monkeypatch.setattr("app.ui.screens.paint.drafts.save_draft", full)
     room.enter()
     room.stroke(*LEFT)
     room.stroke(*RIGHT)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.core.painting import Tool, list_user_styles, load_draft
-from app.ui.presenters.paint_state import PaintState, PaintView
+from app.ui.screens.paint.state import PaintState, PaintView
 from tests.helpers.paint_studio import Studio, studio
 
 
@@ -224,7 +224,7 @@ def test_a_draft_that_the_disk_refuses_is_not_said_to_be_kept(
         raise OSError(28, "No space left on device")
 
     room.enter()
-    monkeypatch.setattr("app.ui.presenters.paint_drafts.save_draft", full)
+    monkeypatch.setattr("app.ui.screens.paint.drafts.save_draft", full)
     room.stroke((0.5, 0.5), (0.6, 0.5))
     room.leave()
     assert "The draft cannot be saved: the disk is full." in room.told.messages[-1]
@@ -246,7 +246,7 @@ def test_a_stroke_never_waits_for_the_disk(
             written.append(draft)
 
     older, newer = MagicMock(), MagicMock()
-    monkeypatch.setattr("app.ui.presenters.paint_drafts.save_draft", slow)
+    monkeypatch.setattr("app.ui.screens.paint.drafts.save_draft", slow)
     monkeypatch.setattr(keeper, "_start", lambda: None)
     keeper.keep(tmp_path / "d.npz", older)
     assert keeper.flush()

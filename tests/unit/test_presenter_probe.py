@@ -11,7 +11,7 @@ import pytest
 from app.core.storage.places import PlaceError, read_place
 from app.devices.capture.status import Stage
 from app.ui.presenters.frame import FramePresenter
-from app.ui.presenters.probe_state import ProbeState
+from app.ui.screens.probe.state import ProbeState
 from tests.helpers.captures import Weather, when
 from tests.helpers.probe_screen import SERIAL, Bench, vanish_after
 

@@ -11,7 +11,7 @@ import pytest
 
 from app.core.hdr.findings import clip_level, find
 from app.core.storage.places import CaptureFacts, FrameFacts, Location
-from app.ui.presenters.probe_state import ProbeView
+from app.ui.screens.probe.state import ProbeView
 from tests.helpers.probe_screen import Bench, with_lamp
 from tests.helpers.probes import place as lit_place
 

@@ -11,8 +11,8 @@ import pytest
 
 from app.core.hdr.findings import Findings, Lamp
 from app.devices.errors import DownloadFailed, Unreachable
-from app.ui.presenters.probe_trouble import HowFar, trouble_notice
-from app.ui.presenters.probe_words import (
+from app.ui.screens.probe.trouble import HowFar, trouble_notice
+from app.ui.screens.probe.words import (
     ev_words,
     lamp_rows,
     plan_parts,

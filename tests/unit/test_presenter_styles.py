@@ -20,8 +20,8 @@ from app.core.portrait.ratio import lighting_ratio
 from app.core.solver.place_light import picture_at
 from app.core.storage.places import Location, Place
 from app.ui.presenters.model import Step
-from app.ui.presenters.styles_gallery import look, question_of
-from app.ui.presenters.styles_state import Filter, Sizes, Sort, StylesState, StylesView
+from app.ui.screens.styles.gallery import look, question_of
+from app.ui.screens.styles.state import Filter, Sizes, Sort, StylesState, StylesView
 from tests.helpers.styles_screen import Table, head, lamp_light, scene_light
 
 

@@ -20,9 +20,9 @@ from app.core.solver.reach import Limits
 from app.core.solver.solve import solve_all
 from app.devices.clock import SystemClock
 from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamState
-from app.ui.presenters import heading_tracker
 from app.ui.presenters.model import Step
-from app.ui.presenters.turn_state import TurnSizes
+from app.ui.screens.turn import heading_tracker
+from app.ui.screens.turn.state import TurnSizes
 from tests.helpers.turn_rig import Rig, frame_of, lit_from
 
 

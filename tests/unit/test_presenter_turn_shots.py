@@ -14,9 +14,9 @@ from app.core.base.errors import CoreError
 from app.core.guidance.words import whole
 from app.core.localization.photo_check import Taken
 from app.core.storage.places.shots import read_shots
-from app.ui.presenters import turn_shots
 from app.ui.presenters.place_controller import PlaceController
-from app.ui.presenters.turn_shots import DROP_WORDS
+from app.ui.screens.turn import shots
+from app.ui.screens.turn.shots import DROP_WORDS
 from tests.helpers.photos import write_photo
 from tests.helpers.turn_rig import Rig
 
@@ -49,7 +49,7 @@ def taken_at(patch: pytest.MonkeyPatch, turn: float | None, sitter: float | None
     taken = Taken("unsure")
     if turn is not None:
         taken = Taken("found", wrap(turn + 180.0), wrap(turn), sitter, 60.0, 0.93)
-    patch.setattr(turn_shots, "locate_photo", lambda *_: taken)
+    patch.setattr(shots, "locate_photo", lambda *_: taken)
 
 
 def test_a_known_turn_in_a_sentence(
@@ -116,7 +116,7 @@ def test_a_blank_room_is_unsure(rig: Rig, photo: Path, monkeypatch: pytest.Monke
         raise CoreError("There is nothing in this panorama.")
 
     rig.presenter._sight.index = None
-    monkeypatch.setattr(turn_shots, "build_index", blank)
+    monkeypatch.setattr(shots, "build_index", blank)
     rig.presenter.open_photos([photo])
     assert rig.state.shots.rows[0].icon == "help"
 
@@ -206,7 +206,7 @@ def test_a_place_left_meanwhile_keeps_its_photo(
         rig.model.update(place_folder=other)
         return Taken("unsure")
 
-    monkeypatch.setattr(turn_shots, "locate_photo", slow)
+    monkeypatch.setattr(shots, "locate_photo", slow)
     rig.presenter.open_photos([photo])
     assert rig.state.shots.rows == ()
     assert len(read_shots(place)[0]) == 1

@@ -18,9 +18,9 @@ from app.devices.webcam import GUESS_FOV_DEG, LiveSource, WebcamError, WebcamSta
 from app.ui.presenters.job_runner import ImmediateRunner
 from app.ui.presenters.model import Model
 from app.ui.presenters.services import Folders, Services
-from app.ui.presenters.turn_camera import LiveCamera
-from app.ui.presenters.turn_sources import NO_WEBCAMS, SourcesPresenter, SourcesState, SourcesView
 from app.ui.presenters.undo import UndoStack
+from app.ui.screens.turn.camera import LiveCamera
+from app.ui.screens.turn.sources import NO_WEBCAMS, SourcesPresenter, SourcesState, SourcesView
 from tests.helpers.turn_rig import FakeWebcam
 
 PHONE = "http://10.0.0.7:8080/video"

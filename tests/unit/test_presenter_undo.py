@@ -17,10 +17,10 @@ from app.core.painting import list_user_styles, load_draft
 from app.core.painting.user_style import checksum
 from app.core.second_light.library import add_lamp, list_lamps, read_lamp
 from app.core.storage.places import create_place, list_places, read_place
-from app.ui.presenters import light_lamps
 from app.ui.presenters.frame import FramePresenter
-from app.ui.presenters.lamp_actions import LampKeeping
 from app.ui.presenters.places_list import PlacesListPresenter
+from app.ui.screens.light import lamps
+from app.ui.screens.light.lamp_actions import LampKeeping
 from tests.helpers.paint_studio import Studio, studio
 from tests.unit.test_second_light_library import lamp
 
@@ -48,7 +48,7 @@ class World:
             create_place(services.folders.places, name, now) for name in ("Café", "Yard")
         ]
         room.model.update(place_folder=self.folders[0], place=read_place(self.folders[0]))
-        self.lamps = light_lamps.LampList(services, lambda: None, self._taken)
+        self.lamps = lamps.LampList(services, lambda: None, self._taken)
         for title in ("Desk lamp", "Torch"):
             add_lamp(self.lamps.folder, lamp(), title)
         self.keeping = LampKeeping(services, self.desk, self.lamps)

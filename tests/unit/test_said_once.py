@@ -24,13 +24,13 @@ from app.ui.overlays.help import key_lines
 from app.ui.presenters.actions import Action
 from app.ui.presenters.finding import SEARCHED, nothing_words
 from app.ui.presenters.frame import FramePresenter
-from app.ui.presenters.light_words import go_words, turn_title, way_icon
-from app.ui.presenters.paint_actions import paint_actions
-from app.ui.presenters.probe_words import plan_parts
 from app.ui.presenters.sounds import Silence
-from app.ui.presenters.styles_gallery import verdict_of
-from app.ui.presenters.turn_camera import LiveCamera
-from app.ui.presenters.turn_sources import NO_WEBCAMS
+from app.ui.screens.light.words import go_words, turn_title, way_icon
+from app.ui.screens.paint.actions import paint_actions
+from app.ui.screens.probe.words import plan_parts
+from app.ui.screens.styles.gallery import verdict_of
+from app.ui.screens.turn.camera import LiveCamera
+from app.ui.screens.turn.sources import NO_WEBCAMS
 from tests.helpers.styles_screen import Table, scene_light
 from tests.helpers.turn_rig import Rig
 from tests.unit.test_presenter_turn_sources import Rig as Picker

@@ -36,8 +36,8 @@ from app.core.storage.places import list_places
 from app.core.storage.settings import TABLE
 from app.ui.presenters.finding import Findable, best, nothing_words
 from app.ui.presenters.frame import time_words
-from app.ui.presenters.light_lamps import lamps_of, own_key
 from app.ui.presenters.model import Step
+from app.ui.screens.light.lamps import lamps_of, own_key
 from app.ui.shortcuts import written
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from app.core.solver.transport import Transport
     from app.core.storage.places import Place
     from app.devices.found import FoundCamera
-    from app.ui.presenters.light_pictures import LampPlan
+    from app.ui.screens.light.pictures import LampPlan
 
 _SAME_DEG: Final = 1e-6
 

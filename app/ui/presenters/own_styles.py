@@ -17,8 +17,8 @@ from app.core.painting import (
     text_path,
 )
 from app.ui.presenters.event import Event
-from app.ui.presenters.paint_drafts import bring_draft_back, put_draft_away
 from app.ui.presenters.undo import FileChange
+from app.ui.screens.paint.drafts import bring_draft_back, put_draft_away
 
 if TYPE_CHECKING:
     from collections.abc import Callable

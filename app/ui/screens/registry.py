@@ -54,22 +54,22 @@ def screen_of(model: Model) -> ScreenKey:
 def make_presenter(key: ScreenKey, services: Services, desk: PlaceController) -> ScreenPresenter:
     """Make the presenter of a screen; it lives as long as the window."""
     if key == "probe":
-        from app.ui.presenters.probe import ProbePresenter
+        from app.ui.screens.probe.presenter import ProbePresenter
 
         return ProbePresenter(services, desk)
     if key == "styles":
-        from app.ui.presenters.styles import StylesPresenter
+        from app.ui.screens.styles.presenter import StylesPresenter
 
         return StylesPresenter(services, desk)
     if key == "paint":
-        from app.ui.presenters.paint import PaintPresenter
+        from app.ui.screens.paint.presenter import PaintPresenter
 
         return PaintPresenter(services, desk)
     if key == "turn":
-        from app.ui.presenters.turn import TurnPresenter
+        from app.ui.screens.turn.presenter import TurnPresenter
 
         return TurnPresenter(services, desk)
-    from app.ui.presenters.light import LightPresenter
+    from app.ui.screens.light.presenter import LightPresenter
 
     return LightPresenter(services, desk)
 
@@ -77,21 +77,21 @@ def make_presenter(key: ScreenKey, services: Services, desk: PlaceController) ->
 def make_view(key: ScreenKey, presenter: Any, compact: bool) -> QWidget:
     """Make the view of a screen; it is made anew when theme, scale or layout change."""
     if key == "probe":
-        from app.ui.screens.probe import ProbeScreen
+        from app.ui.screens.probe.view.screen import ProbeScreen
 
         return ProbeScreen(presenter, compact)
     if key == "styles":
-        from app.ui.screens.styles import StylesScreen
+        from app.ui.screens.styles.view.screen import StylesScreen
 
         return StylesScreen(presenter, compact)
     if key == "paint":
-        from app.ui.screens.paint import PaintScreen
+        from app.ui.screens.paint.view.screen import PaintScreen
 
         return PaintScreen(presenter, compact)
     if key == "turn":
-        from app.ui.screens.turn import TurnScreen
+        from app.ui.screens.turn.view.screen import TurnScreen
 
         return TurnScreen(presenter, compact)
-    from app.ui.screens.light import LightScreen
+    from app.ui.screens.light.view.screen import LightScreen
 
     return LightScreen(presenter, compact)

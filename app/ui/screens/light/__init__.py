@@ -1,5 +1,1 @@
-"""The step for a second light."""
-
-from app.ui.screens.light.screen import LightScreen
-
-__all__ = ["LightScreen"]
+"""The Light screen: where to hold a second light."""

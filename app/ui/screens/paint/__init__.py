@@ -1,5 +1,1 @@
-"""The Paint screen: tools, canvas, and what the strokes come to in this place."""
-
-from app.ui.screens.paint.screen import PaintScreen
-
-__all__ = ["PaintScreen"]
+"""The Paint screen: tools, canvas, and what the strokes change in this place."""

@@ -1,439 +1,286 @@
-"""The detail of the chosen style: pictures, plot, numbers, panorama, and what to do next."""
+"""The detail of the chosen style at any turn: pictures, plot, numbers and words.
+
+All of it follows the needle while it is dragged; what does not depend on the turn is kept.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
 
-from PySide6.QtCore import QRect, QSize, Qt, QTimer, Signal
-from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+import numpy as np
+from numpy.typing import NDArray
 
-from app.ui.presenters.styles_state import DetailState
-from app.ui.screens.styles.numbers import Facts, TurnWords
-from app.ui.theme import theme
-from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.fields import TextField
-from app.ui.widgets.icons import Icon, Sign
-from app.ui.widgets.labels import Text
-from app.ui.widgets.menus import Menu
-from app.ui.widgets.pictures import Picture
-from app.ui.widgets.plots.overlay import WeightPanorama
-from app.ui.widgets.plots.polar import PolarPlot
-from app.ui.widgets.segmented import Segmented
-from app.ui.widgets.surfaces import Scroll, Surface
+from app.core.base.angles import wrap
+from app.core.evaluation.certainty import caution
+from app.core.guidance.words import (
+    arc_words,
+    clock_words,
+    direction_of,
+    direction_words,
+    side_words,
+    signed,
+    size_words,
+)
+from app.core.localization.views import background_view
+from app.core.portrait.glare import Glare, eye_light, face_direction_words, glare
+from app.core.portrait.ratio import (
+    CONVENTION,
+    DEEPEST_STOPS,
+    LightingRatio,
+    lighting_ratio,
+    ratio_words,
+)
+from app.core.solver.place_light import picture_at
+from app.core.solver.portraits import framing, portraits, value_at
+from app.ui.screens.styles.gallery import verdict_of, whole_of
+from app.ui.screens.styles.state import DetailState, Sizes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Hashable
 
-    from PySide6.QtGui import QKeyEvent, QResizeEvent
+    from app.core.base.colour import FloatImage
+    from app.core.solver.place_light import PlaceLight
+    from app.core.solver.solve import StyleResult
+    from app.core.solver.styles import Style
+    from app.ui.screens.styles.gallery import Snapshot
 
-    from app.ui.presenters.actions import Action
-    from app.ui.widgets.buttons import Size
+Bytes: TypeAlias = NDArray[np.uint8]
+T = TypeVar("T")
 
-_MARGIN: Final = 24
-_GAP: Final = 8
-_TAB: Final = 176  # height of a tab in the narrow layout
-_PLOT: Final = 224
-_SHAPE: Final = 208 / 200
-_LOWEST: Final = 136  # of the portraits, in a low window
-_PANORAMA: Final = 272 / 400  # of the width, without the gap
-_TABS: Final = (("plot", "Match"), ("weights", "Weights"), ("background", "Background"))
+_ARC_SHARE: Final = 97.0  # of the best quality: where the tolerance arc ends
+_SAME_DEG: Final = 1e-6
 
 
-def panorama_size(width: int) -> QSize:
-    """Size of the panorama in a detail of some width, logical pixels; 272 x 136 in 456."""
-    wide = round(_inner(width) * _PANORAMA)
-    return QSize(wide, wide // 2)
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """Match and strength at a turn, of 100, rounded down."""
+
+    match: int
+    strength: int
 
 
-def picture_sizes(width: int, compact: bool) -> tuple[QSize, QSize]:
-    """Sizes of the portraits and of the background in a detail of some width, logical pixels.
+class Detail:
+    """Resolves the detail; keeps what stays the same from one turn to the next.
 
-    Returns
-    -------
-    QSize, QSize
-        200 x 208 and 128 x 136 in 456.
+    Parameters
+    ----------
+    before : Detail, optional
+        What it has kept is taken over; nothing is shared, so another thread may go on with it.
     """
-    t = theme()
-    inner = _inner(width)
-    portrait = QSize(inner // 2, round(inner // 2 * _SHAPE))
-    if compact:
-        return portrait, QSize(inner + t.px(_GAP), t.px(_TAB))
-    panorama = panorama_size(width)
-    return portrait, QSize(inner - panorama.width(), panorama.height())
 
+    def __init__(self, before: Detail | None = None) -> None:
+        self._kept: dict[str, tuple[Hashable, Any, Any]] = {}
+        if before is not None:
+            self._kept.update(before._kept)
 
-def _inner(width: int) -> int:
-    """Width without margins and without the gap between two pictures."""
-    t = theme()
-    return width - 2 * t.px(_MARGIN) - t.px(_GAP)
+    def at(
+        self, snapshot: Snapshot, name: str, needle_deg: float | None, sizes: Sizes
+    ) -> DetailState:
+        """Resolve the detail of a style.
 
-
-class _Title(QWidget):
-    """The name of the style; one of the user's can be typed anew in its place."""
-
-    renamed = Signal(str)
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._text = Text("", 20, 600, elide=True)
-        self._side = Text("", 14, role="dim", elide=True)
-        self._field = TextField("Name of the style", show_label=False)
-        self._field.entered.connect(self.renamed)
-        self._field.hide()
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        for widget in (self._text, self._side, self._field):
-            column.addWidget(widget)
-
-    def show_words(self, title: str, side: str) -> None:
-        if title != self._text.text():
-            self.close_field()
-        self._text.set_text(title)
-        self._side.set_text(side)
-
-    def ask(self, title: str) -> None:
-        """Put the field in place of the words."""
-        self._text.hide()
-        self._side.hide()
-        self._field.set_text(title)
-        self._field.set_error("")
-        self._field.show()
-        self._field.edit.selectAll()
-        self._field.edit.setFocus(Qt.FocusReason.TabFocusReason)
-
-    def say(self, sentence: str) -> None:
-        """Say what is wrong with what was typed; nothing wrong closes the field."""
-        self._field.set_error(sentence)
-        if not sentence:
-            self.close_field()
-
-    def close_field(self) -> None:
-        self._field.hide()
-        self._text.show()
-        self._side.show()
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Esc leaves the name as it was."""
-        if event.key() == Qt.Key.Key_Escape and self._field.isVisible():
-            self.close_field()
-        else:
-            super().keyPressEvent(event)
-
-
-class _Legend(QWidget):
-    """What orange and blue mean."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        t = theme()
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(Sign("plus"))
-        row.addWidget(Text("light helps", 12, role="dim"))
-        row.addSpacing(t.px(8))
-        row.addWidget(Sign("minus"))
-        row.addWidget(Text("light harms", 12, role="dim"))
-        row.addStretch(1)
-
-
-class _Warning(QWidget):
-    """A line with an icon; it keeps its place while it is empty, so that nothing jumps."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        t = theme()
-        self._icon = Icon("warning", 16)
-        self._text = Text("", 12, wrap=True)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(self._icon, 0, Qt.AlignmentFlag.AlignTop)
-        row.addWidget(self._text, 1, Qt.AlignmentFlag.AlignTop)
-        self.setFixedHeight(t.px(32))
-        self.say("", "", strong=False)
-
-    def say(self, words: str, tip: str, *, strong: bool) -> None:
-        self._icon.setVisible(bool(words))
-        self._icon.set("warning" if strong else "sun")
-        self._text.set_text(words)
-        self._text.setVisible(bool(words))
-        self.setToolTip(tip)
-        self.setAccessibleName(tip)
-
-
-class Detail(Surface):
-    """Everything about the chosen style."""
-
-    looked = Signal(float)
-    """The needle was moved to this turn, deg; the latest one, once per turn of the event loop."""
-    peak_taken = Signal(int)
-    best_asked = Signal()
-    main_asked = Signal()
-    turn_asked = Signal()
-    paint_asked = Signal()
-    renamed = Signal(str)
-    laid = Signal(QSize, QSize)
-    """Portraits and background have another size, logical pixels."""
-
-    def __init__(self, compact: bool, actions: Callable[[], Sequence[Action]]) -> None:
-        super().__init__("panel", ("left",))
-        self._compact = compact
-        self._actions = actions
-        self._state = DetailState()
-        self._shown: DetailState | None = None
-        self._turn = 0.0
-        self._later = QTimer(self, singleShot=True, interval=0)
-        self._later.timeout.connect(lambda: self.looked.emit(self._turn))
-        self.setAccessibleName("Chosen style")
-        self._make_parts()
-        if compact:
-            self._lay_compact()
-        else:
-            self._lay_full()
-
-    def _make_parts(self) -> None:
-        compact = self._compact
-        self._title = _Title()
-        self._title.renamed.connect(self.renamed)
-        self.target, self.here = Picture("Target"), Picture("Picture here")
-        self.plot = PolarPlot("Match by turn", _TAB if compact else _PLOT)
-        self.plot.turned.connect(self._moved)
-        self.plot.released.connect(self._released)
-        self.plot.peak_chosen.connect(self.peak_taken)
-        self._back = IconButton("target", "Back to the best turn", size="small", shortcut="Home")
-        self._back.setParent(self.plot)
-        self._back.clicked.connect(self.best_asked)
-        self._back.hide()
-        self.words, self.facts = TurnWords(compact), Facts(compact)
-        self.weights = WeightPanorama()
-        self.weights.turned.connect(self._moved)
-        self.weights.released.connect(self._released)
-        self.background = Picture("Background behind the sitter")
-        self._legend, self._warning = _Legend(), _Warning()
-        size: Size = "normal" if compact else "main"
-        self.main = Button("Turn to this", kind="primary", size=size)
-        self.main.set_available(False)
-        self.main.clicked.connect(self.main_asked)
-        self.paint = Button("Paint", "brush", size=size)
-        self.paint.set_tip("Paint on this style", "P")
-        self.paint.clicked.connect(self.paint_asked)
-        self.more = IconButton("more", "More", size=size)
-        self.more.clicked.connect(self._open_menu)
-
-    # -- places --------------------------------------------------------------------------------
-
-    def _column(self) -> QVBoxLayout:
-        """Begin what scrolls where there is too little height; the buttons below stay in sight."""
-        t = theme()
-        inside = QWidget()
-        self._content = column = QVBoxLayout(inside)
-        column.setContentsMargins(t.px(_MARGIN) - t.line_width, t.px(16), t.px(_MARGIN), 0)
-        column.setSpacing(0)
-        scroll = Scroll(inside)
-        scroll.setAccessibleName("About the chosen style")
-        scroll.bar_changed.connect(self._make_way)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(t.line_width, 0, 0, t.px(16 if self._compact else 24))
-        whole.setSpacing(t.px(4))
-        whole.addWidget(scroll, 1)
-        self._whole = whole
-        column.addWidget(self._title)
-        column.addSpacing(t.px(8 if self._compact else 12))
-        pair = QHBoxLayout()
-        pair.setSpacing(t.px(8))
-        pair.addWidget(self.target)
-        pair.addWidget(self.here)
-        column.addLayout(pair)
-        return column
-
-    def _make_way(self, width: int) -> None:
-        """Let the bar lie in the margin."""
-        around = self._content.contentsMargins()
-        around.setRight(max(theme().px(_MARGIN) - width, 0))
-        self._content.setContentsMargins(around)
-
-    def _buttons(self) -> QHBoxLayout:
-        t = theme()
-        row = QHBoxLayout()
-        row.setContentsMargins(t.px(_MARGIN) - t.line_width, 0, t.px(_MARGIN), 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(self.main, 1)
-        row.addWidget(self.paint)
-        row.addWidget(self.more)
-        return row
-
-    def _lay_full(self) -> None:
-        t = theme()
-        column = self._column()
-        column.addSpacing(t.px(12))
-        middle = QHBoxLayout()
-        middle.setSpacing(t.px(16))
-        middle.addWidget(self.plot, 0, Qt.AlignmentFlag.AlignTop)
-        numbers = QWidget()
-        # Words come and go with the needle; what is below must not move.
-        numbers.setFixedHeight(t.px(_PLOT))
-        rows = QVBoxLayout(numbers)
-        rows.setContentsMargins(0, t.px(4), 0, 0)
-        rows.setSpacing(0)
-        rows.addWidget(self.words)
-        rows.addSpacing(t.px(8))
-        rows.addWidget(self.facts)
-        rows.addStretch(1)
-        middle.addWidget(numbers, 1)
-        column.addLayout(middle)
-        column.addSpacing(t.px(12))
-        place = QHBoxLayout()
-        place.setSpacing(t.px(8))
-        place.addWidget(self.weights)
-        place.addWidget(self.background)
-        column.addLayout(place)
-        column.addSpacing(t.px(8))
-        column.addWidget(self._legend)
-        column.addSpacing(t.px(4))
-        column.addWidget(self._warning)
-        column.addStretch(1)
-        self._whole.addLayout(self._buttons())
-
-    def _lay_compact(self) -> None:
-        t = theme()
-        column = self._column()
-        column.addSpacing(t.px(8))
-        column.addWidget(self.words)
-        column.addSpacing(t.px(8))
-        tabs = Segmented(_TABS, name="Show", equal=False)
-        column.addWidget(tabs)
-        column.addSpacing(t.px(8))
-        self._pages = QStackedWidget()
-        first = QWidget()
-        row = QHBoxLayout(first)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(self.plot)
-        row.addWidget(self.facts, 1)
-        second = QWidget()
-        rows = QVBoxLayout(second)
-        rows.setContentsMargins(0, 0, 0, 0)
-        rows.setSpacing(t.px(8))
-        rows.addWidget(self.weights)
-        rows.addWidget(self._legend)
-        rows.addStretch(1)
-        for page in (first, second, self.background):
-            self._pages.addWidget(page)
-        self._pages.setFixedHeight(t.px(_TAB))
-        keys = [key for key, _ in _TABS]
-        tabs.chosen.connect(lambda key: self._pages.setCurrentIndex(keys.index(key)))
-        column.addWidget(self._pages)
-        column.addSpacing(t.px(4))
-        column.addWidget(self._warning)
-        column.addStretch(1)
-        self._whole.addLayout(self._buttons())
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Give pictures their proportions."""
-        super().resizeEvent(event)
-        portrait, background = picture_sizes(self.width(), self._compact)
-        for picture in (self.target, self.here):
-            picture.setFixedSize(portrait)
-        if self._compact:
-            self.weights.setFixedHeight(background.width() // 2)
-        else:
-            self.weights.setFixedSize(panorama_size(self.width()))
-            self.background.setFixedSize(background)
-            self._lower(portrait)
-        side = self._back.sizeHint().width()
-        edge = self.plot.sizeHint().width() - side
-        self._back.setGeometry(QRect(edge, edge, side, side))
-        self.laid.emit(portrait, background)
-
-    def _lower(self, portrait: QSize) -> None:
-        """Let the portraits give way in a low window, so that nothing below them scrolls."""
-        around = self._whole.contentsMargins()
-        room = self.height() - around.bottom() - self._whole.spacing() - self.main.height()
-        self._content.activate()  # Layouts within have not noticed the new sizes yet.
-        short = self._content.sizeHint().height() - room
-        portrait.setHeight(max(portrait.height() - max(short, 0), theme().px(_LOWEST)))
-        for picture in (self.target, self.here):
-            picture.setFixedSize(portrait)
-
-    # -- showing -------------------------------------------------------------------------------
-
-    def show_state(self, state: DetailState) -> None:
-        """Show a style at a turn; only what differs is touched."""
-        before, self._shown = self._shown, state
-        if state is before:
-            return
-        self._title.show_words(state.title, state.side)
-        self.target.set_picture(state.target)
-        self.target.set_tag(state.target_tag if state.target is not None else "")
-        self.here.set_picture(state.here)
-        self.here.set_tag(state.here_tag)
-        self._show_plot(before, state)
-        self.words.show_state(state)
-        self.facts.show_state(state)
-        self._show_place(before, state)
-        self._warning.say(state.glare, state.glare_tip, strong=state.glare_strong)
-        icon = {"turn": "", "lamp": "bulb", "probe": ""}[state.main]
-        self.main.set_text(state.main_words, icon)
-        self.main.set_tip(state.main_words, "Enter")
-        self.main.set_available(state.main_works)
-        self.paint.set_available(bool(state.key))
-
-    def _show_plot(self, before: DetailState | None, state: DetailState) -> None:
-        same = before is not None and all(
-            getattr(before, name) == getattr(state, name)
-            for name in ("curve", "limit", "arc", "best", "peaks")
+        Parameters
+        ----------
+        needle_deg : float or None
+            Turn that is looked at, deg; None is the best.
+        """
+        return self._once(
+            "state",
+            (name, needle_deg, sizes),
+            snapshot,
+            lambda: self._resolved(snapshot, name, needle_deg, sizes),
         )
-        if not same:
-            self.plot.setAccessibleName(state.curve_name)
-            self.plot.set_data(
-                state.curve, state.limit, state.arc, state.best, state.peaks, state.needle
+
+    def _resolved(
+        self, snapshot: Snapshot, name: str, needle_deg: float | None, sizes: Sizes
+    ) -> DetailState:
+        style = snapshot.styles[name]
+        base = DetailState(
+            key=name,
+            title=style.title,
+            side=_side(style),
+            own=name in snapshot.asking,
+            target=self._target(snapshot, name, sizes),
+            weights=self._weights(snapshot, name),
+            front=snapshot.question.front_deg,
+        )
+        light, result = snapshot.question.light, snapshot.results.get(name)
+        if light is None:
+            return replace(base, main="probe", main_words="Go to Probe")
+        if result is None:
+            return replace(base, panorama=light.display, main_works=False)
+        turn = result.turn_refined_deg if needle_deg is None else needle_deg
+        state = _with_words(base, snapshot, result, turn, at_best=needle_deg is None)
+        return self._with_pictures(state, snapshot, light, turn, sizes)
+
+    def _with_pictures(
+        self, state: DetailState, snapshot: Snapshot, light: PlaceLight, turn: float, sizes: Sizes
+    ) -> DetailState:
+        question = snapshot.question
+        transport = question.head.transport
+        facing = wrap(turn + question.front_deg)
+        linear = picture_at(transport, light, facing)
+        warning = self._glare(light, facing, question.sun)
+        ratio = lighting_ratio(transport, linear.reshape(-1, 3)[transport.pixels])
+        number, two = _ratio_words(ratio)
+        return replace(
+            state,
+            ratio=number,
+            ratio_short=f"{two} {CONVENTION.replace('plus', '+')}",
+            ratio_tip=f"Lighting ratio: {ratio.words}",
+            here=self._portrait(snapshot, linear, sizes),
+            background=self._background(light, turn, question.front_deg, sizes),
+            panorama=light.display,
+            glare=_glare_words(warning),
+            glare_tip=warning.words if warning.warns else "",
+            glare_strong=warning.level == "strong",
+        )
+
+    def _target(self, snapshot: Snapshot, name: str, sizes: Sizes) -> Bytes:
+        owner = snapshot.asking.get(name, snapshot.question.head)
+        return self._once(
+            "target",
+            (name, sizes.portrait),
+            owner,
+            lambda: self._portrait(snapshot, snapshot.target(name), sizes),
+        )
+
+    def _weights(self, snapshot: Snapshot, name: str) -> FloatImage:
+        head, asking = snapshot.question.head, snapshot.asking.get(name)
+        if asking is not None:
+            return self._once(
+                "weights", name, asking, lambda: asking.weights.preintegrated(head.transport)
             )
-        elif abs(self.plot.needle - state.needle) > 1e-9:
-            self.plot.set_needle(state.needle)
-        self._back.setVisible(not state.at_best)
+        pack = head.pack
+        return self._once("weights", name, head, lambda: pack.preintegrated[pack.index(name)])
 
-    def _show_place(self, before: DetailState | None, state: DetailState) -> None:
-        self.weights.set_picture(state.panorama, state.front)
-        if before is None or before.weights is not state.weights:
-            self.weights.set_target(state.weights)
-        self.weights.set_turn(state.needle, state.best)
-        self.background.set_picture(state.background)
-        self.background.set_tag("Background" if state.background is not None else "", "tl")
+    def _portrait(self, snapshot: Snapshot, linear: FloatImage, sizes: Sizes) -> Bytes:
+        head = snapshot.question.head
+        coverage = self._once("coverage", 0, head, lambda: head.pack.coverage.astype(np.float32))
+        frame = framing(head.transport.size, sizes.portrait)
+        shown: Bytes = portraits(linear[np.newaxis], coverage, frame)[0]
+        return shown
 
-    # -- hands ---------------------------------------------------------------------------------
+    def _background(self, light: PlaceLight, turn: float, front: float, sizes: Sizes) -> Bytes:
+        rows, columns = sizes.background
+        return background_view(light.display, turn, (columns, rows), front)
 
-    def _moved(self, turn_deg: float) -> None:
-        """Note the latest turn; what came in between is never computed."""
-        self._turn = turn_deg
-        if not self._later.isActive():
-            self._later.start()
+    def _glare(self, light: PlaceLight, facing: float, sun: tuple[float, float] | None) -> Glare:
+        eyes = self._once("eyes", 0, light, lambda: eye_light(light.environment.radiance))
+        return glare(eyes, facing, sun)
 
-    def _released(self, turn_deg: float) -> None:
-        self._turn = turn_deg
-        if self._later.isActive():
-            self._later.stop()
-            self.looked.emit(turn_deg)
+    def _once(self, what: str, key: Hashable, owner: object, make: Callable[[], T]) -> T:
+        """Keep one of each kind, for as long as key and owner are the same."""
+        known = self._kept.get(what)
+        if known is None or known[0] != key or known[1] is not owner:
+            known = (key, owner, make())
+            self._kept[what] = known
+        made: T = known[2]
+        return made
 
-    def ask_name(self, title: str) -> None:
-        """Let the name be typed anew."""
-        self._title.ask(title)
 
-    def show_trouble(self, sentence: str) -> None:
-        """Say why a name cannot be taken; empty: it was."""
-        self._title.say(sentence)
+def _side(style: Style) -> str:
+    return side_words(style.side, style.place) or "Painted"
 
-    def _open_menu(self) -> None:
-        menu = Menu(self, "More about this style")
-        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        state = self._shown
-        if state is not None and state.verdict:
-            menu.add("Turn there all the same", self.turn_asked.emit, "turn")
-        for action in self._actions():
-            works = action.enabled()
-            if works or not action.key.endswith("-style") or action.key == "import-style":
-                why = "" if works else "Needs the light of a place."
-                keys = action.shortcut.split(";")[0].replace("+", " ")
-                menu.add(action.words, action.run, action.icon, keys, why)
-        menu.drop(self.more)
+
+def _with_words(
+    base: DetailState, snapshot: Snapshot, result: StyleResult, turn: float, *, at_best: bool
+) -> DetailState:
+    question = snapshot.question
+    paper = question.objective == "paper"
+    reading = _reading(result, turn, at_best=at_best)
+    peaks = tuple(peak.turn_refined_deg for peak in result.peaks[1:])
+    state = replace(
+        base,
+        here_tag=f"Here, at {signed(turn)}",
+        curve=_quality(result) if paper else tuple(result.match_curve.tolist()),
+        curve_name="Quality by turn" if paper else "Match by turn",
+        limit=_ARC_SHARE if paper else question.limits.match,
+        arc=result.arc_deg if result.attainable else None,
+        best=result.turn_refined_deg,
+        peaks=peaks,
+        needle=turn,
+        at_best=at_best or abs(wrap(turn - result.turn_refined_deg)) < _SAME_DEG,
+        turn=size_words(turn),
+        way=direction_of(turn),
+        direction=direction_words(turn),
+        clock=clock_words(turn),
+        good_from=_good(result),
+        caution=_caution(result),
+        match=str(reading.match),
+        strength=str(reading.strength),
+        in_reach=result.attainable,
+    )
+    if result.attainable:
+        return state
+    return replace(
+        state,
+        verdict=verdict_of(result, snapshot),
+        reason=f"{cause}." if (cause := (result.reason or "").partition(":")[0]) else "",
+        main="lamp",
+        main_words="Try a lamp",
+    )
+
+
+def _caution(result: StyleResult) -> str:
+    """Say that the turn depends on the sitter's own head, where it does."""
+    words = caution(result.name) if result.attainable else None
+    return f"{words}." if words else ""
+
+
+def _good(result: StyleResult) -> str:
+    """Write the tolerance arc, and whether other heads would have another."""
+    if not result.attainable:
+        return ""
+    return arc_words(result.arc_deg) + (", less certain" if _caution(result) else "")
+
+
+def _reading(result: StyleResult, turn: float, *, at_best: bool) -> _Reading:
+    """Read match and strength; at the best turn they are those of the card."""
+    if at_best:
+        return _Reading(whole_of(result.match), whole_of(result.strength))
+    return _Reading(
+        whole_of(value_at(result.match_curve, turn)),
+        whole_of(value_at(result.strength_curve, turn)),
+    )
+
+
+def _quality(result: StyleResult) -> tuple[float, ...]:
+    """Quality in per cent of its largest value: C itself has the unit of the exposure."""
+    largest = float(np.abs(result.quality_curve).max())
+    return tuple((100.0 * result.quality_curve / max(largest, 1e-30)).tolist())
+
+
+def _ratio_words(ratio: LightingRatio) -> tuple[str, str]:
+    """Write stops, and the two numbers."""
+    stops = ratio.stops
+    if stops > DEEPEST_STOPS:
+        return f"over {DEEPEST_STOPS:.0f} stops", f"over {ratio_words(DEEPEST_STOPS)}"
+    unit = "stop" if f"{stops:.1f}" == "1.0" else "stops"
+    return f"{stops:.1f} {unit}", ratio.ratio
+
+
+def _glare_words(warning: Glare) -> str:
+    if not warning.warns:
+        return ""
+    name = "Sun" if warning.words.startswith("The sun") else "Bright lamp"
+    what = "in the eyes" if warning.level == "strong" else "in view"
+    where = face_direction_words(warning.azimuth_deg, warning.elevation_deg)
+    return f"{name} {what}: {where.replace('to the sitter', 'sitter')}"
+
+
+def numbers_text(state: DetailState, place: str = "") -> str:
+    """Write down the numbers of a style, to be pasted elsewhere."""
+    lines = [f"{state.title}, {state.side[:1].lower()}{state.side[1:]}"]
+    if place:
+        lines.append(f"Place: {place}")
+    if state.match:
+        turn = f"{state.turn} {state.direction}" if state.way != "none" else state.direction
+        lines.append(f"Turn: {turn}, {state.clock}")
+        lines.append(f"Match {state.match}, strength {state.strength}")
+    if state.good_from:
+        lines.append(f"Good from {state.good_from}")
+    lines += [
+        text for text in (state.verdict, state.caution, state.ratio_tip, state.glare_tip) if text
+    ]
+    return "\n".join(lines) + "\n"

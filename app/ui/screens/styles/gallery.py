@@ -1,294 +1,357 @@
-"""The gallery: which cards, in which order, in how many columns."""
+"""The gallery: pictures of all styles in this place, made at once, and the words on their cards."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+import math
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final, TypeAlias
 
-from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+import numpy as np
+from numpy.typing import NDArray
 
-from app.ui.screens.styles.card import (
-    DamagedCard,
-    KeyBox,
-    PaintCard,
-    StyleCard,
-    below_pictures,
-    picture_width,
-)
-from app.ui.theme import theme
-from app.ui.widgets.fields import ListField
-from app.ui.widgets.labels import Text
-from app.ui.widgets.roving import Roving
-from app.ui.widgets.segmented import Segmented
-from app.ui.widgets.surfaces import Scroll
+from app.core.base.angles import wrap
+from app.core.guidance.words import direction_of, size_words, turn_words, whole
+from app.core.painting import prepare_user_style
+from app.core.solver.place_light import pictures_at
+from app.core.solver.portraits import framing, greyed, portraits
+from app.core.solver.reach import Limits
+from app.ui.screens.styles.state import CardState, Filter, Sort
 
 if TYPE_CHECKING:
-    from PySide6.QtGui import QResizeEvent
+    from collections.abc import Mapping
 
-    from app.ui.presenters.styles_state import CardState, StylesState
+    from app.core.base.colour import FloatImage
+    from app.core.base.progress import Token
+    from app.core.painting import Asking, DamagedStyle, UserStyle
+    from app.core.solver.place_light import PlaceLight
+    from app.core.solver.solve import StyleResult
+    from app.core.solver.styles import Style
+    from app.ui.presenters.model import Head, Model
+    from app.ui.screens.styles.state import Size
 
-_GAP: Final = 8
-_TOP: Final = 16
-_TOOLS: Final = 40
-_RING: Final = 4  # room for the focus ring above the first row
-_FOOT: Final = 14
-_FIVE_FROM: Final = 1264  # gallery of a window 1920 wide
-_SHAPE: Final = 68 / 94
-_LOWEST: Final = 68
-_PRESSED: Final = 50  # where that alone spares the scrolling
-_NARROWEST: Final = 196  # a card whose side is still written out
-_TALLEST: Final = 1.25  # of a picture's width
-_SORTS: Final = (
-    ("match", "Best match"),
-    ("name", "Name"),
-    ("turn", "Turn (least to go)"),
-    ("side", "Side"),
+Bytes: TypeAlias = NDArray[np.uint8]
+Pair: TypeAlias = "tuple[Bytes | None, Bytes | None]"
+
+_SIDES: Final = {"left": 0, "right": 1, "none": 2}
+# What does not fit on a card beside the number; the tool tip has the whole sentence.
+_NOTHING_LIKE: Final = 10  # of 100: a match under it is no likeness at all
+_SHORTER: Final = (
+    ("Not all of its lights are here at one turn", "Not all its lights at one turn"),
+    ("Only one of its two lights is here, none", "No second light"),
+    ("No strong light from high in front", "No light high in front"),
 )
-_FILTERS: Final = (
-    ("all", "All"),
-    ("in", "In reach"),
-    ("out", "Out of reach"),
-    ("mine", "Mine"),
-)
+_SPOKEN: Final = {
+    "left": "light from the sitter's left, camera right",
+    "right": "light from the sitter's right, camera left",
+}
 
 
-@dataclass(frozen=True, slots=True)
-class Layout:
-    """Places of the cards, logical pixels.
+@dataclass(frozen=True, slots=True, eq=False)
+class Question:
+    """Everything the gallery is made from.
 
     Attributes
     ----------
-    columns : int
-        Cards in a row.
+    light : PlaceLight or None
+        None while no light was measured; then there are no results.
+    objective : str
+        "picture" or "paper".
+    sun : tuple of float or None
+        Azimuth in the panorama and elevation, deg.
+    size : tuple of int
+        Rows and columns of a card's picture.
     """
 
-    columns: int
-    card: QSize
-    margin: int
+    head: Head
+    light: PlaceLight | None = None
+    front_deg: float = 0.0
+    results: tuple[StyleResult, ...] = ()
+    own: tuple[UserStyle, ...] = ()
+    damaged: tuple[DamagedStyle, ...] = ()
+    objective: str = "picture"
+    limits: Limits = field(default_factory=Limits)
+    sun: tuple[float, float] | None = None
+    size: Size = (68, 94)
 
-    @property
-    def picture(self) -> QSize:
-        """Size of each of the two pictures on a card."""
-        high = self.card.height() - below_pictures()
-        return QSize(picture_width(self.card.width()), high)
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Snapshot:
+    """A gallery whose numbers and pictures belong together.
+
+    Attributes
+    ----------
+    targets : Mapping[str, uint8]
+        (h, w, 3) target portraits, never grey.
+    pictures : Mapping[str, tuple]
+        Target and here as the cards show them; here is None without light.
+    """
+
+    question: Question
+    styles: Mapping[str, Style]
+    results: Mapping[str, StyleResult]
+    asking: Mapping[str, Asking] = field(repr=False)
+    targets: Mapping[str, Bytes] = field(repr=False)
+    pictures: Mapping[str, Pair] = field(repr=False)
+    version: int = 1
+
+    def target(self, name: str) -> FloatImage:
+        """Target picture of a style, (N, N, 3) float32 linear, largest value 1."""
+        if name in self.asking:
+            return self.asking[name].target
+        return self.question.head.pack.target(name)
 
 
-def layout_for(width: int, height: int, places: int, compact: bool) -> Layout:
-    """Choose columns and the size of cards.
+def question_of(model: Model, size: Size) -> Question | None:
+    """Read off the model what the gallery is to be made from.
 
     Parameters
     ----------
-    width, height : int
-        Of the gallery, and of what is visible of the cards, logical pixels.
-    compact : bool
-        Whether this is the layout for small windows: three columns that scroll.
+    size : tuple of int
+        Rows and columns of a card's picture.
+    """
+    if model.head is None:
+        return None
+    settings, place = model.settings, model.place
+    where = place.location if place is not None else None
+    sun = None
+    if where is not None and where.sun_azimuth_deg is not None:
+        sun = (where.sun_azimuth_deg, where.sun_elevation_deg or 0.0)
+    return Question(
+        head=model.head,
+        light=model.light,
+        front_deg=model.front_deg,
+        results=model.results if model.light is not None else (),
+        own=model.user_styles,
+        damaged=model.damaged_styles,
+        objective=settings.objective,
+        limits=settings.limits,
+        sun=sun,
+        size=size,
+    )
+
+
+def look(question: Question, known: Snapshot | None, token: Token) -> Snapshot:
+    """Make all cards' pictures; what is known already is taken over."""
+    pack, transport = question.head.pack, question.head.transport
+    before = known if known is not None and known.question.head is question.head else None
+    asking = _prepared(question, before, token)
+    styles = {style.name: style for style in pack.styles}
+    styles.update((one.name, one.style) for one in question.own)
+    results = {one.name: one for one in question.results if one.name in styles}
+    draft = Snapshot(question, styles, results, asking, {}, {}, 1)
+    frame = framing(transport.size, question.size)
+    coverage = pack.coverage.astype(np.float32)
+    targets = _old_targets(before, question, asking)
+    missing = [name for name in styles if name not in targets]
+    if missing:
+        shown = portraits(np.stack([draft.target(name) for name in missing]), coverage, frame)
+        targets.update(zip(missing, shown, strict=True))
+    token.check()
+    here: dict[str, Bytes] = {}
+    if question.light is not None and results:
+        turns = [wrap(one.turn_refined_deg + question.front_deg) for one in results.values()]
+        linear = pictures_at(transport, question.light, turns)
+        token.check()
+        here.update(zip(results, portraits(linear, coverage, frame), strict=True))
+    pictures = {name: _pair(targets[name], here.get(name), results.get(name)) for name in styles}
+    version = 1 if known is None else known.version + 1
+    return replace(draft, targets=targets, pictures=pictures, version=version)
+
+
+def _prepared(question: Question, before: Snapshot | None, token: Token) -> dict[str, Asking]:
+    asking = {}
+    for style in question.own:
+        old = before.asking.get(style.name) if before is not None else None
+        if old is None or old.style is not style:
+            token.check()
+            old = prepare_user_style(question.head.transport, style)
+        asking[style.name] = old
+    return asking
+
+
+def _old_targets(
+    before: Snapshot | None, question: Question, asking: Mapping[str, Asking]
+) -> dict[str, Bytes]:
+    if before is None or before.question.size != question.size:
+        return {}
+    return {
+        name: picture
+        for name, picture in before.targets.items()
+        if before.asking.get(name) is asking.get(name)
+    }
+
+
+def _pair(target: Bytes, here: Bytes | None, result: StyleResult | None) -> Pair:
+    if result is None or result.attainable:
+        return target, here
+    return greyed(target), None if here is None else greyed(here)
+
+
+def whole_of(value: float) -> int:
+    """Round match or strength down, so that a value under a limit never reads as the limit."""
+    return max(math.floor(value), 0)
+
+
+def filters_of(snapshot: Snapshot) -> tuple[tuple[Filter, str], ...]:
+    """Words of the filters, with how many cards each would show.
 
     Returns
     -------
-    Layout
-        Four columns of 206 x 138 in a window of 1440 x 900; lower cards where that spares the
-        scrolling, three columns where four are too narrow for their words.
+    tuple of (Filter, str)
     """
-    t = theme()
-    gap = t.px(_GAP)
-    columns, margin = (3, t.px(16)) if compact else (4, t.px(24))
-    if not compact and width >= t.px(_FIVE_FROM):
-        columns = 5
-    if width < 2 * margin + columns * t.px(_NARROWEST) + gap * (columns - 1):
-        columns = 3
-    wide = (width - 2 * margin - gap * (columns - 1)) // columns
-    picture = picture_width(wide)
-    rows = -(-places // columns)
-    room = (height - t.px(_RING) - t.px(_FOOT) - gap * (rows - 1)) // rows - below_pictures()
-    high = round(picture * _SHAPE)
-    if not compact:
-        # As high as all rows fit, wide pictures if need be; scrolled only when that is too little.
-        least = t.px(_LOWEST) if room < t.px(_PRESSED) else room
-        high = max(min(room, round(picture * _TALLEST)), least)
-    return Layout(columns, QSize(wide, high + below_pictures()), margin)
+    within = sum(one.attainable for one in snapshot.results.values())
+    without = len(snapshot.results) - within
+    measured = snapshot.question.light is not None
+    mine = len(snapshot.asking) + len(snapshot.question.damaged)
+    return (
+        (Filter.ALL, f"All {len(snapshot.styles) + len(snapshot.question.damaged)}"),
+        (Filter.IN_REACH, f"In reach {within}" if measured else "In reach"),
+        (Filter.OUT_OF_REACH, f"Out of reach {without}" if measured else "Out of reach"),
+        (Filter.MINE, f"Mine {mine}"),
+    )
 
 
-class _Grid(QWidget):
-    """Lays its cards out itself: faster than a layout of Qt, and exact."""
+def cards_of(
+    snapshot: Snapshot, wanted: Filter, sort: Sort, chosen: str | None
+) -> tuple[CardState, ...]:
+    """Make the cards of the gallery.
 
-    def __init__(self) -> None:
-        super().__init__()
-        self._cells: list[QWidget] = []
-        self._layout: Layout | None = None
-
-    def fill(self, cells: list[QWidget], layout: Layout) -> None:
-        """Place these widgets in reading order."""
-        for old in self._cells:
-            if old not in cells:
-                old.hide()
-        self._cells, self._layout = cells, layout
-        t = theme()
-        gap, card = t.px(_GAP), layout.card
-        for number, cell in enumerate(cells):
-            row, column = divmod(number, layout.columns)
-            x = layout.margin + column * (card.width() + gap)
-            y = t.px(_RING) + row * (card.height() + gap)
-            cell.setGeometry(x, y, card.width(), card.height())
-            cell.show()
-        rows = -(-len(cells) // layout.columns)
-        self.setMinimumHeight(t.px(_RING) + rows * (card.height() + gap) - gap + t.px(_FOOT))
+    Returns
+    -------
+    tuple of CardState
+        In the order of reading; files that cannot be read come last.
+    """
+    names = [name for name in snapshot.styles if _passes(snapshot, name, wanted)]
+    names.sort(key=lambda name: _order(snapshot, name, sort))
+    cards = [_card(snapshot, name, name == chosen) for name in names]
+    if wanted in (Filter.ALL, Filter.MINE):
+        cards += [_damaged_card(one) for one in snapshot.question.damaged]
+    return tuple(cards)
 
 
-class Gallery(QWidget):
-    """Filter, order, and cards that are one stop for Tab; arrows move the choice."""
+def front_of(snapshot: Snapshot, chosen: str | None) -> str | None:
+    """Say which style is in front: the chosen one, or the first card until that is there."""
+    if chosen is not None and chosen in snapshot.styles:
+        return chosen
+    names = sorted(snapshot.styles, key=lambda name: _order(snapshot, name, Sort.MATCH))
+    return names[0] if names else None
 
-    chosen = Signal(str)
-    """A card was chosen."""
-    opened = Signal(str)
-    """A card was double-clicked, or Enter was pressed on it."""
-    filtered = Signal(str)
-    sorted = Signal(str)
-    paint_asked = Signal()
-    laid = Signal(QSize)
-    """The pictures on the cards have another size, logical pixels."""
 
-    def __init__(self, compact: bool) -> None:
-        super().__init__()
-        self._compact = compact
-        self._state: StylesState | None = None
-        self._cards: dict[str, StyleCard] = {}
-        self._damaged: dict[str, DamagedCard] = {}
-        self._layout: Layout | None = None
-        self.setAccessibleName("Styles")
-        self._grid = _Grid()
-        self._grid.setAccessibleName("Cards")
-        self._scroll = Scroll(self._grid)
-        self._roving = Roving(self)
-        self._roving.moved.connect(self._moved)
-        self._empty = Text("", 14, role="dim", wrap=True)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, theme().px(_TOP), 0, 0)
-        column.setSpacing(theme().px(_GAP))
-        column.addLayout(self._made_tools())
-        column.addWidget(self._scroll, 1)
-        self._paint = PaintCard()
-        self._paint.setParent(self._grid)
-        self._paint.clicked.connect(self.paint_asked)
-        self._key = KeyBox()
-        self._key.setParent(self._grid)
-        self._empty.setParent(self._grid)
-        self._empty.hide()
+def _passes(snapshot: Snapshot, name: str, wanted: Filter) -> bool:
+    if wanted is Filter.ALL:
+        return True
+    if wanted is Filter.MINE:
+        return name in snapshot.asking
+    result = snapshot.results.get(name)
+    return result is not None and result.attainable == (wanted is Filter.IN_REACH)
 
-    def _made_tools(self) -> QHBoxLayout:
-        t = theme()
-        self._filter = Segmented(_FILTERS, name="Show")
-        self._filter.chosen.connect(self.filtered)
-        self._sort = ListField("Sort by", _SORTS, show_label=False)
-        self._sort.chosen.connect(self.sorted)
-        self._sort.setFixedWidth(t.px(168 if not self._compact else 152))
-        margin = t.px(16 if self._compact else 24)
-        row = QHBoxLayout()
-        row.setContentsMargins(margin, 0, margin, 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(self._filter)
-        row.addStretch(1)
-        if not self._compact:
-            row.addWidget(Text("Sort by", 14, role="dim"))
-        row.addWidget(self._sort)
-        return row
 
-    def show_state(self, state: StylesState) -> None:
-        """Show cards, filter and order; only what differs is touched."""
-        before, self._state = self._state, state
-        for key, words in state.filters:
-            self._filter.set_text(key, words)
-        self._filter.choose(state.filter.value)
-        self._sort.choose(state.sort.value)
-        if state.limit_words:
-            self._key.show_limit(state.limit_words)
-        keys = [card.key for card in state.cards]
-        same = before is not None and keys == [card.key for card in before.cards]
-        for card in state.cards:
-            if card.damaged is None:
-                self._card(card).show_state(card, state.busy)
-            elif card.key not in self._damaged:
-                self._damaged[card.key] = DamagedCard(card)
-                self._damaged[card.key].setParent(self._grid)
-        if (
-            not same
-            or before is None
-            or (before.empty, before.places) != (state.empty, state.places)
-        ):
-            self._lay()
-            self._roving.set_members([self._cards[key] for key in keys if key in self._cards])
-        self._follow_choice(before, state)
+def _order(snapshot: Snapshot, name: str, sort: Sort) -> tuple[float | str, ...]:
+    style, result = snapshot.styles[name], snapshot.results.get(name)
+    title = style.title.casefold()
+    out = float(result is not None and not result.attainable)
+    match = -result.match if result is not None else 0.0
+    if sort is Sort.NAME:
+        return out, title, _SIDES[style.side], name
+    if sort is Sort.TURN and result is not None:
+        return out, float(abs(whole(result.turn_refined_deg))), match
+    if sort is Sort.SIDE:
+        return out, _SIDES[style.side], match, title
+    # Without numbers in the order in which styles are listed everywhere.
+    return out, match
 
-    def _card(self, state: CardState) -> StyleCard:
-        known = self._cards.get(state.key)
-        if known is None:
-            known = StyleCard(state)
-            known.setParent(self._grid)
-            known.clicked.connect(lambda _on=False, key=state.key: self.chosen.emit(key))
-            known.opened.connect(lambda key=state.key: self.opened.emit(key))
-            self._cards[state.key] = known
-            QWidget.setTabOrder(known, self._paint)
-        return known
 
-    def card(self, key: str) -> StyleCard:
-        """Give a card.
+def side_line(style: Style) -> str:
+    """Side of a style as the second line of its card; one without any says so."""
+    return style.side_words or "painted"
 
-        Raises
-        ------
-        KeyError
-            When there is none of this key.
-        """
-        return self._cards[key]
 
-    def _follow_choice(self, before: StylesState | None, state: StylesState) -> None:
-        front = next((card.key for card in state.cards if card.chosen), None)
-        earlier = None
-        if before is not None:
-            earlier = next((card.key for card in before.cards if card.chosen), None)
-        if front is None or front == earlier:
-            return
-        card = self._cards[front]
-        had_focus = any(one.hasFocus() for one in self._cards.values())
-        self._roving.set_stop(card)
-        if had_focus and not card.hasFocus():
-            card.setFocus(Qt.FocusReason.OtherFocusReason)
-        self._scroll.keep_visible(card)
+def _card(snapshot: Snapshot, name: str, chosen: bool) -> CardState:
+    style, result = snapshot.styles[name], snapshot.results.get(name)
+    target, here = snapshot.pictures[name]
+    line = side_line(style)
+    card = CardState(
+        key=name,
+        title=style.title,
+        line=line,
+        tip=f"{style.title}: {line}",
+        spoken=_spoken(style, result),
+        limit=snapshot.question.limits.match,
+        own=name in snapshot.asking,
+        chosen=chosen,
+        version=snapshot.version,
+        target=target,
+        here=here,
+    )
+    if result is None:
+        return card
+    match = whole_of(result.match)
+    card = replace(card, match=str(match), meter=float(min(match, 100)))
+    turn = result.turn_refined_deg
+    if result.attainable:
+        return replace(card, turn=size_words(turn), way=direction_of(turn))
+    reason, brief = _short_reason(result, snapshot.question.limits)
+    tip = f"{style.full_title}. {_sentence(result.reason)} {verdict_of(result, snapshot)}"
+    return replace(card, line=reason, brief=brief, tip=tip, in_reach=False)
 
-    def _lay(self) -> None:
-        """Place all cells."""
-        state = self._state
-        if state is None:
-            return
-        layout = layout_for(
-            self.width(), self._scroll.height(), max(state.places, 1), self._compact
-        )
-        cells: list[QWidget] = []
-        for card in state.cards:
-            shown = self._damaged[card.key] if card.damaged is not None else self._cards[card.key]
-            cells.append(shown)
-        if state.empty:
-            self._empty.set_text(state.empty)
-            cells.append(self._empty)
-        elif self._empty.isVisible():
-            self._empty.hide()
-        self._grid.fill([*cells, self._paint, self._key], layout)
-        if layout != self._layout:
-            self._layout = layout
-            self.laid.emit(layout.picture)
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Lay the cards out anew."""
-        super().resizeEvent(event)
-        if (column := self.layout()) is not None:
-            column.activate()
-        self._lay()
+def _short_reason(result: StyleResult, limits: Limits) -> tuple[str, str]:
+    """Say why not as a card can, and as a narrow card can."""
+    if result.match >= limits.match and result.strength < limits.strength:
+        strength, needs = whole_of(result.strength), f"needs {limits.strength:.0f}"
+        return f"Too soft: strength {strength}, {needs}", f"Too soft: {strength}, {needs}"
+    words = (result.reason or "").partition(":")[0]
+    for long, short in _SHORTER:
+        words = words.replace(long, short)
+    words = words.removesuffix(" here")
+    return words, words
 
-    def focus_card(self) -> None:
-        """Give the keyboard to the chosen card."""
-        stop = self._roving.stop
-        if stop is not None:
-            stop.setFocus(Qt.FocusReason.OtherFocusReason)
 
-    def _moved(self, card: QWidget) -> None:
-        if isinstance(card, StyleCard):
-            self.chosen.emit(card.state.key)
+def _sentence(words: str | None) -> str:
+    return f"{words}." if words else ""
+
+
+def verdict_of(result: StyleResult, snapshot: Snapshot) -> str:
+    """Say what the best is that a place can do for a style out of reach.
+
+    Returns
+    -------
+    str
+        "Best match here is 29 at 62° counter-clockwise. The limit is 45."
+    """
+    limits, turn = snapshot.question.limits, result.turn_refined_deg
+    where = "without a turn" if whole(turn) == 0 else f"at {turn_words(turn)}"
+    if result.match >= limits.match:
+        strength = whole_of(result.strength)
+        return f"Best strength here is {strength} {where}. The limit is {limits.strength:.0f}."
+    match, limit = whole_of(result.match), f"{limits.match:.0f}"
+    if match < _NOTHING_LIKE:
+        return f"No turn here comes close: the best match is {match}, and {limit} is needed."
+    return f"Best match here is {match} {where}. The limit is {limit}."
+
+
+def _spoken(style: Style, result: StyleResult | None) -> str:
+    light = _SPOKEN.get(style.side) or (f"light {style.place}" if style.place else "painted")
+    if result is None:
+        return f"{style.title}, {light}, not measured yet"
+    turn = whole(result.turn_refined_deg)
+    unit = "degree" if abs(turn) == 1 else "degrees"
+    way = f"turn {abs(turn)} {unit} {direction_of(turn)}" if turn else "no turn needed"
+    reach = "in reach"
+    if not result.attainable:
+        reason = (result.reason or "").partition(":")[0]
+        reach = f"out of reach: {reason[:1].lower()}{reason[1:]}"
+    return f"{style.title}, {light}, {way}, match {whole_of(result.match)}, {reach}"
+
+
+def _damaged_card(damaged: DamagedStyle) -> CardState:
+    return CardState(
+        key=str(damaged.path),
+        title=damaged.path.stem,
+        line=damaged.message,
+        tip=damaged.reason,
+        spoken=f"{damaged.path.stem}, {damaged.message} {damaged.reason}",
+        in_reach=False,
+        own=True,
+        damaged=damaged.path,
+    )

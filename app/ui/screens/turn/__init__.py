@@ -1,5 +1,1 @@
-"""The Turn screen."""
-
-from app.ui.screens.turn.screen import TurnScreen
-
-__all__ = ["TurnScreen"]
+"""The Turn screen: the way to the light, live pictures, and photographs taken."""

@@ -1,192 +1,368 @@
-"""After the shot: the line at the foot of the left column, and the list of photos taken here."""
+"""After the shot: photographs are opened, judged, listed, and kept with the place."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import TYPE_CHECKING, Final, TypeAlias
 
-from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
+import numpy as np
+from numpy.typing import NDArray
 
-from app.ui.presenters.turn_state import ShotsState
-from app.ui.theme import theme
-from app.ui.widgets.banner import Empty
-from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.dialogs import Sheet
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
-from app.ui.widgets.lines import PictureLine
-from app.ui.widgets.pictures import Picture
-from app.ui.widgets.surfaces import Scroll
+from app.core.base.angles import wrap
+from app.core.base.errors import CoreError
+from app.core.guidance.words import taken_words, whole
+from app.core.localization.heading import build_index
+from app.core.localization.photo_check import (
+    PHOTO_ENDINGS,
+    Taken,
+    is_panorama,
+    judge,
+    locate_photo,
+    read_photo,
+)
+from app.core.storage.places.shots import (
+    Shot,
+    add_shot,
+    mark_shot,
+    purge_shots,
+    read_shots,
+    thumbnail_of,
+)
+from app.ui.presenters.frame import time_words
+from app.ui.presenters.serial_queue import SerialQueue
+from app.ui.presenters.undo import Undoable
+from app.ui.screens.turn.state import ShotRow, ShotsState
+from app.ui.screens.turn.words import confidence_words, goal_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
 
-    from PySide6.QtGui import QResizeEvent
+    from app.core.base.progress import Report, Token
+    from app.core.guidance.guide import Goal
+    from app.core.localization.heading import HeadingIndex
+    from app.core.localization.photo_check import Photo
+    from app.core.solver.place_light import PlaceLight
+    from app.core.solver.solve import StyleResult
+    from app.ui.presenters.place_controller import PlaceController
+    from app.ui.presenters.services import Services
 
-    from app.ui.presenters.turn_state import ShotRow
+Bytes: TypeAlias = NDArray[np.uint8]
 
-_ASK: Final = "How was it? Open the photo"
-_ASK_SHORT: Final = "How was it?"
-_ASK_AGAIN: Final = "Open"
-_HINT: Final = "After the shot, drop it here: how far off the light was it?"
-_HINT_SHORT: Final = "After the shot, drop the photo here."
-_TITLE: Final = "Photos taken here"
-_EMPTY: Final = "No photo of this place yet. Drop the one you took on the window."
-_SMALL: Final = (56, 40)
-_PICTURE: Final = (112, 84)
-_WIDTH: Final = 560
-_ROOM: Final = 640  # below this the button says less
+DROP_WORDS: Final = "Drop the photo you took, or a panorama"
+"""What may be dropped while the screen is in front."""
 
+PHOTO_FILTER: Final = f"Photos (*{' *'.join(sorted(PHOTO_ENDINGS))})"
+"""What a dialog offers."""
 
-class ShotsLine(QWidget):
-    """Asks for the photo, and says how the last one was."""
-
-    asked = Signal()
-    listed = Signal()
-
-    def __init__(self) -> None:
-        super().__init__()
-        t = theme()
-        self._state = ShotsState()
-        self._open = Button(_ASK, "camera")
-        self._open.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        self._open.set_tip("Open the photo you took, or drop it on the window", "P")
-        self._open.clicked.connect(self.asked)
-        self._picture = Picture("The photo", radius=4)
-        self._picture.setFixedSize(t.px(_SMALL[0]), t.px(_SMALL[1]))
-        self._icon = Icon("help", 20)
-        self._words = Text("", 14, wrap=True)
-        self._words.setMaximumHeight(t.px(_SMALL[1]))
-        self._all = Button("All photos", "list", size="small")
-        self._all.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-        self._all.clicked.connect(self.listed)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(12))
-        row.addWidget(self._open)
-        row.addWidget(self._picture)
-        row.addWidget(self._icon)
-        row.addWidget(self._words, 1, Qt.AlignmentFlag.AlignVCenter)
-        row.addWidget(self._all)
-        self.setFixedHeight(t.px(_SMALL[1]))
-        self._fill()
-
-    @property
-    def words(self) -> str:
-        """What it says."""
-        return self._words.text()
-
-    @property
-    def opener(self) -> Button:
-        """The button that asks for the photo."""
-        return self._open
-
-    @property
-    def lister(self) -> Button:
-        """The button that shows the list."""
-        return self._all
-
-    def show_shots(self, state: ShotsState) -> None:
-        """Say how the last photo was."""
-        if state != self._state or _picture(state) is not _picture(self._state):
-            self._state = state
-            self._fill()
-
-    def _fill(self) -> None:
-        state = self._state
-        last = state.rows[0] if state.rows and not state.busy else None
-        self._picture.set_picture(None if last is None else last.thumbnail)
-        roomy = self.width() >= theme().px(_ROOM)
-        self._picture.setVisible(last is not None and last.pictured and roomy)
-        again = _ASK_AGAIN if state.rows else _ASK_SHORT
-        self._open.set_text(_ASK if roomy else again)
-        self._open.setAccessibleName(_ASK)
-        self._icon.setVisible(last is not None)
-        if last is not None:
-            self._icon.set(last.icon, "ok" if last.inside else "text")
-            self._picture.setAccessibleName(last.name)
-        self._words.set_text(self._sentence(last))
-        self._words.set_role("text" if last is not None else "dim")
-        self._words.setToolTip("" if last is None else f"{last.sentence}. {last.detail}.")
-        count = len(state.rows)
-        self._all.setVisible(count > 0)
-        self._all.set_text(("1 photo" if count == 1 else f"All {count}") if roomy else f"{count}")
-        self._all.setAccessibleName(f"{_TITLE}: {count}")
-
-    def _sentence(self, last: ShotRow | None) -> str:
-        if self._state.busy:
-            return self._state.busy
-        if last is not None:
-            return f"{last.sentence}."
-        return _HINT if self.width() >= theme().px(_ROOM) else _HINT_SHORT
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        """Say less where there is less room."""
-        super().resizeEvent(event)
-        self._fill()
-
-    def minimumSizeHint(self) -> QSize:
-        """Cut the sentence rather than be wider than there is room."""
-        return QSize(0, self.height())
+_MOST_AT_ONCE: Final = 20
+_MOST_PICTURES: Final = 200
+_MEASURING: Final = "Looking where the photo was taken"
+_READ: Final = 0.6  # of the way: what follows is copying
 
 
-def _together(words: str) -> str:
-    """Let no line end between a number and what it counts."""
-    return words.replace(": ", ":\u00a0").replace(" %", "\u00a0%")
+@dataclass(frozen=True, slots=True, eq=False)
+class _Asked:
+    """What a photograph is judged by: all as it was when it was opened."""
+
+    folder: Path
+    light: PlaceLight = field(repr=False)
+    index: HeadingIndex | None = field(repr=False)
+    result: StyleResult = field(repr=False)
+    goal: Goal
+    front_deg: float
+    title: str
+    now: datetime
 
 
-def _picture(state: ShotsState) -> object:
-    return state.rows[0].thumbnail if state.rows else None
+class Shots:
+    """The photographs of the open place."""
 
+    def __init__(
+        self,
+        services: Services,
+        desk: PlaceController,
+        index: Callable[[], HeadingIndex | None],
+        changed: Callable[[], None],
+    ) -> None:
+        self._services = services
+        self._desk = desk
+        self._index = index
+        self._changed = changed
+        self._work = SerialQueue(services, "turn-shots")
+        self._folder: Path | None = None
+        self._shots: tuple[Shot, ...] = ()
+        self._pictures: dict[str, Bytes] = {}
+        self._busy = 0
+        self._latest = ""
 
-class ShotsSheet(Sheet):
-    """All photos taken here, the last one first."""
+    # -- which place ---------------------------------------------------------------------------
 
-    def __init__(self, host: QWidget, remove: Callable[[str], None]) -> None:
-        super().__init__(host, _TITLE, _WIDTH, "right")
-        self._remove = remove
-        self._state: ShotsState | None = None
-        self._pictures: tuple[int, ...] = ()
-        t = theme()
-        self._column = QVBoxLayout()
-        self._column.setSpacing(t.px(8))
-        self._column.setContentsMargins(0, 0, t.px(16), 0)
-        inside = QWidget()
-        inside.setLayout(self._column)
-        self.body.addWidget(Scroll(inside), 1)
-
-    def show_shots(self, state: ShotsState) -> None:
-        """Show the list."""
-        pictures = tuple(id(row.thumbnail) for row in state.rows)
-        if state == self._state and pictures == self._pictures:
+    def follow(self) -> None:
+        """Show the photographs of the place that is open now."""
+        folder = self._services.model.place_folder
+        if folder == self._folder:
             return
-        self._state, self._pictures = state, pictures
-        while (item := self._column.takeAt(0)) is not None:
-            if (widget := item.widget()) is not None:
-                widget.hide()
-                widget.deleteLater()
-        if not state.rows:
-            self._column.addWidget(Empty(_EMPTY))
-        for row in state.rows:
-            self._column.addWidget(self._line(row))
-        self._column.addStretch(1)
+        self._folder, self._shots, self._pictures, self._latest = folder, (), {}, ""
+        if folder is None:
+            return
 
-    def _line(self, row: ShotRow) -> QWidget:
-        t = theme()
-        frame = PictureLine(row.name, row.thumbnail, _PICTURE, raised=row.new)
-        frame.setAccessibleName(f"{row.sentence}. {row.detail}")
-        words = frame.words
-        head = QHBoxLayout()
-        head.setSpacing(t.px(8))
-        head.addWidget(Icon(row.icon, 20, "ok" if row.inside else "text"), 0, _TOP)
-        head.addWidget(Text(row.sentence, 14, 600, wrap=True), 1)
-        words.addLayout(head)
-        words.addWidget(Text(_together(row.detail), 12, role="dim", wrap=True))
-        words.addStretch(1)
-        remove = IconButton("trash", f"Remove {row.name}", kind="quiet", size="small")
-        remove.clicked.connect(lambda: self._remove(row.key))
-        frame.row.addWidget(remove, 0, _TOP)
-        return frame
+        def work(token: Token, report: Report) -> tuple[tuple[Shot, ...], tuple[str, ...]]:
+            del token, report
+            purge_shots(folder)
+            return read_shots(folder)
+
+        self._work.submit(work, done=lambda found: self._read(folder, *found))
+
+    def _read(self, folder: Path, shots: tuple[Shot, ...], remarks: tuple[str, ...]) -> None:
+        if folder != self._folder:
+            return
+        self._shots = shots
+        for remark in remarks:
+            self._services.notify.tell(remark, kind="warning")
+        self._want_pictures()
+        self._changed()
+
+    def _want_pictures(self) -> None:
+        folder = self._folder
+        missing = [one for one in self._shots[-_MOST_PICTURES:] if one.key not in self._pictures]
+        if folder is None or not missing:
+            return
+
+        def work(token: Token, report: Report) -> dict[str, Bytes]:
+            del report
+            made = {}
+            for one in missing:
+                token.check()
+                picture = thumbnail_of(folder, one)
+                if picture is not None:
+                    made[one.key] = picture
+            return made
+
+        def done(made: dict[str, Bytes]) -> None:
+            if folder == self._folder:
+                self._pictures |= made
+                self._changed()
+
+        self._services.runner.submit("turn-shot-pictures", work, done=done)
+
+    # -- opening -------------------------------------------------------------------------------
+
+    def take(self, paths: Sequence[Path]) -> bool:
+        """Take photographs that were dropped or chosen; leave everything else.
+
+        Returns
+        -------
+        bool
+            Whether it is being seen to: panoramas among them will be opened as a place all the
+            same.
+        """
+        named = all(path.suffix.lower() in PHOTO_ENDINGS for path in paths)
+        if not paths or not named or len(paths) > _MOST_AT_ONCE or self._asked() is None:
+            return False
+        given = tuple(paths)
+        self._begin()
+        self._work.submit(
+            lambda token, report: _panorama_among(given),
+            done=lambda panorama: self._sorted(given, panorama),
+            failed=self._failed,
+            cancelled=self._ended,
+        )
+        return True
+
+    def _sorted(self, paths: tuple[Path, ...], panorama: bool) -> None:
+        self._ended()
+        if panorama:
+            self._desk.open_as_place(paths)
+            return
+        for path in paths:
+            self._measure(path)
+
+    def _measure(self, path: Path) -> None:
+        asked = self._asked()
+        if asked is None:
+            return
+        self._begin()
+        self._work.submit(
+            lambda token, report: _taken(path, asked, token, report),
+            title=f"{_MEASURING}: {path.name}",
+            done=lambda shot: self._kept(asked, shot),
+            failed=self._failed,
+            cancelled=self._ended,
+        )
+
+    def _asked(self) -> _Asked | None:
+        model = self._services.model
+        goal, result, plan = goal_of(model), model.goal_result, model.lamp_plan
+        if model.place_folder is None or model.light is None or result is None:
+            return None
+        if goal is None:
+            return None
+        own = next((one for one in model.user_styles if one.name == model.chosen), None)
+        title = own.title if own is not None else result.title
+        return _Asked(
+            model.place_folder,
+            model.light,
+            self._index(),
+            result,
+            goal,
+            model.front_deg,
+            title if plan is None else f"{title} with {plan.lamp}",
+            self._services.today(),
+        )
+
+    def _begin(self) -> None:
+        self._busy += 1
+        self._changed()
+
+    def _ended(self) -> None:
+        self._busy -= 1
+        self._changed()
+
+    def _failed(self, error: Exception) -> None:
+        self._services.notify.tell_error(error)
+        self._ended()
+
+    def _kept(self, asked: _Asked, shot: Shot) -> None:
+        if asked.folder == self._folder:
+            self._shots = (*(one for one in self._shots if one.key != shot.key), shot)
+            self._pictures.pop(shot.key, None)
+            self._latest = shot.key
+            self._want_pictures()
+        self._ended()
+
+    # -- removing ------------------------------------------------------------------------------
+
+    def remove(self, key: str) -> None:
+        """Take a photograph off the list; can be undone."""
+        shot = next((one for one in self._shots if one.key == key), None)
+        folder = self._folder
+        if shot is None or folder is None:
+            return
+        where = self._shots.index(shot)
+
+        def mark(removed: bool) -> None:
+            self._work.submit(lambda token, report: mark_shot(folder, key, removed=removed))
+            if folder != self._folder:
+                return
+            others = [one for one in self._shots if one.key != key]
+            if not removed:
+                others.insert(min(where, len(others)), shot)
+            self._shots = tuple(others)
+            self._changed()
+
+        mark(removed=True)
+        step = Undoable(
+            f"remove {shot.name}",
+            lambda: mark(removed=False),
+            lambda: mark(removed=True),
+            place=folder,
+        )
+        self._services.undo.push(step)
+        self._services.notify.tell(
+            f"{shot.name} removed from this place. Your own file is untouched.",
+            kind="done",
+            actions=[("Undo", lambda: self._services.undo.take_back(step))],
+        )
+
+    # -- what is shown -------------------------------------------------------------------------
+
+    def resolve(self) -> ShotsState:
+        """Work out what is shown of them."""
+        rows = tuple(self._row(shot) for shot in reversed(self._shots))
+        busy = f"{_MEASURING}…" if self._busy else ""
+        return ShotsState(rows, busy)
+
+    def _row(self, shot: Shot) -> ShotRow:
+        found = shot.found and shot.facing_deg is not None and shot.match is not None
+        return ShotRow(
+            key=shot.key,
+            name=shot.name,
+            sentence=self._sentence(shot),
+            detail=self._detail(shot),
+            icon=("check" if shot.outside_deg == 0 else "target") if found else "help",
+            inside=found and shot.outside_deg == 0,
+            new=shot.key == self._latest,
+            pictured=shot.key in self._pictures,
+            thumbnail=self._pictures.get(shot.key),
+        )
+
+    def _sentence(self, shot: Shot) -> str:
+        if shot.facing_deg is None or shot.match is None or shot.best is None:
+            return "Its background was not found here, so its turn is not known"
+        front = self._services.model.front_deg
+        turn, goal = whole(shot.facing_deg - front), whole(shot.goal_facing_deg - front)
+        rough = shot.sitter_deg is None
+        return taken_words(turn, goal, shot.outside_deg, shot.match, shot.best, rough=rough)
+
+    def _detail(self, shot: Shot) -> str:
+        when = shot.taken_at or shot.added_at
+        # A camera that states no zone means the clock on the wall.
+        moment = datetime.fromisoformat(when)
+        today = self._services.today()
+        local = moment if moment.tzinfo is not None else moment.replace(tzinfo=today.tzinfo)
+        parts = [shot.title or shot.style, time_words(local, today), shot.name]
+        if shot.found:
+            parts.append(confidence_words(shot.confidence))
+        if shot.found and shot.sitter_deg is None:
+            parts.append("no sitter seen: taken to be in the middle")
+        return ", ".join(parts)
 
 
-_TOP: Final = Qt.AlignmentFlag.AlignTop
+def _panorama_among(paths: tuple[Path, ...]) -> bool:
+    """Look at all of them: one that cannot be read is told before anything is done."""
+    shapes = [is_panorama(path) for path in paths]
+    return any(shapes)
+
+
+def _taken(path: Path, asked: _Asked, token: Token, report: Report) -> Shot:
+    """Read, locate, judge and keep a photograph: work for another thread."""
+    report(0.0, "Reading the photo")
+    photo = read_photo(path, token)
+    taken = _located(photo, asked, token, lambda done, words: report(_READ * done, words))
+    token.check()
+    shot = _shot_of(path, photo, taken, asked)
+    return add_shot(
+        asked.folder,
+        path,
+        shot,
+        photo.picture,
+        token,
+        lambda done, words: report(_READ + (1.0 - _READ) * done, words),
+    )
+
+
+def _located(photo: Photo, asked: _Asked, token: Token, report: Report) -> Taken:
+    index = asked.index
+    try:
+        index = index or build_index(asked.light.display, token)
+    except CoreError:
+        # A blank room all around: nothing is found in it.
+        return Taken("unsure")
+    return locate_photo(photo, index, token, report)
+
+
+def _shot_of(path: Path, photo: Photo, taken: Taken, asked: _Asked) -> Shot:
+    outside, match, best = 0, None, None
+    if taken.facing_deg is not None:
+        verdict = judge(wrap(taken.facing_deg - asked.front_deg), asked.goal, asked.result)
+        outside, match, best = verdict.outside_deg, verdict.match, verdict.best
+    return Shot(
+        name=path.name,
+        added_at=asked.now.isoformat(),
+        found=taken.status == "found",
+        style=asked.result.name,
+        title=asked.title,
+        goal_facing_deg=wrap(asked.goal.turn_deg + asked.front_deg),
+        taken_at=None if photo.taken_at is None else photo.taken_at.isoformat(),
+        heading_deg=taken.heading_deg,
+        facing_deg=taken.facing_deg,
+        sitter_deg=taken.sitter_deg,
+        fov_deg=taken.fov_deg,
+        focal_mm=photo.focal_mm,
+        confidence=taken.confidence,
+        outside_deg=outside,
+        match=match,
+        best=best,
+    )

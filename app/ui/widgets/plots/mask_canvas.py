@@ -36,7 +36,7 @@ _DABS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space}
 
 
 class Drawn(Protocol):
-    """What is painted on, and with which brush; see `app.ui.presenters.light_mask.MaskState`."""
+    """What is painted on, and with which brush; see `app.ui.screens.light.mask.MaskState`."""
 
     @property
     def picture(self) -> NDArray[np.uint8]:

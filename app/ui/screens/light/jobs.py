@@ -1,0 +1,250 @@
+"""The Light screen's work in the background: what is under way, and what came of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+from app.core.base.errors import CoreError
+from app.core.second_light.lamp_presets import NEAREST_M, NumbersLamp
+from app.ui.screens.light.lamps import nearest_stop
+from app.ui.screens.light.pictures import LampPlan, look, result_with, targets
+from app.ui.screens.light.state import DISTANCES_M
+from app.ui.screens.light.words import lamp_name, rescued
+from app.ui.screens.light.work import ask, closer, take_in_hand
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from app.core.second_light.search import Placed
+    from app.ui.presenters.model import Head
+    from app.ui.presenters.services import Services
+    from app.ui.screens.light.pictures import View
+    from app.ui.screens.light.resolve import Shown
+    from app.ui.screens.light.state import Bytes, HoldState, Size
+    from app.ui.screens.light.work import Answers, Held, InHand, Lamp, Question
+
+_LAMP: Final = "light-lamp"
+_PLACES: Final = "light-places"
+_VIEW: Final = "light-view"
+_CLOSER: Final = "light-closer"
+_ROWS: Final = "light-rows"
+_PLAN: Final = "light-plan"
+_LITTLE_M: Final = 0.02
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Nearer:
+    """What a lamp that rescues nothing does from nearer by."""
+
+    answers: Answers
+    one: Placed
+    distance_m: float
+
+
+class LightWork:
+    """Tries lamps, places them and makes pictures; nothing is asked for twice.
+
+    Attributes
+    ----------
+    rows : dict of str to uint8
+        Target portraits for the list.
+    version : int
+        Of `rows`.
+    """
+
+    def __init__(
+        self, services: Services, changed: Callable[[], None], answered: Callable[[], None]
+    ) -> None:
+        self._services = services
+        self._changed = changed
+        self._answered = answered
+        self.answers: Answers | None = None
+        self.view: View | None = None
+        self.rows: dict[str, Bytes] = {}
+        self.version = 0
+        self.trouble = ""
+        self._nearer: Nearer | None = None
+        self._hand: InHand | None = None
+        self._rows_key: tuple[object, ...] = ()
+        self._asked_lamp: tuple[object, ...] = ()
+        self._asked_places: tuple[object, ...] = ()
+        self._wanted: tuple[Answers, str, Held, Size] | None = None
+        self._looking = False
+
+    @property
+    def busy(self) -> bool:
+        """Whether new answers are on their way."""
+        runner = self._services.runner
+        return runner.running(_LAMP) or runner.running(_PLACES)
+
+    @property
+    def looking(self) -> bool:
+        """Whether pictures are being made."""
+        return self._looking
+
+    @property
+    def coming_closer(self) -> bool:
+        """Whether it is being tried what the lamp does from nearer by."""
+        return self._services.runner.running(_CLOSER)
+
+    @property
+    def nearer(self) -> Nearer | None:
+        """What the lamp does from nearer by, where it rescues nothing."""
+        known = self._nearer
+        return known if known is not None and known.answers is self.answers else None
+
+    def clear(self) -> None:
+        """Forget what was worked out for another place or sitter."""
+        self.answers = self.view = self._wanted = None
+
+    def forget(self) -> None:
+        """Ask again for what was asked for already."""
+        self._asked_lamp = self._asked_places = ()
+        self.trouble = ""
+
+    # -- the list's pictures --------------------------------------------------------------------
+
+    def make_rows(self, head: Head, size: Size) -> None:
+        """Make the target portraits of all styles."""
+        if self._rows_key == (head, size):
+            return
+        self._rows_key = (head, size)
+
+        def done(rows: dict[str, Bytes]) -> None:
+            self.rows = rows
+            self.version += 1
+            self._changed()
+
+        self._services.runner.submit(_ROWS, lambda token, report: targets(head, size), done=done)
+
+    # -- lamp and places -----------------------------------------------------------------------
+
+    def place(self, head: Head, lamp: Lamp, question: Question) -> None:
+        """Try a lamp, unless that was done, and place it."""
+        if self._asked_lamp != (head, lamp):
+            self._try(head, lamp)
+        hand = self._hand
+        if hand is not None and self._asked_lamp == (hand.head, hand.lamp):
+            self._ask(hand, question)
+
+    def _try(self, head: Head, lamp: Lamp) -> None:
+        self._asked_lamp, self._asked_places = (head, lamp), ()
+        self.trouble = ""
+        known = self._hand
+        self._services.runner.cancel(_CLOSER)
+        self._services.runner.submit(
+            _LAMP,
+            lambda token, report: take_in_hand(head, lamp, known, token, report),
+            title=f"Trying {lamp_name(lamp)} all around the head",
+            done=self._in_hand,
+            failed=self._failed,
+            cancelled=self._stopped,
+        )
+
+    def _in_hand(self, hand: InHand) -> None:
+        if self._asked_lamp == (hand.head, hand.lamp):
+            self._hand = hand
+            self._answered()
+
+    def _failed(self, error: Exception) -> None:
+        self.trouble = str(error)
+        if not isinstance(error, CoreError):
+            self._services.notify.tell_error(error)
+            self.trouble = "The lamp could not be placed."
+        self._changed()
+
+    def _stopped(self) -> None:
+        """Say that the user cancelled it, unless a newer lamp has taken its place already."""
+        if not self._services.runner.running(_LAMP):
+            self.trouble = "Stopped before all places were tried."
+            self._changed()
+
+    def _ask(self, hand: InHand, question: Question) -> None:
+        asked = (hand, question.key)
+        if self._asked_places == asked:
+            return
+        self._asked_places = asked
+        self._services.runner.submit(
+            _PLACES,
+            lambda token, report: ask(hand, question),
+            done=self._placed,
+            failed=self._failed,
+        )
+
+    def _placed(self, answers: Answers) -> None:
+        if self._asked_places == (answers.hand, answers.question.key):
+            self.answers, self.trouble = answers, ""
+            self._come_closer(answers)
+            self._answered()
+
+    def _come_closer(self, answers: Answers) -> None:
+        """Where a lamp rescues nothing, find what it does from half as far."""
+        lamp = answers.hand.lamp
+        out = [one.name for one in answers.placed if not one.before.attainable]
+        if rescued(answers.placed) or not out or not isinstance(lamp, NumbersLamp):
+            return
+        near_m = max(NEAREST_M, DISTANCES_M[nearest_stop(lamp.distance_m / 2.0)])
+        if near_m > lamp.distance_m - _LITTLE_M or not answers.allowed.all():
+            return
+        nearer = replace(lamp, distance_m=near_m)
+
+        def done(found: Placed | None) -> None:
+            self._nearer = None if found is None else Nearer(answers, found, near_m)
+            self._changed()
+
+        self._services.runner.submit(
+            _CLOSER,
+            lambda token, report: closer(answers, nearer, out, token, report),
+            done=done,
+            failed=lambda error: None,
+        )
+
+    # -- the way to the turn -------------------------------------------------------------------
+
+    def plan(
+        self, shown: Shown, match: float, hold: HoldState, done: Callable[[LampPlan], None]
+    ) -> None:
+        """Make the plan of turning first and then holding the lamp; `done` is called with it."""
+        answers, name, held = shown.answers, shown.one.name, shown.held
+
+        def work() -> LampPlan:
+            result = result_with(answers, name, held, match)
+            lamp = lamp_name(answers.hand.lamp)
+            return LampPlan(answers, held, lamp, hold.hold, hold.hold_line, result)
+
+        self._services.runner.submit(_PLAN, lambda token, report: work(), done=done)
+
+    # -- pictures ------------------------------------------------------------------------------
+
+    def look_at(self, answers: Answers, name: str, held: Held, size: Size) -> None:
+        """Make pictures; while some are being made, only the newest wish is remembered.
+
+        A hand that moves all the time would otherwise cancel every picture before it is done.
+        """
+        self._wanted = (answers, name, held, size)
+        view = self.view
+        known = view and (view.answers, view.name, view.held, view.size)
+        if self._looking or known == self._wanted:
+            return
+        self._looking = True
+        self._services.runner.submit(
+            _VIEW,
+            lambda token, report: look(answers, name, held, size, view),
+            done=self._looked,
+            failed=self._not_looked,
+            cancelled=self._looked_away,
+        )
+
+    def _looked(self, view: View) -> None:
+        self._looking, self.view = False, view
+        if self._wanted is not None:
+            self.look_at(*self._wanted)
+        self._changed()
+
+    def _not_looked(self, error: Exception) -> None:
+        self._looking = False
+        self._failed(error)
+
+    def _looked_away(self) -> None:
+        self._looking = False

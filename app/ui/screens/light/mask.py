@@ -1,0 +1,326 @@
+"""Painting where a captured lamp is: a draft of its mask, until it is saved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Final, NamedTuple, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.colour import LUMINANCE_WEIGHTS, to_bytes
+from app.core.base.errors import CoreError
+from app.core.second_light.captured import CapturedLamp, centroid, make_lamp
+from app.core.second_light.library import update_lamp
+from app.core.second_light.mask import find_mask
+from app.core.second_light.mask_brush import stroke
+from app.ui.presenters.undo import FileChange
+from app.ui.screens.light.words import lux_words
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from app.ui.presenters.place_controller import PlaceController
+    from app.ui.presenters.services import Services
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float32: TypeAlias = NDArray[np.float32]
+Point: TypeAlias = tuple[float, float]
+
+RADII_DEG: Final = (0.5, 12.0)
+"""Smallest and largest brush."""
+
+_FIND: Final = "light-mask"
+_MEASURE: Final = "light-mask-lux"
+_MOST_UNDONE: Final = 50
+_DEEP: Final = 2000.0  # the lamp's level over the darkest that is still told apart
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MaskState:
+    """What the sheet shows.
+
+    Attributes
+    ----------
+    picture : (H, 2 H, 3) uint8
+        The capture, sRGB, its dark parts lifted.
+    alpha : (H, 2 H) float32
+        The mask as it is painted now.
+    centre : tuple of float
+        Azimuth and elevation of the lamp, where looking begins, deg.
+    gives : str
+        "gives 640 lx where the camera stood".
+    """
+
+    title: str
+    picture: Bytes = field(repr=False)
+    alpha: Float32 = field(repr=False)
+    centre: Point
+    lit: bool = True
+    radius_deg: float = 3.0
+    can_undo: bool = False
+    changed: bool = False
+    busy: bool = False
+    gives: str = ""
+    error: str = ""
+
+
+class MaskView(Protocol):
+    """Shows a `MaskState`."""
+
+    def show_state(self, state: MaskState) -> None:
+        """Show it."""
+
+    def shut(self) -> None:
+        """Close: it is saved."""
+
+
+class MaskLook(NamedTuple):
+    """What the sheet of a lamp's mask begins with, from `look_at_mask`.
+
+    Attributes
+    ----------
+    picture : (H, 2 H, 3) uint8
+        See `MaskState`.
+    """
+
+    picture: Bytes
+    centre: Point
+    gives: str
+
+
+class _Patch(NamedTuple):
+    """A part of a mask as it was before something was done to it."""
+
+    rows: slice
+    columns: slice
+    alpha: Float32
+
+
+def look_at_mask(lamp: CapturedLamp) -> MaskLook:
+    """Prepare the sheet of a lamp's mask; takes a moment."""
+    return MaskLook(_seen(lamp), centroid(lamp.light), _given(lamp, lamp.alpha))
+
+
+class MaskEdit:
+    """A lamp's mask under the brush."""
+
+    def __init__(
+        self,
+        services: Services,
+        desk: PlaceController,
+        folder: Path,
+        lamp: CapturedLamp,
+        look: MaskLook,
+        saved: Callable[[], None],
+    ) -> None:
+        self._services = services
+        self._desk = desk
+        self._folder = folder
+        self._lamp = lamp
+        self._saved = saved
+        self._view: MaskView | None = None
+        self._alpha: Float32 = lamp.alpha
+        self._before: list[_Patch] = []
+        self._untouched: Float32 = lamp.alpha
+        self._last: Point | None = None
+        self._lit, self._radius = True, 3.0
+        self._busy, self._error = False, ""
+        self._picture, self._centre, self._gives = look
+
+    def attach(self, view: MaskView) -> None:
+        """Show everything in `view` from now on."""
+        self._view = view
+        self._refresh()
+
+    def detach(self) -> None:
+        """Nobody looks any more; what was not saved is gone."""
+        self._view = None
+        self._services.runner.cancel(_FIND)
+        self._services.runner.cancel(_MEASURE)
+
+    def state(self) -> MaskState:
+        """Make what the sheet shows."""
+        return MaskState(
+            title=self._lamp.title,
+            picture=self._picture,
+            alpha=self._alpha,
+            centre=self._centre,
+            lit=self._lit,
+            radius_deg=self._radius,
+            can_undo=bool(self._before),
+            changed=self._alpha is not self._lamp.alpha,
+            busy=self._busy,
+            gives=self._gives,
+            error=self._error,
+        )
+
+    # -- the brush -----------------------------------------------------------------------------
+
+    def set_lit(self, lit: bool) -> None:
+        """Let the brush add, or take away."""
+        self._lit = lit
+        self._refresh()
+
+    def set_radius(self, radius_deg: float) -> None:
+        """Make the brush smaller or larger, deg."""
+        self._radius = min(max(radius_deg, RADII_DEG[0]), RADII_DEG[1])
+        self._refresh()
+
+    def press(self, at: Point) -> None:
+        """Begin a stroke at an azimuth and elevation, deg; it can be undone as a whole."""
+        if self._busy:
+            return
+        self._untouched = self._alpha
+        self._last = at
+        self._paint((at,))
+
+    def draw(self, points: Sequence[Point]) -> None:
+        """Go on with the stroke."""
+        if self._last is not None and points:
+            self._paint((self._last, *points))
+            self._last = points[-1]
+
+    def lift(self) -> None:
+        """End the stroke."""
+        if self._last is not None:
+            self._last = None
+            self._remember(self._untouched)
+            self._settled()
+
+    def undo(self) -> None:
+        """Take the last stroke back."""
+        self.lift()
+        if self._before and not self._busy:
+            *self._before, patch = self._before
+            earlier = self._alpha.copy()
+            earlier[patch.rows, patch.columns] = patch.alpha
+            # As it was kept: nothing is left to save.
+            same = np.array_equal(earlier, self._lamp.alpha)
+            self._alpha = self._lamp.alpha if same else earlier
+            self._settled()
+
+    def find_again(self) -> None:
+        """Let the program find the lamp; that can be undone too."""
+        radiance = self._lamp.radiance
+        self._busy = True
+        self._services.runner.submit(
+            _FIND,
+            lambda token, report: find_mask(radiance).alpha,
+            done=self._found,
+            failed=self._failed,
+        )
+        self._refresh()
+
+    def save(self) -> None:
+        """Keep the mask with the lamp; the one before is put into the trash."""
+        lamp, alpha, folder = self._lamp, self._alpha, self._folder
+        if self._busy or alpha is lamp.alpha:
+            return
+        self._busy = True
+
+        def work() -> CapturedLamp:
+            edited = make_lamp(
+                lamp.name,
+                lamp.radiance,
+                alpha,
+                title=lamp.title,
+                white_cd_m2=lamp.white_cd_m2,
+                distance_m=lamp.distance_m,
+                camera=lamp.camera,
+            )
+            update_lamp(folder, edited)
+            return edited
+
+        change = FileChange(
+            self._services.undo,
+            self._desk.file_work,
+            f"new mask of {lamp.title}",
+            work,
+            lambda _: update_lamp(folder, lamp),
+            made=lambda _: self._kept(change),
+            undone=lambda _: self._saved(),
+            failed=self._failed,
+        )
+        change.begin()
+        self._refresh()
+
+    # -- inside --------------------------------------------------------------------------------
+
+    def _paint(self, points: tuple[Point, ...]) -> None:
+        self._error = ""
+        self._alpha = stroke(self._alpha, points, self._radius, self._lit)
+        self._refresh()
+
+    def _found(self, alpha: Float32) -> None:
+        before, self._alpha = self._alpha, alpha
+        self._remember(before)
+        self._settled()
+
+    def _settled(self) -> None:
+        self._busy, self._error = False, ""
+        self._measure()
+        self._refresh()
+
+    def _remember(self, before: Float32) -> None:
+        """Keep what has changed since, so that it can be undone."""
+        changed = before != self._alpha
+        rows, columns = (np.flatnonzero(changed.any(axis=axis)) for axis in (1, 0))
+        if not rows.size:
+            return
+        high, wide = (slice(int(each[0]), int(each[-1]) + 1) for each in (rows, columns))
+        patch = _Patch(high, wide, before[high, wide].copy())
+        self._before = [*self._before[-_MOST_UNDONE:], patch]
+
+    def _measure(self) -> None:
+        """Find out what the lamp gives now."""
+        lamp, alpha = self._lamp, self._alpha
+        self._services.runner.submit(
+            _MEASURE, lambda token, report: _given(lamp, alpha), done=self._measured
+        )
+
+    def _measured(self, gives: str) -> None:
+        self._gives = gives
+        self._refresh()
+
+    def _failed(self, error: Exception) -> None:
+        self._busy, self._error = False, str(error)
+        if not isinstance(error, CoreError):
+            self._services.notify.tell_error(error)
+            self._error = "The mask was not saved."
+        self._refresh()
+
+    def _kept(self, change: FileChange[CapturedLamp]) -> None:
+        self._busy = False
+        if self._view is not None:
+            self._view.shut()
+        self._services.notify.tell(
+            f"Mask of “{self._lamp.title}” saved.",
+            kind="done",
+            actions=(("Undo", change.take_back),),
+        )
+        self._saved()
+
+    def _refresh(self) -> None:
+        if self._view is not None:
+            self._view.show_state(self.state())
+
+
+def _given(lamp: CapturedLamp, alpha: Float32) -> str:
+    """Say what a lamp gives under a mask; empty where its exposure is not known."""
+    if lamp.white_cd_m2 is None:
+        return ""
+    drawn = replace(lamp, alpha=alpha)
+    lux = drawn.lux if alpha.any() else 0.0
+    return f"It gives {lux_words(lux or 0.0)} where the camera stood."
+
+
+def _seen(lamp: CapturedLamp) -> Bytes:
+    """Picture of a capture in which the lamp keeps its form and the dark room can be seen."""
+    light = lamp.radiance @ np.array(LUMINANCE_WEIGHTS, np.float32)
+    lit = light[lamp.alpha > 0.5]
+    top = float(np.percentile(lit, 95.0)) if lit.size else float(light.max())
+    level = np.maximum(lamp.radiance, 0.0) * np.float32(_DEEP / max(top, 1e-30))
+    shown = np.log1p(level) / np.float32(np.log1p(_DEEP))
+    return to_bytes(np.clip(shown, 0.0, 1.0).astype(np.float32))

@@ -1,0 +1,422 @@
+"""The Light screen: which styles a lamp brings within reach, and where to hold it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from app.core.base.angles import wrap
+from app.core.second_light.comparable import Comparison, compare
+from app.core.second_light.lamp_presets import KINDS, at_distance
+from app.core.second_light.placements import ALTITUDES_DEG
+from app.core.second_light.words import metres
+from app.ui.presenters.actions import Action
+from app.ui.presenters.model import Step
+from app.ui.screens.light.jobs import LightWork
+from app.ui.screens.light.lamp_actions import LampKeeping
+from app.ui.screens.light.lamps import LampList, nearest_stop
+from app.ui.screens.light.resolve import Resolver, Shown, front_of, note_of
+from app.ui.screens.light.scale import PlaceScale
+from app.ui.screens.light.state import (
+    DISTANCES_M,
+    HeadsState,
+    HoldState,
+    LampState,
+    LightSizes,
+    LightState,
+    LightView,
+)
+from app.ui.screens.light.words import lamp_name, way_icon
+from app.ui.screens.light.work import Held, Question, best_held, powers_for
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from app.core.second_light.search import Placed
+    from app.core.solver.reach import Objective
+    from app.ui.presenters.place_controller import PlaceController
+    from app.ui.presenters.services import Services
+    from app.ui.screens.light.lamps import Source
+    from app.ui.screens.light.pictures import LampPlan
+    from app.ui.screens.light.work import Lamp
+
+_ASKED_ANEW: Final = frozenset({"head", "light", "front_deg", "settings", "place_folder", "place"})
+_HIGHEST_DEG: Final = float(ALTITUDES_DEG[-1])
+_NO_LAMP: Final = "No lamp chosen. A phone at full brightness is a good first try."
+_NO_LIGHT: Final = "No light measured yet. A lamp is placed in the light of a place."
+
+
+class LightPresenter:
+    """Resolves the screen, and takes what the user does there."""
+
+    def __init__(self, services: Services, desk: PlaceController) -> None:
+        self._services = services
+        self.shelf = LampList(services, self._pursue, self.take_lamp)
+        self.keeping = LampKeeping(services, desk, self.shelf)
+        self.scale = PlaceScale(services, self._begin_anew)
+        self._view: LightView | None = None
+        self._in_front = True
+        self._sizes = LightSizes()
+        self._resolver = Resolver()
+        self._stop = nearest_stop(0.3)
+        self._arm, self._floor = False, True
+        self._held: Held | None = None
+        self._going = False
+        self.work = LightWork(services, self._worked, self._answered)
+        services.model.changed.connect(self._model_changed)
+
+    # -- what the frame calls ------------------------------------------------------------------
+
+    def attach(self, view: LightView) -> None:
+        """Show everything in `view` from now on."""
+        self._view = view
+        self.shelf.attach(view)
+        self.keeping.attach(view)
+        self.shelf.refresh()
+        self._pursue()
+
+    def detach(self) -> None:
+        """Show nothing any more."""
+        self._view = None
+        self.shelf.attach(None)
+        self.keeping.attach(None)
+
+    def entered(self) -> None:
+        """Go on with what has changed meanwhile."""
+        self._in_front = True
+        self._pursue()
+
+    def left(self) -> None:
+        """Nobody looks: nothing new is begun."""
+        self._in_front = self._going = False
+
+    def actions(self) -> Sequence[Action]:
+        """List what can be done here; what has hints comes first."""
+        works = self._works
+        way = "turn" if self.front is None else way_icon(self.front.turn_refined_deg)
+        # Without a lamp there is nothing to move.
+        move, best, turn = (
+            ("move lamp", "best place", "turn first") if self.shelf.key else ("",) * 3
+        )
+        return (
+            Action("lamp-move", "Move the lamp", self.focus_lamp, "bulb", "", works,
+                   hint=move, keys="Arrows"),
+            Action("lamp-best", "Back to the best place of the lamp", self.go_best, "target", "",
+                   works, hint=best, keys="Home"),
+            Action("lamp-turn", "Turn first, then hold the lamp", self.turn, way,
+                   "T; Return; Enter", works, hint=turn, keys="T"),
+            Action("lamp-weaker", "Turn the lamp down", lambda: self.step_power(-1), "minus", "",
+                   lambda: self._may_step(-1), keys="PgDn"),
+            Action("lamp-stronger", "Turn the lamp up", lambda: self.step_power(1), "plus", "",
+                   lambda: self._may_step(1), keys="PgUp"),
+            Action("lamp-own", "Capture a lamp of your own", self.shelf.begin, "plus"),
+            Action("lamp-bright", "How bright is it here?", self.scale.ask, "sun", "",
+                   lambda: self._services.model.light is not None),
+            *self.keeping.actions(),
+        )  # fmt: skip
+
+    # -- what the view calls -------------------------------------------------------------------
+
+    def sized(self, sizes: LightSizes) -> None:
+        """Learn how large pictures are on the screen."""
+        if sizes != self._sizes:
+            self._sizes = sizes
+            self._pursue()
+
+    def take_lamp(self, key: str) -> None:
+        """Choose a lamp; see `LampState.items`."""
+        if key != self.shelf.key:
+            self.shelf.choose(key)
+            if (usual := self.shelf.usual_m) is not None:
+                self._stop = nearest_stop(usual)
+            self._begin_anew()
+
+    def move_away(self, stop: int) -> None:
+        """Hold the lamp nearer or farther; the answers follow."""
+        stop = min(max(stop, 0), len(DISTANCES_M) - 1)
+        if stop != self._stop and not self.shelf.fixed:
+            self._stop = stop
+            self._begin_anew()
+
+    def come_closer(self) -> None:
+        """Hold the lamp where it would rescue something."""
+        if self.work.nearer is not None:
+            self.move_away(nearest_stop(self.work.nearer.distance_m))
+
+    def set_arm(self, on: bool) -> None:
+        """Allow only what an arm can reach."""
+        self._arm = on
+        self._begin_anew()
+
+    def set_floor(self, on: bool) -> None:
+        """Allow nothing under the floor."""
+        self._floor = on
+        self._begin_anew()
+
+    def press(self, key: str) -> None:
+        """Do what a button of the empty screen says."""
+        if key == "phone":
+            self.take_lamp("phone")
+        elif key == "probe":
+            self._services.model.update(step=Step.PROBE, painting=None)
+        elif key == "capture":
+            self.shelf.begin()
+        elif key == "again":
+            self.work.forget()
+            self._pursue()
+
+    def choose(self, name: str) -> None:
+        """Bring a style to the front, with the lamp at its best place."""
+        self._held = None
+        self._services.model.choose(name)
+        self._pursue()
+
+    def hold_at(self, azimuth_deg: float, altitude_deg: float) -> None:
+        """Hold the lamp elsewhere: drawings, words and pictures follow.
+
+        Parameters
+        ----------
+        azimuth_deg, altitude_deg : float
+            Deg, positive toward the sitter's left and upward; the latter is kept within the band
+            that is searched.
+        """
+        held = self._now
+        if held is not None:
+            height = min(max(altitude_deg, -_HIGHEST_DEG), _HIGHEST_DEG)
+            self._hold(Held(wrap(azimuth_deg), height, held.power))
+
+    def step_power(self, steps: int) -> None:
+        """Turn the lamp up or down where it is held, by whole stops."""
+        held = self._now
+        if held is not None and self._may_step(steps):
+            powers = self._powers()
+            self._hold(held._replace(power=powers[powers.index(held.power) - steps]))
+
+    def go_best(self) -> None:
+        """Put the lamp back to its best place and power."""
+        self._hold(None)
+
+    def _hold(self, held: Held | None) -> None:
+        self._held, self._going = held, False
+        self._pursue_view()
+        self._refresh()
+
+    def turn(self) -> None:
+        """Go to the turn that belongs to the lamp."""
+        self._going = True
+        self._go()
+
+    def _go(self) -> None:
+        """Take the lamp along, as soon as it is known what it gives where it is held."""
+        one, answers, held = self.front, self.work.answers, self._now
+        if not self._going or one is None or answers is None or held is None:
+            return
+        shown = Shown(answers, one, held, self._distance_m(), self.work.view)
+        match = self._resolver.match(shown)
+        if match is None:
+            return
+        self._going = False
+        hold = self._resolver.hold(shown, self._resolver.heads(shown))
+        self.work.plan(shown, match, hold, self._turn_with)
+
+    def _turn_with(self, plan: LampPlan) -> None:
+        model, held = self._services.model, self._held
+        name, front = plan.result.name, plan.answers.question.front_deg
+        goal = wrap(plan.result.turn_refined_deg - front)
+        model.update(chosen=name, needle_deg=None, goal_deg=goal, plan=plan, step=Step.TURN)
+        self._held = held
+
+    def focus_lamp(self) -> None:
+        """Give the keyboard to the lamp."""
+        if self._view is not None:
+            self._view.take_lamp_focus()
+
+    def capture(self, source: Source, title: str, distance: str) -> None:
+        """Make a lamp of one's own; see `LampList.capture`."""
+        self.shelf.capture(source, title, distance)
+
+    def take_pictures(self, paths: Sequence[Path]) -> None:
+        """Take in the pictures of a lamp of one's own."""
+        self.shelf.take(paths)
+
+    # -- resolving -----------------------------------------------------------------------------
+
+    def resolve(self) -> LightState:
+        """Work out what the screen shows now."""
+        state = LightState(
+            lamp=self._lamp_state(), bright=self.scale.state(), capturing=self.shelf.capturing
+        )
+        model = self._services.model
+        if model.light is None:
+            return replace(state, empty=_NO_LIGHT, actions=(("probe", "Go to Probe"),))
+        if not self.shelf.key:
+            return replace(
+                state,
+                empty=_NO_LAMP,
+                actions=(("phone", "Take the phone"), ("capture", "Capture a lamp")),
+            )
+        if self.shelf.own is not None and self.shelf.own.white_cd_m2 is None:
+            meter = str(compare(self.scale.white, self.shelf.own))
+            return replace(state, meter=meter, meter_error=self.keeping.trouble)
+        if self.scale.white is None or self.scale.asking:
+            return replace(state, asks=True)
+        if self.work.trouble:
+            return replace(state, empty=self.work.trouble, actions=(("again", "Try again"),))
+        return self._with_answers(state)
+
+    def _with_answers(self, state: LightState) -> LightState:
+        answers, one = self.work.answers, self.front
+        state = replace(state, busy=self.work.busy)
+        if answers is None or one is None:
+            return state
+        held = best_held(one) if self._held is None else self._held
+        shown = Shown(answers, one, held, self._distance_m(), self.work.view)
+        heads = self._resolver.heads(shown)
+        note, action = note_of(answers, self.work, self._distance_m())
+        return replace(
+            state,
+            sections=self._resolver.sections(answers, one.name, self.work.rows, self.work.version),
+            note=" ".join(part for part in (self._compared().sentence, note) if part),
+            note_action=action,
+            hold=self._hold_state(shown, heads),
+            heads=heads,
+            sky=self._resolver.sky(shown),
+            detail=self._resolver.detail(shown),
+        )
+
+    def _hold_state(self, shown: Shown, heads: HeadsState) -> HoldState:
+        """Write the two steps; while another lamp is being tried, none is told to be held."""
+        hold, lamp, known = self._resolver.hold(shown, heads), self._lamp(), shown.answers.hand.lamp
+        if not self.work.busy or lamp is None or lamp.title == known.title:
+            return hold
+        trying = f"Trying {lamp_name(lamp)} all around the head…"
+        still = f"What is shown is still of {lamp_name(known)}."
+        return replace(hold, hold=trying, hold_line=still, turn_works=False)
+
+    def _lamp_state(self) -> LampState:
+        return LampState(
+            items=self.shelf.items,
+            key=self.shelf.key,
+            distance=self._stop,
+            distance_words=metres(self._distance_m()),
+            distance_fixed=self.shelf.fixed,
+            arm=self._arm,
+            floor=self._floor,
+            brightness="" if self._services.model.light is None else self.scale.words,
+            own=self.shelf.own is not None,
+        )
+
+    # -- what is worked out --------------------------------------------------------------------
+
+    def _begin_anew(self) -> None:
+        self._held = None
+        self._pursue()
+
+    def _pursue(self) -> None:
+        """Begin whatever is missing, and show what there is."""
+        if self._in_front and self._view is not None:
+            head, lamp, question = self._services.model.head, self._lamp(), self._question()
+            if head is not None:
+                self.work.make_rows(head, self._sizes.row)
+            if head is not None and lamp is not None and question is not None:
+                self.work.place(head, lamp, question)
+            self._pursue_view()
+        self._refresh()
+
+    def _pursue_view(self) -> None:
+        one, answers = self.front, self.work.answers
+        if one is not None and answers is not None and self._in_front:
+            held = best_held(one) if self._held is None else self._held
+            self.work.look_at(answers, one.name, held, self._sizes.portrait)
+
+    def _answered(self) -> None:
+        """There are new answers: the lamp goes to its best place."""
+        self._held = None
+        self._pursue()
+
+    def _worked(self) -> None:
+        self._pursue_view()
+        self._go()
+        self._refresh()
+
+    # -- what it is about ----------------------------------------------------------------------
+
+    def _lamp(self) -> Lamp | None:
+        key, own = self.shelf.key, self.shelf.own
+        if key in KINDS:
+            return at_distance(KINDS[key], DISTANCES_M[self._stop])
+        return own if self._compared().possible else None
+
+    def _compared(self) -> Comparison:
+        """Whether the lamp in hand, where it was captured, can be compared with the place."""
+        own = self.shelf.own
+        if own is None:
+            return Comparison(possible=True)
+        return compare(self.scale.white, own, place_camera=self.scale.camera)
+
+    def _distance_m(self) -> float:
+        own = self.shelf.own
+        if own is not None and own.distance_m is not None:
+            return own.distance_m
+        return DISTANCES_M[self._stop]
+
+    def _question(self) -> Question | None:
+        model, gain = self._services.model, self.scale.white
+        if model.light is None or gain is None:
+            return None
+        settings = model.settings
+        objective: Objective = "paper" if settings.objective == "paper" else "picture"
+        return Question(
+            light=model.light,
+            gain=gain,
+            front_deg=model.front_deg,
+            arm=self._arm,
+            floor=self._floor,
+            distance_m=self._distance_m(),
+            objective=objective,
+            limits=settings.limits,
+        )
+
+    @property
+    def front(self) -> Placed | None:
+        """Answer for the style in front; None until there is one."""
+        if self.work.answers is None:
+            return None
+        return front_of(self.work.answers, self._services.model.chosen)
+
+    @property
+    def _now(self) -> Held | None:
+        """Where the lamp is held; None while nobody knows where it belongs."""
+        one = self.front
+        return self._held or (None if one is None else best_held(one))
+
+    def _powers(self) -> tuple[float, ...]:
+        answers = self.work.answers
+        return () if answers is None else powers_for(answers)
+
+    def _may_step(self, steps: int) -> bool:
+        held, powers = self._now, self._powers()
+        return (
+            held is not None
+            and held.power in powers
+            and 0 <= powers.index(held.power) - steps < len(powers)
+        )
+
+    def _works(self) -> bool:
+        return self.front is not None
+
+    def _model_changed(self, names: frozenset[str]) -> None:
+        if "light" in names or "head" in names:
+            # Of another place or sitter.
+            self.work.clear()
+            self.scale.place_changed()
+            self._held = None
+        if "chosen" in names:
+            self._held = None
+        if names & _ASKED_ANEW or "chosen" in names:
+            self._pursue()
+
+    def _refresh(self) -> None:
+        if self._view is not None and self._in_front:
+            self._view.show_state(self.resolve())

@@ -1,0 +1,318 @@
+"""What the Light screen shows, as plain data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from app.core.solver.head_shape import HeadShape
+    from app.ui.screens.light.mask import MaskEdit
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float32: TypeAlias = NDArray[np.float32]
+Size: TypeAlias = tuple[int, int]
+"""Rows and columns, device pixels."""
+
+Verdict: TypeAlias = Literal["", "in", "out"]
+"""Whether the style is in reach where the lamp is held; empty while that is not known."""
+
+WordsWish: TypeAlias = Literal["rename", "distance", "lux"]
+"""What is asked about a captured lamp."""
+
+BRIGHTNESS: tuple[tuple[str, str, float], ...] = (
+    ("night", "Night street", 5.0),
+    ("cellar", "Cellar", 30.0),
+    ("living", "Living room", 150.0),
+    ("office", "Office", 300.0),
+    ("studio", "Studio", 500.0),
+    ("window", "By a window", 1500.0),
+    ("overcast", "Overcast sky", 8000.0),
+    ("sun", "Sun", 60000.0),
+)
+"""Answers to "How bright is it here?": key, words, lux on a vertical surface at the face."""
+
+DISTANCES_M: tuple[float, ...] = (
+    *(round(0.2 + 0.05 * step, 2) for step in range(16)),
+    *(round(1.0 + 0.1 * step, 1) for step in range(10)),
+    *(2.0 + 0.5 * step for step in range(7)),
+)
+"""Stops of the distance slider, metres from the middle of the head."""
+
+
+@dataclass(frozen=True, slots=True)
+class LightSizes:
+    """How large pictures are on the view's screen, rows and columns of device pixels."""
+
+    row: Size = (56, 56)
+    portrait: Size = (176, 160)
+
+
+@dataclass(frozen=True, slots=True)
+class LampState:
+    """The lamp in hand, and what the user says about the place.
+
+    Attributes
+    ----------
+    items : tuple of (str, str, str, str)
+        Lamps to choose from: key, title, what it is, icon.
+    distance_words : str
+        "30 cm".
+    brightness : str
+        "460 lx at the face, as measured"; empty while it is not known.
+    """
+
+    items: tuple[tuple[str, str, str, str], ...] = ()
+    key: str = ""
+    distance: int = 0
+    distance_words: str = ""
+    distance_fixed: str = ""
+    arm: bool = False
+    floor: bool = True
+    brightness: str = ""
+    own: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class BrightState:
+    """The question how bright the place is.
+
+    Attributes
+    ----------
+    measured : str
+        "Back to the measured 460 lx"; empty where that counts already, or nothing was measured.
+    """
+
+    key: str = ""
+    text: str = ""
+    error: str = ""
+    keep: str = ""
+    measured: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class WordsAsk:
+    """A line that is asked for about a captured lamp."""
+
+    wish: WordsWish
+    title: str
+    label: str
+    button: str
+    text: str = ""
+    example: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class CaptureAsk:
+    """How a lamp is captured, and what can be made one now."""
+
+    guide: tuple[str, ...]
+    other: str = ""
+    place: str = ""
+    name: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class RowState:
+    """A style in the list. Two that are equal look the same.
+
+    Attributes
+    ----------
+    picture : (h, w, 3) uint8 or None
+        Target, sRGB; not compared.
+    """
+
+    key: str
+    title: str
+    line: str
+    before: int
+    after: int
+    limit: float = 45.0
+    power: str = ""
+    chosen: bool = False
+    spoken: str = ""
+    version: int = 0
+    picture: Bytes | None = field(default=None, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A part of the list: "Rescued by this lamp", "2 of 3", and its styles."""
+
+    title: str
+    count: str
+    rows: tuple[RowState, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class HoldState:
+    """The two steps, in words.
+
+    Attributes
+    ----------
+    turn, turn_line : str
+        "Turn 56° counter-clockwise", and what that does.
+    """
+
+    turn: str = ""
+    turn_line: str = ""
+    turn_works: bool = False
+    go: str = "Turn first"
+    go_icon: str = "turn"
+    hold: str = ""
+    hold_line: str = ""
+    map_title: str = "Where this lamp works at this turn"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeadsState:
+    """The lamp around the head.
+
+    Attributes
+    ----------
+    shape : HeadShape or None
+        Outlines, metres.
+    best : tuple of float or None
+        Best azimuth and altitude, deg.
+    place_light_deg : float or None
+        From where the place lights the face at the turn, azimuth as above; None where its light
+        comes from all around.
+    """
+
+    shape: HeadShape | None = field(default=None, repr=False)
+    distance_m: float = 0.3
+    azimuth_deg: float = 0.0
+    altitude_deg: float = 0.0
+    best: tuple[float, float] | None = None
+    place_light_deg: float | None = None
+    spoken: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SkyState:
+    """Matches over all directions of the lamp at the turn that is shown.
+
+    Attributes
+    ----------
+    tones : (h, w) uint8 or None
+        Brighter is better; azimuth −180 at the left to 180 at the right, which is the sitter's
+        left; altitude from the top down.
+    closed : (h, w) bool or None
+        Where the lamp may not be held.
+    line : (n, 4) float32
+        Pieces of the line of the limit: azimuth and altitude of both ends, deg.
+    """
+
+    tones: Bytes | None = field(default=None, repr=False)
+    closed: NDArray[np.bool_] | None = field(default=None, repr=False)
+    line: Float32 = field(default_factory=lambda: np.zeros((0, 4), np.float32), repr=False)
+    half_height_deg: float = 75.9375
+    words: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DetailState:
+    """The chosen style with the lamp where it is held.
+
+    Attributes
+    ----------
+    target, with_lamp, without : (h, w, 3) uint8 or None
+        Portraits, sRGB.
+    without_tag : str
+        "Without it, at 62°".
+    numbers : tuple of (str, str)
+        Label and value.
+    power : str
+        "1/8, 3 stops down"; empty for a lamp that has one power only.
+    """
+
+    key: str = ""
+    title: str = ""
+    side: str = ""
+    target: Bytes | None = field(default=None, repr=False)
+    with_lamp: Bytes | None = field(default=None, repr=False)
+    without: Bytes | None = field(default=None, repr=False)
+    without_tag: str = "Without it"
+    before: str = ""
+    after: str = ""
+    verdict: Verdict = ""
+    verdict_words: str = ""
+    best_title: str = ""
+    best_line: str = ""
+    at_best: bool = True
+    numbers: tuple[tuple[str, str], ...] = ()
+    power: str = ""
+    weaker: bool = False
+    stronger: bool = False
+    stale: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class CapturingState:
+    """A lamp of one's own that is being read."""
+
+    busy: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LightState:
+    """What the Light screen shows.
+
+    Attributes
+    ----------
+    actions : tuple of (str, str)
+        Key and words of its buttons.
+    meter : str
+        Why the lamp in hand cannot be compared with the place, and that its brightness can be
+        typed; empty where it can be compared. In place of the schematics.
+    note : str
+        Above the list: "This lamp is too weak at 30 cm. …".
+    """
+
+    empty: str = ""
+    actions: tuple[tuple[str, str], ...] = ()
+    asks: bool = False
+    bright: BrightState = field(default_factory=BrightState)
+    meter: str = ""
+    meter_error: str = ""
+    lamp: LampState = field(default_factory=LampState)
+    sections: tuple[Section, ...] = ()
+    note: str = ""
+    note_action: str = ""
+    busy: bool = False
+    hold: HoldState = field(default_factory=HoldState)
+    heads: HeadsState = field(default_factory=HeadsState)
+    sky: SkyState = field(default_factory=SkyState)
+    detail: DetailState = field(default_factory=DetailState)
+    capturing: CapturingState = field(default_factory=CapturingState)
+
+
+class LightView(Protocol):
+    """Shows a `LightState`."""
+
+    def show_state(self, state: LightState) -> None:
+        """Show it."""
+
+    def take_lamp_focus(self) -> None:
+        """Give the keyboard to the lamp."""
+
+    def ask_capture(self, ask: CaptureAsk) -> None:
+        """Say how a lamp is captured; the answer goes to the presenter's `capture`."""
+
+    def ask_pictures(self) -> None:
+        """Ask for the pictures of a lamp; the answer goes to the presenter's `take_pictures`."""
+
+    def say_capture(self, sentence: str) -> None:
+        """Say what is wrong with the answer to `ask_capture`; nothing closes the sheet."""
+
+    def ask_words(self, ask: WordsAsk) -> None:
+        """Ask for a line; the answer goes to the presenter's `keeping.answer`."""
+
+    def say_words(self, sentence: str) -> None:
+        """Say what is wrong with that line; nothing closes the sheet."""
+
+    def ask_mask(self, edit: MaskEdit) -> None:
+        """Let the user paint where the lamp is."""

@@ -1,0 +1,268 @@
+"""The painted style as a file: save, name, copy, put away, hand on and take in."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from app.core.base.errors import CoreError
+from app.core.painting import (
+    EXPORT_ENDING,
+    UserStyle,
+    save_user_style,
+    suggested_side,
+    update_user_style,
+)
+from app.ui.presenters.actions import Action
+from app.ui.presenters.model import Step
+from app.ui.presenters.undo import Undoable
+from app.ui.screens.paint.document import named_style
+from app.ui.screens.paint.drafts import find_draft
+from app.ui.screens.styles.sheet import plain_name
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from app.core.painting import Canvas
+    from app.ui.presenters.place_controller import PlaceController
+    from app.ui.presenters.services import Services
+    from app.ui.screens.paint.document import PaintDocument
+    from app.ui.screens.paint.drafts import DraftKeeper
+    from app.ui.screens.paint.state import NameWish, PaintView
+
+_ABOUT: Final = "style"  # of messages that saving mends
+
+
+class PaintFiles:
+    """Does with the painted style what is done with files."""
+
+    def __init__(
+        self,
+        services: Services,
+        desk: PlaceController,
+        keeper: DraftKeeper,
+        changed: Callable[[], None],
+    ) -> None:
+        self._services = services
+        self._desk = desk
+        self._own_styles = desk.own_styles
+        self._keeper = keeper
+        self._changed = changed
+        self._view: PaintView | None = None
+        self._easel: PaintDocument | None = None
+        self.saving = False
+
+    def attach(self, view: PaintView | None) -> None:
+        """Ask this view for names and files from now on; None: nobody."""
+        self._view = view
+
+    def take(self, easel: PaintDocument) -> None:
+        """Work for this easel from now on."""
+        self._easel = easel
+
+    def actions(self) -> Sequence[Action]:
+        """List them, as in the menu beside the main button."""
+        own, open_, painted = self._is_own, self._is_open, self._is_painted
+        return (
+            Action("save-style-as", "Save as a new style…", self.ask_save_as, "save",
+                   "Ctrl+Shift+S", painted),
+            Action("rename-painting", "Rename…", self.ask_rename, "edit", "F2", open_),
+            Action("duplicate-painting", "Duplicate", self.duplicate, "duplicate", "", own),
+            Action("delete-painting", "Delete", self.delete, "trash", "", own),
+            Action("export-painting", "Export…", self.ask_export, "export", "", painted),
+            Action("import-painting", "Import…", self.ask_import, "import"),
+        )  # fmt: skip
+
+    # -- saving --------------------------------------------------------------------------------
+
+    def ask_save(self) -> None:
+        """Save: changes of the user's own style at once, a new one after its name is given."""
+        easel = self._easel
+        if easel is None or self.saving:
+            return
+        if easel.style is not None:
+            self._save_changes(easel, easel.style)
+        elif self._view is not None:
+            self._view.ask_name("save", easel.title)
+
+    def ask_save_as(self) -> None:
+        """Ask for the name of a new style."""
+        if self._easel is not None and self._view is not None:
+            self._view.ask_name("save-as", self._easel.title)
+
+    def ask_rename(self) -> None:
+        """Ask for another name."""
+        if self._easel is not None and self._view is not None:
+            self._view.ask_name("rename", self._easel.title)
+
+    def named(self, wish: NameWish, title: str) -> None:
+        """Take the name that was asked for."""
+        easel = self._easel
+        if easel is None or self.saving:
+            return
+        if not title.strip():
+            self._say_trouble("The style needs a name. Type one.")
+        elif wish == "rename":
+            self._rename(easel, title)
+        else:
+            self._save_new(easel, title)
+
+    def _save_new(self, easel: PaintDocument, title: str) -> None:
+        folder, canvas = self._services.folders.styles, easel.session.canvas
+        facts = self._facts(easel, canvas)
+        self._write(
+            easel,
+            lambda: save_user_style(folder, canvas, title, **facts),  # type: ignore[arg-type]
+            lambda style: self._saved(easel, style),
+        )
+
+    def _save_changes(self, easel: PaintDocument, style: UserStyle) -> None:
+        folder, canvas = self._services.folders.styles, easel.session.canvas
+        self._write(
+            easel,
+            lambda: update_user_style(folder, style, canvas),
+            lambda changed: self._saved(easel, changed),
+        )
+
+    def _write(
+        self, easel: PaintDocument, work: Callable[[], UserStyle], done: Callable[[UserStyle], None]
+    ) -> None:
+        """Write a style in a job; what was painted stays whatever happens."""
+        easel.session.abort()
+        self.saving = True
+        self._changed()
+
+        def ended(then: Callable[[], None]) -> None:
+            self.saving = False
+            then()
+            self._changed()
+
+        self._desk.file_work.submit(
+            lambda token, report: work(),
+            done=lambda style: ended(lambda: done(style)),
+            failed=lambda error: ended(
+                lambda: self._failed(error, lambda: self._write(easel, work, done))
+            ),
+            cancelled=lambda: ended(lambda: None),
+        )
+
+    def _saved(self, easel: PaintDocument, style: UserStyle) -> None:
+        before = easel.path
+        path, _, _ = find_draft(self._services.folders.drafts, style.name)
+        easel.saved_as(style, before if easel.key == style.name else path)
+        if easel.path != before:
+            self._keeper.keep(before, None)
+        # Painted on while it was being written: that is a draft again.
+        self._keeper.keep(easel.path, easel.draft())
+        self._say_trouble("")
+        left = self._services.model.painting is None
+        # Whoever has left in the meantime is not called back.
+        self._own_styles.add(style, painting=None if left else style.name)
+        self._desk.refresh_user_styles()
+        self._services.notify.tell(
+            f"{style.title} saved. It is among your styles.", kind="done", about=_ABOUT
+        )
+
+    def _failed(self, error: Exception, again: Callable[[], None] | None = None) -> None:
+        if isinstance(error, CoreError) and self._view is not None:
+            self._say_trouble(str(error))
+        actions = [] if again is None else [("Try again", again)]
+        self._services.notify.tell_error(error, actions=actions, about=_ABOUT)
+
+    def _facts(self, easel: PaintDocument, canvas: Canvas) -> dict[str, str]:
+        """Work out side, place, head and origin of what is painted."""
+        head = easel.head
+        built_in, mine = named_style(head, self._services.model.user_styles, easel.start)
+        origin = mine.style if mine is not None else built_in
+        side, place = suggested_side(canvas, head.transport, easel.session.weights, origin)
+        return {"side": side, "place": place, "head": head.name, "origin": easel.start}
+
+    # -- names and copies ----------------------------------------------------------------------
+
+    def _rename(self, easel: PaintDocument, title: str) -> None:
+        wanted = " ".join(title.split())
+        style, before = easel.style, easel.title
+        if style is not None and wanted != style.title:
+            done = lambda: self._say_trouble("")  # noqa: E731
+            self._own_styles.rename(style, title, done, self._say_trouble)
+            return
+
+        def call(text: str) -> None:
+            easel.title = text
+            self._keeper.keep(easel.path, easel.draft())
+            self._changed()
+
+        self._say_trouble("")
+        if wanted[:80] != before:
+            call(wanted[:80])
+            self._services.undo.push(
+                Undoable(f"rename {before}", lambda: call(before), lambda: call(wanted[:80]))
+            )
+
+    def duplicate(self) -> None:
+        """Keep a copy of the user's style as it is saved."""
+        style = self._own()
+        if style is None:
+            return
+        self._own_styles.duplicate(style, lambda copy: self._offer(copy, f"{copy.title} made."))
+
+    # -- away and back -------------------------------------------------------------------------
+
+    def delete(self) -> None:
+        """Put the user's style away with what is unsaved on it; undo brings both back."""
+        style = self._own()
+        if style is not None:
+            self._own_styles.delete(style)
+
+    # -- out and in ----------------------------------------------------------------------------
+
+    def ask_export(self) -> None:
+        """Ask for the file that the style is to be written to."""
+        if self._easel is not None and self._view is not None:
+            self._view.ask_file("export", f"{plain_name(self._easel.title)}{EXPORT_ENDING}")
+
+    def export(self, path: Path) -> None:
+        """Write what is on the canvas to one file, saved or not."""
+        easel = self._easel
+        if easel is None:
+            return
+        canvas = easel.session.canvas
+        facts = self._facts(easel, canvas)
+        weights, ignore = canvas.weights, canvas.ignore
+        style = UserStyle("painted", easel.title, note="", weights=weights, ignore=ignore, **facts)  # type: ignore[arg-type]
+        self._own_styles.export(style, path)
+
+    def ask_import(self) -> None:
+        """Ask for the file of a style."""
+        if self._view is not None:
+            self._view.ask_file("import_style", "")
+
+    def import_style(self, path: Path) -> None:
+        """Take in a style that somebody exported."""
+        self._own_styles.take_in(path, lambda style: self._offer(style, f"{style.title} imported."))
+
+    # -- helpers -------------------------------------------------------------------------------
+
+    def _offer(self, style: UserStyle, told: str) -> None:
+        """Put a style among the user's and offer to paint on it."""
+        model = self._services.model
+        self._own_styles.add(style, chosen=False)
+        go = lambda: model.update(step=Step.STYLES, painting=style.name)  # noqa: E731
+        self._services.notify.tell(told, kind="done", actions=(("Paint on it", go),))
+
+    def _own(self) -> UserStyle | None:
+        return None if self._easel is None else self._easel.style
+
+    def _is_own(self) -> bool:
+        return self._own() is not None
+
+    def _is_open(self) -> bool:
+        return self._easel is not None
+
+    def _is_painted(self) -> bool:
+        easel = self._easel
+        return easel is not None and (easel.style is not None or easel.session.canvas.touched)
+
+    def _say_trouble(self, sentence: str) -> None:
+        if self._view is not None:
+            self._view.show_trouble(sentence)

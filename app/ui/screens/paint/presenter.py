@@ -1,0 +1,458 @@
+"""The Paint screen: strokes in, the answer of this place out while the pen moves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+from weakref import WeakValueDictionary
+
+from app.core.painting import Tool, cleared, target_picture
+from app.ui.presenters.model import Step
+from app.ui.presenters.undo import Undoable
+from app.ui.screens.paint.actions import paint_actions
+from app.ui.screens.paint.brush import BrushBox
+from app.ui.screens.paint.document import Opened, PaintDocument, open_canvas
+from app.ui.screens.paint.drafts import DraftKeeper, find_draft
+from app.ui.screens.paint.files import PaintFiles
+from app.ui.screens.paint.light import LightOnHead
+from app.ui.screens.paint.live import live_state
+from app.ui.screens.paint.looks import head_picture
+from app.ui.screens.paint.state import LiveState, PaintState, Shown
+from app.ui.screens.paint.words import save_why, save_words, starts_of, status_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.core.painting import Answer, Canvas, Region, TileChange, UserStyle
+    from app.ui.presenters.actions import Action
+    from app.ui.presenters.place_controller import PlaceController
+    from app.ui.presenters.services import Services
+    from app.ui.screens.paint.state import Bytes, PaintView, Point
+
+_OPEN_JOB: Final = "paint-open"
+_PORTRAIT: Final = (232, 200)
+_SHOWN: Final = frozenset({"results", "user_styles", "place"})
+_KEPT: Final = "Draft kept. Every stroke is still there."
+_BACK: Final = "Your draft of {} is back."
+
+
+class PaintPresenter:
+    """Takes strokes and resolves everything the Paint screen shows.
+
+    `tools` is the brush; `files` saves, names, copies, deletes, hands on and takes in.
+    """
+
+    def __init__(self, services: Services, desk: PlaceController) -> None:
+        self._services = services
+        self._view: PaintView | None = None
+        self._easel: PaintDocument | None = None
+        # As long as a stroke of theirs can be undone, easels live on in the undo list.
+        self._known: WeakValueDictionary[str, PaintDocument] = WeakValueDictionary()
+        self._keeper = DraftKeeper(services)
+        self.tools = BrushBox(self._refresh)
+        self._mode = Shown.WEIGHTS
+        self._size = _PORTRAIT
+        self._answer: Answer | None = None
+        self._live = LiveState()
+        self._light = LightOnHead(services, self._sync)
+        self._opening: str | None = None
+        self._in_front = True
+        self._starts: tuple[object, tuple[tuple[str, str, str], ...]] = (None, ())
+        self.files = PaintFiles(services, desk, self._keeper, self._files_changed)
+        services.model.changed.connect(self._model_changed)
+        services.undo.changed.connect(self._refresh)
+        services.undo.give_up = self.give_up
+        desk.own_styles.leaving.connect(self._style_leaves)
+        desk.own_styles.gone.connect(self._style_gone)
+        desk.own_styles.back.connect(self._style_back)
+        desk.own_styles.renamed.connect(self._style_renamed)
+
+    # -- what the frame calls ------------------------------------------------------------------
+
+    def attach(self, view: PaintView) -> None:
+        """Show everything in `view` from now on."""
+        self._view = view
+        self.files.attach(view)
+        self._sync()
+        self._show_canvas(None)
+        self._refresh()
+
+    def detach(self) -> None:
+        """Show nothing any more."""
+        self._view = None
+        self.files.attach(None)
+
+    def entered(self) -> None:
+        """Begin: find the draft, prepare the light."""
+        self._in_front = True
+        self._sync()
+
+    def left(self) -> None:
+        """Pause; what is on the canvas is kept."""
+        self._in_front = False
+        self._put_away()
+
+    def actions(self) -> Sequence[Action]:
+        """List what can be done here."""
+        return paint_actions(self, self._services.undo)
+
+    # -- what is painted from, and what is shown -----------------------------------------------
+
+    def show(self, what: Shown) -> None:
+        """Show something else on the canvas."""
+        if what is not self._mode:
+            self._mode = what
+            self._refresh()
+
+    def choose_start(self, key: str) -> None:
+        """Paint from another style, or from nothing; what was painted is kept as a draft.
+
+        Can be undone.
+        """
+        easel, model = self._easel, self._services.model
+        if easel is None or key in (easel.start, easel.key):
+            return
+
+        def back() -> None:
+            self._bring(easel)
+
+        model.update(painting=key)
+        self._services.undo.push(
+            Undoable("start from another style", back, lambda: model.update(painting=key))
+        )
+
+    def sized(self, rows: int, columns: int) -> None:
+        """Learn how large the portrait is to be, pixels."""
+        if (rows, columns) != self._size and rows > 0 and columns > 0:
+            self._size = (rows, columns)
+            self._look()
+            self._refresh()
+
+    # -- strokes -------------------------------------------------------------------------------
+
+    def press(self, point: Point, eraser: bool = False) -> None:
+        """Begin a stroke where the pen comes down; its other end, the eraser, restores."""
+        if self._easel is not None:
+            tool = Tool.RESTORE if eraser else self.tools.brush.tool
+            brush = replace(self.tools.brush, tool=tool)
+            self._changed(self._easel.session.begin(brush, *point))
+
+    def draw(self, points: Sequence[Point]) -> None:
+        """Draw on through all points since the last call; everything follows."""
+        easel = self._easel
+        if easel is None or not easel.session.stroking:
+            return
+        regions: list[Region] = []
+        for point in points:
+            regions += easel.session.extend(*point)
+        if regions:
+            self._changed(tuple(regions))
+
+    def lift(self) -> None:
+        """End the stroke; it can be undone from now on."""
+        easel = self._easel
+        if easel is None or not easel.session.stroking:
+            return
+        change = easel.session.commit()
+        self._look()
+        if change:
+            self._done(easel, change, f"stroke on {easel.title}")
+        self._refresh()
+
+    def give_up(self) -> bool:
+        """Give up the stroke under way; returns whether there was one."""
+        easel = self._easel
+        if easel is None or not easel.session.stroking:
+            return False
+        easel.session.abort()
+        self._changed(None)
+        return True
+
+    def dab(self, x: float, y: float) -> None:
+        """Paint one dab of the brush, canvas pixels."""
+        self.press((x, y, 1.0))
+        self.lift()
+
+    def clear(self) -> None:
+        """Take all strokes away; can be undone."""
+        easel = self._easel
+        if easel is None:
+            return
+        self.give_up()
+        _, change = cleared(easel.session.canvas)
+        if change:
+            easel.session.apply(change)
+            self._changed(None)
+            self._done(easel, change, f"clear the strokes on {easel.title}")
+
+    def undo(self) -> None:
+        """Take back what was last done, wherever that was."""
+        self._services.undo.undo()
+
+    def redo(self) -> None:
+        """Do the last undone step again."""
+        self._services.undo.redo()
+
+    def back(self) -> None:
+        """Give up the stroke under way, else go back to the gallery."""
+        if not self.give_up():
+            self._services.model.update(painting=None)
+
+    def measure(self) -> None:
+        """Go to where light is measured."""
+        self._services.model.update(step=Step.PROBE, painting=None)
+
+    # -- what is shown -------------------------------------------------------------------------
+
+    def resolve(self) -> PaintState:
+        """Work out what the screen shows now, apart from the canvas."""
+        easel, model, undo = self._easel, self._services.model, self._services.undo
+        state = PaintState(
+            brush=self.tools.brush, shown=self._mode, undo=undo.undo_words, redo=undo.redo_words
+        )
+        if easel is None or self._answer is None:
+            words = "Loading the head…" if model.head is None else "Opening…"
+            return replace(state, notice=words, save_why=words, live=LiveState(sentence=words))
+        why = save_why(self._answer.advice, easel)
+        return replace(
+            state,
+            title=easel.title,
+            status=status_of(easel),
+            head=easel.look,
+            picture=self._picture(easel, self._answer),
+            starts=self._starts_now(easel),
+            start=easel.start,
+            can_clear=easel.session.canvas.touched,
+            own=easel.style is not None,
+            save_words=save_words(easel),
+            save_why=why,
+            saving=self.files.saving,
+            live=self._live,
+        )
+
+    @property
+    def canvas(self) -> Canvas | None:
+        """What is painted, with the stroke under way."""
+        return None if self._easel is None else self._easel.session.canvas
+
+    @property
+    def save_works(self) -> bool:
+        """Whether what is painted can be saved now."""
+        easel, answer = self._easel, self._answer
+        if easel is None or answer is None or self.files.saving:
+            return False
+        return not save_why(answer.advice, easel)
+
+    def _picture(self, easel: PaintDocument, answer: Answer) -> Bytes | None:
+        if self._mode is Shown.WEIGHTS:
+            return None
+        transport = easel.head.transport
+        linear = answer.picture
+        if self._mode is Shown.TARGET or linear is None:
+            linear = target_picture(transport, easel.session.weights)
+        return head_picture(linear, easel.look.coverage)
+
+    def _starts_now(self, easel: PaintDocument) -> tuple[tuple[str, str, str], ...]:
+        owner = (easel.head, self._services.model.user_styles)
+        known = self._starts[0]
+        if not isinstance(known, tuple) or any(
+            a is not b for a, b in zip(known, owner, strict=True)
+        ):
+            self._starts = (owner, starts_of(easel.head, owner[1]))
+        # What was saved here begins from something else: it is no start of its own.
+        return tuple(
+            one for one in self._starts[1] if one[0] != easel.key or easel.key == easel.start
+        )
+
+    def _changed(self, regions: tuple[Region, ...] | None) -> None:
+        """Show a canvas that changed, and what it comes to."""
+        self._show_canvas(regions)
+        self._look()
+        self._refresh()
+
+    def _look(self) -> None:
+        """Work out what the canvas comes to."""
+        easel = self._easel
+        if easel is None:
+            return
+        self._answer = easel.session.answer()
+        model, trouble = self._services.model, self._light.trouble
+        self._live = live_state(easel, self._answer, model, self._size, trouble)
+
+    def _show_canvas(self, regions: tuple[Region, ...] | None) -> None:
+        if self._view is not None and self._easel is not None:
+            self._view.canvas_changed(self._easel.session.canvas, regions)
+
+    def _refresh(self) -> None:
+        if self._view is not None and self._in_front:
+            self._view.show_state(self.resolve())
+
+    # -- undo ----------------------------------------------------------------------------------
+
+    def _done(self, easel: PaintDocument, change: TileChange, words: str) -> None:
+        """Note a change of the canvas for undo, and for the draft."""
+        self._known[easel.key] = easel
+        self._services.undo.push(
+            Undoable(
+                words,
+                lambda: self._exchange(easel, change, back=True),
+                lambda: self._exchange(easel, change, back=False),
+                change.nbytes,
+            )
+        )
+        self._keeper.keep(easel.path, easel.draft())
+
+    def _exchange(self, easel: PaintDocument, change: TileChange, *, back: bool) -> None:
+        self._bring(easel)
+        session = easel.session
+        regions = None if session.stroking else change.regions
+        try:
+            session.revert(change) if back else session.apply(change)
+        except ValueError:
+            # Another head has another canvas.
+            self._services.notify.tell("This stroke belongs to another head.", kind="warning")
+            return
+        self._changed(regions)
+        self._keeper.keep(easel.path, easel.draft())
+
+    def _bring(self, easel: PaintDocument) -> None:
+        """Put an easel to the front, wherever the user is."""
+        if self._easel is not easel:
+            self._put_away(quiet=True)
+            self._take(easel)
+        self._services.model.update(step=Step.STYLES, painting=easel.key)
+
+    # -- opening, light, leaving ---------------------------------------------------------------
+
+    def _model_changed(self, names: frozenset[str]) -> None:
+        if not self._in_front:
+            return
+        if names & {"painting", "head", "settings", "light", "front_deg"}:
+            self._sync(renew=bool(names & {"settings", "front_deg"}))
+        if names & _SHOWN:
+            self._look()
+            self._refresh()
+
+    def _sync(self, renew: bool = False) -> None:
+        """Bring the easel in line with the model."""
+        model = self._services.model
+        key, head = model.painting, model.head
+        if key is None or head is None:
+            self._refresh()
+            return
+        easel = self._easel
+        if easel is None or easel.key != key:
+            self._open(key)
+            return
+        self._opening = None
+        table = self._light.table()
+        if renew or easel.head is not head:
+            self.give_up()
+            easel.renew(head, table, model.settings, model.front_deg)
+            self._show_canvas(None)
+        else:
+            easel.session.set_light(table, model.front_deg)
+        self._look()
+        self._refresh()
+
+    def _open(self, key: str) -> None:
+        if self._opening == key:
+            return
+        self._put_away()
+        self._easel = self._answer = None
+        known = self._known.get(key)
+        # One that was saved under a name of its own is no longer what the first one led to.
+        if known is not None and known.key == key:
+            self._take(known)
+            self._sync(renew=True)
+            return
+        self._opening = key
+        model, folder = self._services.model, self._services.folders.drafts
+        head, own = model.head, model.user_styles
+        assert head is not None
+        self._refresh()
+        self._services.runner.submit(
+            _OPEN_JOB,
+            lambda token, report: open_canvas(folder, key, head, own),
+            done=self._opened,
+        )
+
+    def _opened(self, opened: Opened) -> None:
+        model = self._services.model
+        self._opening = None
+        if model.painting != opened.key or model.head is None:
+            return
+        easel = PaintDocument(opened, model.head, None, model.settings, model.front_deg)
+        self._take(easel)
+        self._sync()
+        tell = self._services.notify.tell
+        for note in opened.notes:
+            tell(note, kind="warning")
+        if opened.restored and easel.unsaved:
+            tell(_BACK.format(easel.title), actions=(("Start afresh", self.clear),))
+
+    def _take(self, easel: PaintDocument) -> None:
+        self._easel = easel
+        self._known[easel.key] = easel
+        self._opening = None
+        self.files.take(easel)
+        self._look()
+        self._show_canvas(None)
+        self._refresh()
+
+    def _put_away(self, quiet: bool = False) -> None:
+        """End the stroke, write the draft, and say that it is kept."""
+        easel = self._easel
+        if easel is None:
+            return
+        self.lift()
+        kept = self._keeper.flush()
+        if kept and easel.unsaved and not quiet:
+            key, model = easel.key, self._services.model
+            self._services.notify.tell(
+                _KEPT,
+                kind="done",
+                actions=(("Continue", lambda: model.update(step=Step.STYLES, painting=key)),),
+            )
+
+    # -- the style that is painted on leaves, comes back, or has another name ------------------
+
+    def _style_leaves(self, name: str) -> None:
+        easel = self._easel
+        if easel is not None and easel.key == name:
+            self.lift()
+        self._keeper.flush()
+
+    def _style_gone(self, name: str) -> None:
+        """Leave a canvas whose style was put away; its draft went with it."""
+        if self._easel is not None and self._easel.key == name:
+            self._easel = self._answer = None
+        if self._services.model.painting == name:
+            self._services.model.update(painting=None)
+
+    def _style_back(self, former: str, style: UserStyle) -> None:
+        easel = self._known.pop(former, None)
+        if easel is not None:
+            path, _, _ = find_draft(self._services.folders.drafts, style.name)
+            easel.saved_as(style, path)
+            self._known[style.name] = easel
+
+    def _style_renamed(self, style: UserStyle) -> None:
+        easel = self._known.get(style.name)
+        if easel is not None:
+            easel.saved_as(style, easel.path)
+            # What is unsaved bears the style's title, too.
+            self._keeper.keep(easel.path, easel.draft())
+            self._refresh()
+            return
+        self._keeper.flush()
+        path, draft, _ = find_draft(self._services.folders.drafts, style.name)
+        if draft is not None:
+            self._keeper.keep(path, replace(draft, title=style.title))
+
+    def _files_changed(self) -> None:
+        """Show what saving, naming or deleting changed."""
+        easel = self._easel
+        if easel is not None:
+            self._known[easel.key] = easel
+        self._refresh()

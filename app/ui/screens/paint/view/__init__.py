@@ -1,0 +1,1 @@
+"""What the screen looks like: Qt, and no decisions."""

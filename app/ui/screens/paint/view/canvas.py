@@ -1,0 +1,403 @@
+"""The canvas: takes mouse, pen and keyboard, and shows the head with what is painted on it."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QEvent, QPointF, QRect, Qt, QTimer, Signal
+from PySide6.QtGui import QMouseEvent, QPointingDevice
+from PySide6.QtWidgets import QSizePolicy
+
+from app.core.painting import Brush, Region, Tool
+from app.ui.screens.paint.state import Point, Shown
+from app.ui.screens.paint.view.face import FacePainter
+from app.ui.screens.paint.view.viewing import Viewing, fitting
+from app.ui.screens.paint.view.zoom import ZoomBox
+from app.ui.theme import theme
+from app.ui.widgets.plots.base import Plot
+from app.ui.widgets.tips import describe
+
+if TYPE_CHECKING:
+    from PySide6.QtGui import (
+        QEnterEvent,
+        QFocusEvent,
+        QKeyEvent,
+        QPainter,
+        QPaintEvent,
+        QResizeEvent,
+        QTabletEvent,
+        QWheelEvent,
+    )
+
+    from app.core.painting import Canvas
+    from app.ui.screens.paint.state import PaintState
+
+_FRAME_MS: Final = 8  # moves that come faster than this are taken together
+_STEP: Final = 1.2  # of the zoom box
+_NOTCH: Final = 120.0
+_MARGIN: Final = 12
+_ARROWS: Final = {
+    Qt.Key.Key_Left: (-1, 0),
+    Qt.Key.Key_Right: (1, 0),
+    Qt.Key.Key_Up: (0, -1),
+    Qt.Key.Key_Down: (0, 1),
+}
+_DABS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space})
+_WORDS: Final = {
+    Tool.BRIGHTER: "brighter",
+    Tool.DARKER: "darker",
+    Tool.IGNORE: "ignore",
+    Tool.RESTORE: "restore",
+}
+_NAME: Final = "Canvas, the head seen from the front"
+_FIRST: Final = (0.42, 0.62)  # where the keyboard's brush begins: a cheek
+
+
+class PaintCanvas(Plot):
+    """The head, what is painted on it, and the brush.
+
+    Mouse and pen paint; wheel zooms, the middle button or Space with the mouse pans. Arrows move
+    the brush by a pixel, with Shift by ten; Enter or Space paints a dab; +, − and 0 zoom.
+
+    Attributes
+    ----------
+    pressed : Signal(object, bool)
+        The pen comes down: a `Point`, and whether it is its eraser.
+    dabbed : Signal(float, float)
+        One dab, canvas pixels.
+    """
+
+    pressed = Signal(object, bool)
+    drawn = Signal(object)
+    lifted = Signal()
+    dabbed = Signal(float, float)
+
+    def __init__(self) -> None:
+        super().__init__(_NAME)
+        describe(self, _NAME, tip="")
+        t = theme()
+        self.setMouseTracking(True)
+        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self.setMinimumSize(t.px(160), t.px(160))
+        self.setCursor(Qt.CursorShape.BlankCursor)
+        self._face = FacePainter()
+        self._view = Viewing()
+        self._part = QRect()
+        self._fits = True
+        self._brush = Brush()
+        self._ring: QPointF | None = None
+        self._by_keys = False
+        self._stroking = False
+        self._panning: QPointF | None = None
+        self._space = False
+        self._points: list[Point] = []
+        self._drawn_at = 0.0
+        self._later = QTimer(self, singleShot=True)
+        self._later.setTimerType(Qt.TimerType.PreciseTimer)
+        self._later.timeout.connect(self.flush)
+        self._zoom = ZoomBox(self)
+        self._zoom.stepped.connect(self._zoom_step)
+        self._zoom.fitted.connect(self.fit)
+
+    # -- what the screen calls -----------------------------------------------------------------
+
+    def show_state(self, state: PaintState) -> None:
+        """Show head, mode and brush."""
+        if self._face.set_head(state.head):
+            self.fit()
+        if self._face.set_picture(state.picture):
+            self.update()
+        if self._face.set_words(state.notice, state.shown is Shown.WEIGHTS):
+            self.update()
+        if state.brush != self._brush:
+            before = self._ring_area()
+            self._brush = state.brush
+            self.update(before.united(self._ring_area()))
+            self._describe()
+
+    def canvas_changed(self, canvas: Canvas, regions: tuple[Region, ...] | None) -> None:
+        """Colour and repaint what has changed."""
+        if regions is None or self._face.size != canvas.size:
+            fresh = self._face.size != canvas.size
+            self._face.set_canvas(canvas)
+            if fresh and self._fits:
+                self.fit()
+            self.update()
+            return
+        for region in regions:
+            self._face.show_region(canvas, region)
+            if self._face.shows_weights:
+                self.update(self._area(region))
+
+    @property
+    def viewing(self) -> Viewing:
+        """Which part of the canvas is seen."""
+        return self._view
+
+    def fit(self) -> None:
+        """Let the head fill the canvas."""
+        self._fits = True
+        size = self._face.size or 1
+        self._look(fitting(self.width(), self.height(), size))
+        self._fits = True
+
+    def at(self, x: float, y: float) -> QPointF:
+        """Point of the widget where a canvas pixel lies."""
+        return QPointF(*self._view.to_widget(x, y))
+
+    # -- looking -------------------------------------------------------------------------------
+
+    def _look(self, view: Viewing) -> None:
+        self._view = view.held(self.width(), self.height(), self._face.size or 1)
+        self._fits = False
+        self._zoom.set_zoom(self._view.zoom)
+        self.update()
+
+    def _zoom_step(self, way: int) -> None:
+        middle = (self.width() / 2, self.height() / 2)
+        self._look(self._view.zoomed(self._view.zoom * _STEP**way, *middle))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the head fitting, or the middle in the middle."""
+        margin = theme().px(_MARGIN)
+        self._zoom.move(self.width() - self._zoom.width() - margin, margin)
+        if self._fits:
+            self.fit()
+        else:
+            self._look(self._view)
+        super().resizeEvent(event)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Zoom around the pointer."""
+        notches = (event.angleDelta().y() or event.angleDelta().x()) / _NOTCH
+        here = event.position()
+        self._look(self._view.zoomed(self._view.zoom * _STEP**notches, here.x(), here.y()))
+        self._move_ring(here)
+        event.accept()
+
+    # -- mouse and pen -------------------------------------------------------------------------
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Begin a stroke, or take hold of the canvas."""
+        left = event.button() == Qt.MouseButton.LeftButton
+        if event.button() == Qt.MouseButton.MiddleButton or (left and self._space):
+            self._panning = event.position()
+            self.setCursor(Qt.CursorShape.ClosedHandCursor)
+        elif left and not self._stroking:
+            self._down(event.position(), 1.0, eraser=False)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Draw on, pan, or lead the ring."""
+        here = event.position()
+        if self._panning is not None:
+            step = here - self._panning
+            self._panning = here
+            self._space = False  # It was for panning, not for a dab.
+            self._look(self._view.moved(step.x(), step.y()))
+        elif self._stroking:
+            self._on(here, 1.0)
+            return
+        self._move_ring(here)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """End stroke or pan."""
+        if self._panning is not None:
+            self._panning = None
+            self.setCursor(Qt.CursorShape.BlankCursor)
+        elif event.button() == Qt.MouseButton.LeftButton:
+            self._up()
+
+    def tabletEvent(self, event: QTabletEvent) -> None:
+        """Take a pen with its pressure; its other end restores."""
+        kind, here = event.type(), event.position()
+        if kind == QEvent.Type.TabletPress and event.button() == Qt.MouseButton.LeftButton:
+            eraser = event.pointerType() == QPointingDevice.PointerType.Eraser
+            self._down(here, event.pressure(), eraser=eraser)
+        elif kind == QEvent.Type.TabletMove and self._stroking:
+            self._on(here, event.pressure())
+        elif kind == QEvent.Type.TabletMove:
+            self._move_ring(here)
+        elif kind == QEvent.Type.TabletRelease:
+            self._up()
+        else:
+            event.ignore()
+            return
+        event.accept()
+
+    def _down(self, here: QPointF, pressure: float, *, eraser: bool) -> None:
+        self._stroking = True
+        self._by_keys = False
+        self.pressed.emit((*self._view.to_canvas(here.x(), here.y()), pressure), eraser)
+        self._drawn_at = time.perf_counter()
+        self._move_ring(here)
+
+    def _on(self, here: QPointF, pressure: float) -> None:
+        self._points.append((*self._view.to_canvas(here.x(), here.y()), pressure))
+        if not self._later.isActive():
+            passed = 1000 * (time.perf_counter() - self._drawn_at)
+            self._later.start(max(round(_FRAME_MS - passed), 0))
+
+    def _up(self) -> None:
+        if self._stroking:
+            self.flush()
+            self._stroking = False
+            self.lifted.emit()
+
+    def flush(self) -> None:
+        """Hand on the moves that have been gathered."""
+        self._later.stop()
+        points, self._points = self._points, []
+        if points:
+            self.drawn.emit(points)
+            # With the stroke, so that the canvas is painted once for both.
+            self._move_ring(self.at(*points[-1][:2]))
+            self._drawn_at = time.perf_counter()
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """Take the ring away, unless the keyboard leads it."""
+        if not self._stroking:
+            self._move_ring(self._kept_ring() if self.hasFocus() and self._by_keys else None)
+        super().leaveEvent(event)
+
+    def enterEvent(self, event: QEnterEvent) -> None:
+        """Show the ring."""
+        self._move_ring(event.position())
+        super().enterEvent(event)
+
+    # -- keyboard ------------------------------------------------------------------------------
+
+    def event(self, event: QEvent) -> bool:
+        """Take Enter and Space for dabs before they are shortcuts of the window."""
+        if event.type() == QEvent.Type.ShortcutOverride:
+            key = Qt.Key(event.key())  # type: ignore[attr-defined]
+            plain = event.modifiers() == Qt.KeyboardModifier.NoModifier  # type: ignore[attr-defined]
+            if plain and (key in _DABS or key in _ARROWS):
+                event.accept()
+                return True
+        return super().event(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Move the brush, paint a dab, zoom."""
+        key = Qt.Key(event.key())
+        zooms = {Qt.Key.Key_Plus: 1, Qt.Key.Key_Equal: 1, Qt.Key.Key_Minus: -1}
+        if key in _ARROWS:
+            far = 10 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
+            self._step_ring(_ARROWS[key][0] * far, _ARROWS[key][1] * far)
+        elif key == Qt.Key.Key_Space:
+            # A dab when it is released: until then it may be for panning.
+            self._space = True
+        elif key in _DABS and not event.isAutoRepeat():
+            self._dab()
+        elif key in zooms:
+            self._zoom_step(zooms[key])
+        elif key == Qt.Key.Key_0:
+            self.fit()
+        else:
+            super().keyPressEvent(event)
+
+    def keyReleaseEvent(self, event: QKeyEvent) -> None:
+        """Paint a dab when Space was not for panning."""
+        if event.key() == Qt.Key.Key_Space and not event.isAutoRepeat():
+            if self._space and self._panning is None:
+                self._dab()
+            self._space = False
+            return
+        super().keyReleaseEvent(event)
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """Show where the keyboard would paint."""
+        super().focusInEvent(event)
+        if self._ring is None and not self.underMouse():
+            self._by_keys = True
+            self._move_ring(self._kept_ring())
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """Take the keyboard's brush away."""
+        super().focusOutEvent(event)
+        self._space = False
+        if not self.underMouse():
+            self._move_ring(None)
+
+    def _dab(self) -> None:
+        if not self._stroking:
+            here = self._kept_ring()
+            self._by_keys = True
+            self._move_ring(here)
+            self.dabbed.emit(*self._view.to_canvas(here.x(), here.y()))
+
+    def _kept_ring(self) -> QPointF:
+        if self._ring is not None:
+            return self._ring
+        size = self._face.size
+        return self.at(_FIRST[0] * size, _FIRST[1] * size)
+
+    def _step_ring(self, dx: int, dy: int) -> None:
+        self._by_keys = True
+        here = self._kept_ring()
+        x, y = self._view.to_canvas(here.x(), here.y())
+        top = float(self._face.size)
+        x, y = min(max(round(x) + dx, 0.0), top), min(max(round(y) + dy, 0.0), top)
+        there = self.at(x, y)
+        # The canvas follows a brush that leaves it.
+        out_x = min(there.x(), 0.0) + max(there.x() - self.width(), 0.0)
+        out_y = min(there.y(), 0.0) + max(there.y() - self.height(), 0.0)
+        if out_x or out_y:
+            self._look(self._view.moved(-out_x, -out_y))
+        self._move_ring(self.at(x, y))
+
+    # -- painting ------------------------------------------------------------------------------
+
+    def _move_ring(self, there: QPointF | None) -> None:
+        before = self._ring_area()
+        self._ring = there
+        self.update(before.united(self._ring_area()))
+        if self._by_keys:
+            self._describe()
+
+    def _describe(self) -> None:
+        words = f"Brush: {_WORDS[self._brush.tool]}, {self._brush.diameter:.0f} px"
+        if self._ring is not None and self._face.size:
+            x, y = self._view.to_canvas(self._ring.x(), self._ring.y())
+            across, down = (round(100 * value / self._face.size) for value in (x, y))
+            words += f", at {across} % from the left and {down} % from the top"
+        self.say(words)
+
+    def _ring_area(self) -> QRect:
+        if self._ring is None:
+            return QRect()
+        reach = round(self._brush.radius * self._view.zoom) + 16
+        here = self._ring.toPoint()
+        area = QRect(here.x() - reach, here.y() - reach, 2 * reach, 2 * reach)
+        if self._brush.mirror:
+            twin = self._twin(self._ring).toPoint()
+            area = area.united(area.translated(twin - here))
+        return area
+
+    def _twin(self, here: QPointF) -> QPointF:
+        x, y = self._view.to_canvas(here.x(), here.y())
+        return self.at(self._face.size - x, y)
+
+    def _area(self, region: Region) -> QRect:
+        left, top, width, height = self._view.area(region)
+        # Enlarging mixes neighbours, so a pixel more on every side has changed.
+        more = int(2 * self._view.zoom) + 2
+        return QRect(
+            int(left) - more, int(top) - more, int(width) + 2 * more + 1, int(height) + 2 * more + 1
+        )
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint no more than what has changed."""
+        self._part = event.rect()
+        super().paintEvent(event)
+
+    def draw(self, painter: QPainter, ratio: float) -> None:
+        """Paint head, weights, tags and ring."""
+        self._face.draw(painter, self.rect(), self._part, self._view, ratio)
+        if self._ring is None or not self._face.size or self._panning is not None:
+            return
+        rings = [self._ring]
+        if self._brush.mirror:
+            rings.append(self._twin(self._ring))
+        self._face.draw_rings(painter, rings, self._brush, self._view.zoom)

@@ -1,0 +1,444 @@
+"""The probe: from a camera, files or a folder to the light of a place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from app.core.hdr.display import display_panorama
+from app.core.hdr.findings import clip_level, find
+from app.core.portrait.age import light_age
+from app.ui.presenters.actions import Action
+from app.ui.presenters.model import Step
+from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
+from app.ui.screens.probe.cameras import CameraFinder
+from app.ui.screens.probe.pictures import frame_pictures
+from app.ui.screens.probe.state import ProbeState
+from app.ui.screens.probe.taking import Taking
+from app.ui.screens.probe.watching import Watching
+from app.ui.screens.probe.words import (
+    advice_notice,
+    frame_tile,
+    frames_note,
+    lamp_rows,
+    metered_of,
+    plan_parts,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from app.core.hdr.findings import Findings
+    from app.core.portrait.age import Age, Kind
+    from app.core.solver.place_light import PlaceLight
+    from app.core.storage.places import Place
+    from app.ui.presenters.place_controller import PlaceController
+    from app.ui.presenters.places_list import PlacesListRow
+    from app.ui.presenters.services import Services
+    from app.ui.screens.probe.state import CameraBlock, FrameTile, Notice, PlanPart, ProbeView
+
+BEAT_MS: Final = 100
+"""How often a capture that is seen is asked for what it has to show."""
+SLOW_BEAT_MS: Final = 1000
+"""How often a view should call `ProbePresenter.tick`."""
+
+_AGE_S: Final = 15.0
+_RECENT: Final = 4
+_TIMERS: Final = (0, 2, 5, 10)
+_WINDOWS: Final = 0.1
+_MARKERS: Final = {"walk": "Photographer stands here", "selfie": "You face this way now"}
+_SHOWN: Final = frozenset(
+    {"place", "place_folder", "light", "opening", "front_deg", "camera", "settings", "head"}
+)
+_EMPTY_TABLE: Final = "No lamp stands out: the light comes from everywhere."
+
+
+class ProbePresenter:
+    """Measures the light of a place."""
+
+    def __init__(self, services: Services, desk: PlaceController) -> None:
+        self._services = services
+        self._desk = desk
+        self._view: ProbeView | None = None
+        self._light: PlaceLight | None = None
+        self._findings: Findings | None = None
+        self._picture: NDArray[np.uint8] | None = None
+        self._exposure = self._wanted = 0.0
+        self._exposing = False
+        self._frames: tuple[NDArray[np.uint8] | None, ...] = ()
+        self._layers = {"clipped": True, "lamps": True, "grid": False}
+        self._ticked: frozenset[str] = frozenset()
+        self._age_at = services.clock.now()
+        self._watched = ""
+        self.cameras = CameraFinder(services, self._refresh)
+        self.taking = Taking(services, desk, self.cameras, self._refresh)
+        self.watching = Watching(services, desk, self._refresh)
+        self.places = PlacesListPresenter(services, desk, _RECENT, "recent")
+        services.model.changed.connect(self._model_changed)
+        self._take_light()
+
+    # -- screen --------------------------------------------------------------------------------
+
+    def attach(self, view: ProbeView) -> None:
+        """Show everything in `view` from now on."""
+        self._view = view
+        self._refresh()
+
+    def detach(self) -> None:
+        """Show nothing any more."""
+        self._view = None
+
+    def entered(self) -> None:
+        """Look for cameras, and for what was interrupted."""
+        if not self.taking.active:
+            self.cameras.begin()
+            self.taking.look_for_unfinished()
+        self._watch_as_set()
+        self._look_for_places()
+        self._refresh()
+
+    def left(self) -> None:
+        """Stop searching; a capture goes on."""
+        self.cameras.pause()
+
+    def tick(self) -> None:
+        """Take what a capture has to show, and say how old the light is; called by the view."""
+        now = self._services.clock.now()
+        if self.taking.tick() or now - self._age_at >= _AGE_S:
+            self._age_at = now
+            self._refresh()
+
+    def actions(self) -> Sequence[Action]:
+        """Give what can be done here."""
+        return (
+            Action("probe-main", "Go on", self.main, "chevron-right", "Return; Enter"),
+            Action(
+                "capture",
+                "Capture",
+                self.capture,
+                "camera",
+                "Space",
+                lambda: self.resolve().can_capture,
+                hint="capture",
+            ),
+            Action("zoom-in", "Zoom in", lambda: self._zoom(1), "plus", "+; =", self._has_light),
+            Action(
+                "zoom-out",
+                "Zoom out",
+                lambda: self._zoom(-1),
+                "minus",
+                "-",
+                self._has_light,
+                hint="zoom",
+                keys="+ −",
+            ),
+            Action(
+                "marker",
+                "Move the marker",
+                self._take_marker,
+                "person",
+                "M",
+                self._has_light,
+                hint="move marker",
+            ),
+            Action("search-cameras", "Look for cameras", self.cameras.search, "refresh"),
+            Action("watch", "Watch a folder…", self._ask_folder, "folder"),
+            Action(
+                "cancel-capture",
+                "Stop the capture",
+                self.taking.cancel,
+                "cancel",
+                "Esc",
+                lambda: self.taking.active,
+            ),
+        )
+
+    # -- state ---------------------------------------------------------------------------------
+
+    def resolve(self) -> ProbeState:
+        """Work out what the screen shows now."""
+        model = self._services.model
+        place, light, settings = model.place, model.light, model.settings
+        block = self.cameras.block()
+        plans = plan_parts(model.camera, metered_of(None if place is None else place.capture))
+        running = self.taking.running()
+        age = self._age()
+        findings = self._findings
+        why_not = "The camera asks for a password." if block.asks_password else ""
+        why_not = "There is no camera yet." if block.missing else why_not
+        return ProbeState(
+            picture=self._picture,
+            findings=findings,
+            front_deg=model.front_deg,
+            marker_words=_MARKERS.get(settings.mode, _MARKERS["walk"]),
+            exposure_ev=self._wanted,
+            show_clipped=self._layers["clipped"],
+            show_lamps=self._layers["lamps"],
+            show_grid=self._layers["grid"],
+            lamps=() if findings is None else lamp_rows(findings, model.front_deg),
+            lamps_note=_lamps_note(light, findings),
+            opening=model.opening,
+            recent=self._recent(),
+            age="" if age is None else age.words,
+            age_old=age is not None and age.state == "old",
+            watching="" if self.watching.folder is None else self.watching.folder.name,
+            camera=block,
+            plans=plans,
+            plan=settings.plan,
+            timer_s=min(_TIMERS, key=lambda each: abs(each - settings.self_timer_s)),
+            ticked=self._ticked,
+            frames=self.taking.tiles() if running is not None else self._tiles(place),
+            frames_note=_note(place, self._services) if running is None else "",
+            running=running,
+            notice=None if running is not None else self._notice(place, block, plans),
+            has_place=light is not None,
+            can_capture=running is None and not why_not,
+            why_not=why_not,
+        )
+
+    def _notice(
+        self, place: Place | None, block: CameraBlock, plans: Sequence[PlanPart]
+    ) -> Notice | None:
+        if self.taking.notice is not None:
+            return self.taking.notice
+        full = next((part for part in plans if part.key == "full" and part.second), None)
+        return advice_notice(place, self._findings, full, block)
+
+    def _tiles(self, place: Place | None) -> tuple[FrameTile, ...]:
+        facts = () if place is None or place.capture is None else place.capture.frames
+        pictures = (*self._frames, *(None for _ in facts))
+        return tuple(frame_tile(each, pictures[number]) for number, each in enumerate(facts))
+
+    def _age(self) -> Age | None:
+        place = self._services.model.place
+        if place is None or place.measured_at is None or self._services.model.light is None:
+            return None
+        # Nobody knows when a panorama that was opened from a file was measured.
+        if place.capture is not None and place.capture.plan == "panorama":
+            return None
+        return light_age(
+            place.measured_at,
+            self._services.today(),
+            _kind(place, self._findings),
+            place.location.sun_elevation_deg,
+        )
+
+    # -- what the user does --------------------------------------------------------------------
+
+    def main(self) -> None:
+        """Do what the amber button says."""
+        if self._services.model.light is not None and not self.taking.active:
+            self.see_styles()
+        else:
+            self.capture()
+
+    def see_styles(self) -> None:
+        """Go on to the styles."""
+        self._services.model.update(step=Step.STYLES, painting=None)
+
+    def capture(self) -> None:
+        """Capture with the chosen plan."""
+        settings = self._services.model.settings
+        self.taking.start(settings.plan, self.resolve().timer_s)
+
+    def press(self, key: str) -> None:
+        """Do what a button of the notice says."""
+        settings = self._services.model.settings
+        if key == "capture-full":
+            self.taking.start("full", self.resolve().timer_s)
+        elif key == "search":
+            self.cameras.search()
+        else:
+            self.taking.press(key, settings.plan, self.resolve().timer_s)
+
+    def choose_plan(self, key: str) -> None:
+        """Choose the plan; it stays chosen."""
+        self._set("plan", key)
+
+    def choose_timer(self, seconds: int) -> None:
+        """Choose the self-timer; it stays chosen."""
+        self._set("self_timer_s", seconds)
+
+    def tick_off(self, key: str) -> None:
+        """Mark a line of the list as done, or take that back."""
+        self._ticked = self._ticked ^ {key}
+        self._refresh()
+
+    def move_marker(self, azimuth_deg: float) -> None:
+        """Say that the photographer stands at this azimuth of the panorama as captured."""
+        self._desk.move_front(azimuth_deg)
+
+    def expose(self, stops: float) -> None:
+        """Show the panorama brighter or darker by so many stops."""
+        self._wanted = stops
+        self._expose()
+        self._refresh()
+
+    def show_layer(self, name: str, on: bool) -> None:
+        """Show or hide ``clipped``, ``lamps`` or ``grid``."""
+        self._layers[name] = on
+        self._refresh()
+
+    def open_files(self, paths: Sequence[Path]) -> None:
+        """Open panoramas, brackets or folders."""
+        self._desk.open_paths(paths)
+
+    def open_demo(self) -> None:
+        """Open the demo place."""
+        self._desk.open_demo()
+
+    def open_recent(self, folder: Path) -> None:
+        """Open or finish one of the places that are offered."""
+        self.places.open(folder)
+
+    # -- inside --------------------------------------------------------------------------------
+
+    def _set(self, key: str, value: object) -> None:
+        model = self._services.model
+        model.update(settings=model.settings.with_(key, value))
+
+    def _watch_as_set(self) -> None:
+        """Begin to watch the folder of the settings, once for each that is set."""
+        wanted = self._services.model.settings.watch_folder
+        if wanted and wanted != self._watched:
+            self._watched = wanted
+            if self.watching.folder is None:
+                self.watching.start(Path(wanted).expanduser())
+
+    def _has_light(self) -> bool:
+        return self._services.model.light is not None
+
+    def _on_view(self, act: Callable[[ProbeView], None]) -> None:
+        if self._view is not None:
+            act(self._view)
+
+    def _zoom(self, steps: float) -> None:
+        self._on_view(lambda view: view.zoom_by(steps))
+
+    def _take_marker(self) -> None:
+        self._on_view(lambda view: view.take_marker())
+
+    def _ask_folder(self) -> None:
+        self._on_view(lambda view: view.ask_folder())
+
+    def _refresh(self) -> None:
+        if self._view is not None:
+            self._view.show_state(self.resolve())
+
+    def _model_changed(self, names: frozenset[str]) -> None:
+        if "light" in names:
+            self._take_light()
+        if names & _SHOWN:
+            self._refresh()
+
+    def show_state(self, state: PlacesListState) -> None:
+        """Take the list of places."""
+        del state
+        self._refresh()
+
+    def _look_for_places(self) -> None:
+        """Read which places can be opened, while none is."""
+        if self._services.model.light is None:
+            self.places.attach(self)
+
+    def _recent(self) -> tuple[PlacesListRow, ...]:
+        model = self._services.model
+        if model.light is not None or model.opening or self.taking.active:
+            return ()
+        rows = self.places.resolve().rows
+        return tuple(row for row in rows if row.left is None or row.left.can_finish)[:_RECENT]
+
+    def _take_light(self) -> None:
+        """Begin with another light: its lamps and frames are looked for."""
+        model = self._services.model
+        light, place, folder = model.light, model.place, model.place_folder
+        self._light = light
+        self._findings, self._frames = None, ()
+        self._exposure = self._wanted = 0.0
+        self._picture = None if light is None else light.display
+        if light is None:
+            self._look_for_places()
+            return
+        radiance = light.environment.radiance
+        facts = None if place is None else place.capture
+        stops = () if facts is None else tuple(frame.ev for frame in facts.frames)
+        # A bracket that held all the light has nothing at its level but chance.
+        clips = facts is not None and bool(facts.clipped_share)
+        level = clip_level(stops) if clips else None
+        white = None if facts is None else facts.white_cd_m2
+        self._services.runner.submit(
+            "findings",
+            lambda token, report: find(radiance, level, white),
+            done=lambda found: self._found(light, found),
+            failed=lambda error: self._services.notify.tell_error(error),
+        )
+        if facts is not None and facts.frames:
+            self._services.runner.submit(
+                "frame-pictures",
+                lambda token, report: frame_pictures(folder, facts, light.environment.radiance),
+                done=lambda pictures: self._pictured(light, pictures),
+                failed=lambda error: None,
+            )
+
+    def _found(self, light: PlaceLight, findings: Findings) -> None:
+        if light is self._light:
+            self._findings = findings
+            self._refresh()
+
+    def _pictured(self, light: PlaceLight, pictures: tuple[NDArray[np.uint8] | None, ...]) -> None:
+        if light is self._light:
+            self._frames = pictures
+            self._refresh()
+
+    def _expose(self) -> None:
+        """Make the picture at the wanted exposure; one at a time, the newest wish next."""
+        light, stops = self._light, self._wanted
+        if light is None or self._exposing or stops == self._exposure:
+            return
+        if stops == 0.0:
+            self._exposure, self._picture = 0.0, light.display
+            return
+        self._exposing = True
+        radiance, width = light.environment.radiance, light.display.shape[1]
+        self._services.runner.submit(
+            "exposure",
+            lambda token, report: display_panorama(radiance, stops, width),
+            done=lambda picture: self._exposed(light, stops, picture),
+            failed=lambda error: self._exposed(light, stops, light.display),
+            cancelled=lambda: self._exposed(light, stops, light.display),
+        )
+
+    def _exposed(self, light: PlaceLight, stops: float, picture: NDArray[np.uint8]) -> None:
+        self._exposing = False
+        if light is self._light:
+            self._exposure, self._picture = stops, picture
+        self._expose()
+        self._refresh()
+
+
+def _lamps_note(light: PlaceLight | None, findings: Findings | None) -> str:
+    if light is None:
+        return ""
+    if findings is None:
+        return "Looking for lamps…"
+    return "" if findings.lamps else _EMPTY_TABLE
+
+
+def _note(place: Place | None, services: Services) -> str:
+    return "" if place is None else frames_note(place, services.today())
+
+
+def _kind(place: Place, findings: Findings | None) -> Kind:
+    """Say what lights a place, for how soon that changes; nothing where it is not certain."""
+    location = place.location
+    if location.sun:
+        return "sun"
+    if location.kind == "outdoor":
+        return "sky"
+    if findings is None or location.kind != "indoor":
+        return "unknown"
+    shares = [lamp.share for lamp in findings.lamps if lamp.kind != "lamp"]
+    return "windows" if any(share >= _WINDOWS for share in shares) else "unknown"

@@ -1,0 +1,431 @@
+"""Captures from the screen's side: started, stopped, gone on with, and laid on the last."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final, Literal
+
+from app.core.base.angles import wrap
+from app.core.base.errors import Cancelled
+from app.core.localization.tones import chime
+from app.devices.capture.status import SEEKING, Stage
+from app.ui.presenters.capturing import (
+    Captured,
+    Order,
+    Recording,
+    capture,
+    clipped_in,
+    merge_kept,
+)
+from app.ui.presenters.frame import time_words
+from app.ui.presenters.unfinished import Unfinished, tidy, unfinished
+from app.ui.screens.probe.state import FrameTile, Notice, Running, StepMark
+from app.ui.screens.probe.trouble import HowFar, offer_notice, trouble_notice, wants_password
+from app.ui.screens.probe.words import tile_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from app.core.portrait.recapture_registration import Registered
+    from app.core.storage.places import Place
+    from app.devices.capture.status import Status
+    from app.ui.presenters.capturing import Seen
+    from app.ui.presenters.place_controller import PlaceController
+    from app.ui.presenters.services import Services
+    from app.ui.screens.probe.cameras import CameraFinder
+
+KEY: Final = "capture"
+
+_ORDER: Final = (
+    Stage.CONNECTING,
+    Stage.METERING,
+    Stage.EXPOSING,
+    Stage.DOWNLOADING,
+    Stage.MERGING,
+)
+_STOPPING: Final = "Giving the camera its settings back"
+_STEPS: Final = ("Connect", "Meter", "Expose", "Download", "Merge")
+
+
+@dataclass(frozen=True, slots=True)
+class _Carried:
+    """What a new capture of a spot takes over from the one before."""
+
+    folder: Path
+    place: Place
+    front_deg: float
+    needle_deg: float | None
+    goal_deg: float | None
+    chosen: str | None
+    registered: Registered | None
+
+
+class Taking:
+    """The capture that runs, and what is to be said of the last one."""
+
+    def __init__(
+        self,
+        services: Services,
+        desk: PlaceController,
+        cameras: CameraFinder,
+        changed: Callable[[], None],
+    ) -> None:
+        self._services = services
+        self._desk = desk
+        self._cameras = cameras
+        self._changed = changed
+        self._recording: Recording | None = None
+        self._last: Recording | None = None
+        self._seen: Seen | None = None
+        self._stopping = False
+        self._sounded = False
+        self._trouble: Notice | None = None
+        self._offers: tuple[Unfinished, ...] = ()
+        self._left: set[Path] = set()
+        self._carried: _Carried | None = None
+        self._origin: _Carried | None = None
+        services.model.changed.connect(self._model_changed)
+        desk.finisher = self.finish
+
+    # -- what is shown -------------------------------------------------------------------------
+
+    @property
+    def active(self) -> bool:
+        """Whether a capture runs."""
+        return self._recording is not None
+
+    @property
+    def notice(self) -> Notice | None:
+        """What went wrong, or which capture can be gone on with."""
+        if self._trouble is not None:
+            return self._trouble
+        offers = self._open_offers()
+        if not offers:
+            return None
+        return offer_notice(offers[0], time_words(offers[0].made_at, self._services.today()))
+
+    def _open_offers(self) -> list[Unfinished]:
+        return [each for each in self._offers if (each.session or each.folder) not in self._left]
+
+    def running(self) -> Running | None:
+        """Say how far the capture is; None while none runs."""
+        if self._recording is None:
+            return None
+        if self._seen is None:
+            return Running(_marks(None), "Starting", stopping=self._stopping)
+        status = self._seen.status
+        left, message = status.left_words, _sentence(status.message)
+        if left and status.message == SEEKING:
+            message, left = f"{message}: {left}.", ""
+        return Running(
+            steps=_marks(status),
+            message=_STOPPING if self._stopping else message,
+            left="" if self._stopping else left,
+            fraction=status.fraction,
+            may_move=status.may_move and not self._stopping,
+            rough=self._seen.rough,
+            stopping=self._stopping,
+        )
+
+    def tiles(self) -> tuple[FrameTile, ...]:
+        """Describe the frames of the running capture, brightest first."""
+        seen = self._seen
+        if self._recording is None or seen is None:
+            return ()
+        tiles = []
+        for number, shot in enumerate(seen.shots):
+            picture = seen.pictures[number] if number < len(seen.pictures) else None
+            rows = seen.status.frames
+            row = rows[number] if number < len(rows) else None
+            arrived = 0.0 if row is None else 1.0 if row.done else 0.0
+            if row is not None and not row.done and row.size:
+                arrived = min(row.received / row.size, 1.0)
+            share = None if picture is None else clipped_in(picture)
+            tile = tile_of(shot.wanted_ev, shot.exposure.shutter_s, share, picture, arrived)
+            tiles.append((shot.ev_offset, tile))
+        return tuple(tile for _, tile in sorted(tiles, key=lambda each: -each[0]))
+
+    # -- what the user does --------------------------------------------------------------------
+
+    def start(self, plan: str, delay_s: int) -> None:
+        """Capture here, again if there is a place; what is known of it is carried over."""
+        model = self._services.model
+        camera = model.camera
+        if self.active or camera is None:
+            return
+        order = Order(
+            places=self._services.folders.places,
+            made_at=self._services.today(),
+            camera=camera.found,
+            credentials=self._cameras.credentials(camera.found),
+            plan=_plan(plan),
+            delay_s=delay_s,
+            pack=None if model.head is None else model.head.pack,
+            limits=model.settings.limits,
+        )
+        place, light, folder = model.place, model.light, model.place_folder
+        self._origin = None
+        if place is not None and light is not None and folder is not None:
+            order = replace(order, name=place.name, spot=place.spot, first=light.display)
+            self._origin = _Carried(
+                folder,
+                place,
+                model.front_deg,
+                model.needle_deg,
+                model.goal_deg,
+                model.chosen,
+                None,
+            )
+        self._run(order)
+
+    def cancel(self) -> None:
+        """Stop it; the camera gets its settings back."""
+        if self.active:
+            self._stopping = True
+            self._services.runner.cancel(KEY)
+            self._changed()
+
+    def press(self, key: str, plan: str, delay_s: int) -> bool:
+        """Do what a button of `notice` says; False for a key that is not one of these."""
+        if key == "again":
+            self.start(plan, delay_s)
+        elif key in ("resume", "merge") and self._last is not None:
+            last = self._last
+            if last.folder is not None and last.session is not None:
+                self._go_on(last.folder, last.session, plan, merge=key == "merge")
+        elif key in ("resume-offer", "merge-offer", "leave-offer"):
+            self._take_offer(key)
+        else:
+            return False
+        return True
+
+    def finish(self, found: Unfinished) -> None:
+        """Go on with a capture; where frames are missing, say first what can be done."""
+        if self.active or found.session is None:
+            return
+        self._trouble = None
+        self._left.discard(found.session)
+        others = [each for each in self._offers if each.session != found.session]
+        self._offers = (found, *others)
+        if found.total and found.here == found.total:
+            self._take_offer("resume-offer")
+        self._changed()
+
+    def look_for_unfinished(self) -> None:
+        """Look whether a capture was interrupted, by a crash for instance."""
+        places = self._services.folders.places
+        self._services.runner.submit(
+            "unfinished",
+            lambda token, report: unfinished(places),
+            done=self._offer,
+            failed=lambda error: None,
+        )
+
+    def tick(self) -> bool:
+        """Take the newest that is to be seen; whether there was anything."""
+        recording = self._recording
+        seen = None if recording is None else recording.box.get()
+        if seen is None:
+            return False
+        self._seen = seen
+        if seen.status.may_move and not self._sounded:
+            self._sounded = True
+            if self._services.model.settings.sounds:
+                volume = self._services.model.settings.volume / 100.0
+                self._services.sounds.play(chime(), volume)
+        return True
+
+    # -- the job -------------------------------------------------------------------------------
+
+    def _go_on(self, folder: Path, session: Path, plan: str, *, merge: bool = False) -> None:
+        model = self._services.model
+        camera = model.camera
+        if self.active:
+            return
+        order = Order(
+            places=self._services.folders.places,
+            made_at=self._services.today(),
+            camera=None if camera is None else camera.found,
+            credentials=None if camera is None else self._cameras.credentials(camera.found),
+            plan=_plan(plan),
+            pack=None if model.head is None else model.head.pack,
+            limits=model.settings.limits,
+            folder=folder,
+            session=session,
+        )
+        if self._origin is not None and model.light is not None:
+            order = replace(order, first=model.light.display)
+        self._run(order, merge=merge)
+
+    def _take_offer(self, key: str) -> None:
+        offers = self._open_offers()
+        if not offers:
+            return
+        chosen = offers[0]
+        self._left.add(chosen.session or chosen.folder)
+        if key == "leave-offer":
+            self._changed()
+            return
+        self._origin = None
+        if chosen.session is None:
+            self._desk.finish(chosen)
+            self._changed()
+            return
+        self._go_on(chosen.folder, chosen.session, chosen.plan, merge=key == "merge-offer")
+
+    def _run(self, order: Order, *, merge: bool = False) -> None:
+        services = self._services
+        recording = Recording(order)
+        self._recording = self._last = recording
+        self._seen, self._trouble = None, None
+        self._stopping = self._sounded = False
+        self._set_busy(True)
+        services.runner.submit(
+            KEY,
+            lambda token, report: (
+                merge_kept(order, recording, token, report)
+                if merge
+                else capture(order, recording, services.devices, services.clock, token, report)
+            ),
+            title="Merging the frames" if merge else "Capturing",
+            done=self._done,
+            failed=self._failed,
+            cancelled=self._cancelled,
+        )
+        self._changed()
+
+    def _done(self, captured: Captured) -> None:
+        self.tick()
+        self._end()
+        camera = self._services.model.camera
+        if camera is not None:
+            self._cameras.worked(camera.found)
+        if self._origin is not None:
+            self._carried = replace(
+                self._origin, folder=captured.folder, registered=captured.registered
+            )
+        self._origin = None
+        for warning in captured.result.warnings:
+            if warning not in captured.result.probe.warnings:
+                self._services.notify.tell(warning, kind="warning")
+        self._desk.take_capture(captured)
+        self._changed()
+
+    def _failed(self, error: Exception) -> None:
+        recording = self._recording
+        self.tick()
+        seen = self._seen
+        self._end()
+        if isinstance(error, Cancelled) or recording is None:
+            self._changed()
+            return
+        if wants_password(error):
+            self._cameras.ask_password(error)
+        removed = tidy(recording)
+        self._trouble = trouble_notice(error, _how_far(recording, seen, removed))
+        self._changed()
+
+    def _cancelled(self) -> None:
+        recording = self._recording
+        if recording is not None and recording.captured is not None:
+            # It had ended already when it was to stop.
+            self._done(recording.captured)
+            return
+        self._end()
+        if recording is not None and not tidy(recording, given_up=True):
+            if recording.session is not None:
+                self._left.add(recording.session)
+            self._services.notify.tell(_stopped_words(recording))
+        self._origin = None
+        self._changed()
+
+    def _end(self) -> None:
+        self._recording = None
+        self._stopping = False
+        self._set_busy(False)
+        self._cameras.refresh()
+
+    def _set_busy(self, busy: bool) -> None:
+        model = self._services.model
+        if model.camera is not None:
+            model.update(camera=replace(model.camera, busy=busy))
+
+    def _offer(self, found: tuple[Unfinished, ...]) -> None:
+        last = None if self._last is None else self._last.folder
+        # What is said in its own words already is not offered a second time, nor what is shown
+        # and just being kept.
+        known = {last, self._services.model.place_folder}
+        self._offers = tuple(each for each in found if each.folder not in known)
+        self._changed()
+
+    # -- the same spot again -------------------------------------------------------------------
+
+    def _model_changed(self, names: frozenset[str]) -> None:
+        carried = self._carried
+        if "place_folder" in names:
+            self._trouble = None
+        model = self._services.model
+        if carried is None or model.place_folder != carried.folder or model.place is None:
+            return
+        self._carried = None
+        registered = carried.registered
+        if registered is None or not registered.trusted:
+            words = "" if registered is None else f" {registered.words}"
+            self._services.notify.tell(f"This capture starts afresh.{words}", kind="warning")
+            return
+        # Turns count from the photographer, who stands where they stood: they stay as they are.
+        model.update(
+            place=replace(model.place, spot=carried.place.spot, notes=carried.place.notes),
+            front_deg=wrap(registered.carried(carried.front_deg)),
+            needle_deg=carried.needle_deg,
+            goal_deg=carried.goal_deg,
+            chosen=carried.chosen,
+        )
+        self._services.notify.tell(registered.words, kind="done")
+
+
+def _sentence(words: str) -> str:
+    return words[:1].upper() + words[1:]
+
+
+def _plan(key: str) -> Literal["paper", "full"]:
+    return "full" if key == "full" else "paper"
+
+
+def _marks(status: Status | None) -> tuple[StepMark, ...]:
+    """Say of each step whether it is done."""
+    here = -1
+    if status is not None and status.stage in _ORDER:
+        here = _ORDER.index(status.stage)
+    marks = []
+    for number, words in enumerate(_STEPS):
+        if number == 2 and status is not None and status.shots:
+            # Before its first exposure a capture has none to count.
+            shot = status.shot if here >= 2 else 0
+            words = f"Expose {shot} of {status.shots}" if shot else "Expose"
+        marks.append(
+            StepMark(words, "done" if number < here else "now" if number == here else "waiting")
+        )
+    return tuple(marks)
+
+
+def _stopped_words(recording: Recording) -> str:
+    journal = recording.journal
+    if journal is not None and journal.settings_to_restore:
+        return (
+            "Capture stopped. The camera could not be given its own settings back: connect to it "
+            "and go on with this capture."
+        )
+    return "Capture stopped. What was taken is kept; the camera has its own settings back."
+
+
+def _how_far(recording: Recording, seen: Seen | None, removed: bool) -> HowFar:
+    journal = recording.journal
+    if removed or journal is None:
+        return HowFar()
+    here = sum(frame.done for frame in journal.frames)
+    total = 0 if journal.plan is None else len(journal.plan.shots)
+    stage = "" if seen is None else seen.status.stage
+    exposing = journal.stage == Stage.EXPOSING.value or stage == Stage.EXPOSING
+    return HowFar(here, total, exposing and not here, recording.session is not None)

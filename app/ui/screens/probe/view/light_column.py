@@ -1,0 +1,320 @@
+"""The left side: tools, panorama, lamps, age of the light, and where files are dropped."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+
+from app.ui.screens.probe.view.recent import RecentPlaces
+from app.ui.screens.probe.view.tools import Tools
+from app.ui.theme import theme
+from app.ui.widgets.banner import Empty
+from app.ui.widgets.buttons import Button
+from app.ui.widgets.cards import Frame
+from app.ui.widgets.icons import Icon
+from app.ui.widgets.labels import Text
+from app.ui.widgets.own_keys import OwnKeys
+from app.ui.widgets.plots.panorama import PanoramaView, SceneLamp
+from app.ui.widgets.surfaces import Scroll
+from app.ui.widgets.tables import Cell, Column, TableHead, TableRow
+
+if TYPE_CHECKING:
+    from PySide6.QtGui import QResizeEvent
+
+    from app.ui.screens.probe.presenter import ProbePresenter
+    from app.ui.screens.probe.state import LampRow, ProbeState
+
+_WIDEST: Final = 1200
+_ROW: Final = 44
+_EMPTY: Final = "No panorama yet. Capture one, or drop one here."
+_OPENING: Final = "Opening {}…"
+_SOON: Final = "The panorama appears here as soon as the frames are merged."
+_DROP: Final = "Drop a panorama, a bracket or a folder"
+_DROP_SHORT: Final = "Drop files here"
+_FULL: Final = (
+    Column("Lamps found", 160),
+    Column("Where"),
+    Column("Azimuth", 84),
+    Column("Elevation", 88),
+    Column("Share of the light", 120),
+    Column("", 92),
+)
+_COMPACT: Final = (
+    Column("Lamps found"),
+    Column("Azimuth", 68),
+    Column("Elevation", 80),
+    Column("Share", 108),
+    Column("", 84),
+)
+
+
+class _Rows(Scroll):
+    """Shows whole rows only."""
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Leave out what would be part of a row."""
+        high = theme().px(_ROW)
+        self.setViewportMargins(0, 0, 0, self.height() % high if self.height() > high else 0)
+        super().resizeEvent(event)
+
+
+class LightColumn(QWidget):
+    """Everything about the light that is there."""
+
+    files_asked = Signal()
+    folder_asked = Signal()
+
+    def __init__(self, presenter: ProbePresenter, compact: bool) -> None:
+        super().__init__()
+        self._presenter = presenter
+        self._compact = compact
+        self._state: ProbeState | None = None
+        self._front: float | None = None
+        self._columns = _COMPACT if compact else _FULL
+        t = theme()
+        self.tools = Tools(compact)
+        self.panorama = PanoramaView()
+        OwnKeys(self.panorama.grip)
+        self.empty = Empty(_EMPTY, "Try the demo place", "probe")
+        self._body = QVBoxLayout(self)
+        side, top = (16, 12) if compact else (24, 16)
+        self._side = t.px(side)
+        self._body.setContentsMargins(self._side, t.px(top), self._side, t.px(top))
+        self._body.setSpacing(0)
+        self._body.addWidget(self.tools)
+        self._body.addSpacing(t.px(8 if compact else 12))
+        self._body.addWidget(self._well(), 1)
+        self._body.addSpacing(t.px(8))
+        self._body.addWidget(self._below(), 0 if compact else 1)
+        self._body.addSpacing(t.px(8 if compact else 12))
+        self._body.addWidget(self._age_line())
+        self._body.addSpacing(t.px(8 if compact else 12))
+        self._body.addWidget(self._drop_row())
+        self._connect()
+
+    # -- parts ---------------------------------------------------------------------------------
+
+    def _well(self) -> QWidget:
+        t = theme()
+        frame = Frame("panel", "line")
+        column = QVBoxLayout(frame)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.addWidget(self.empty)
+        self._stack = QStackedWidget()
+        self._stack.addWidget(frame)
+        self._stack.addWidget(self.panorama)
+        self._stack.setMaximumWidth(t.px(_WIDEST))
+        return self._stack
+
+    def resizeEvent(self, event: object) -> None:
+        """Give the panorama as much height as its width asks for."""
+        self._keep_to_panorama()
+        margins = self._body.contentsMargins()
+        width = min(self.width() - margins.left() - margins.right(), theme().px(_WIDEST))
+        wanted = self.panorama.heightForWidth(width)
+        self._stack.setFixedHeight(max(min(wanted, self._most_height()), theme().px(120)))
+
+    def _keep_to_panorama(self) -> None:
+        """Let nothing here become wider than the panorama may; all keep one left and right edge."""
+        free = max(self.width() - self.widest(), 0)
+        left = free // 2 if free > 2 * self._side else 0
+        margins = self._body.contentsMargins()
+        margins.setLeft(self._side + left)
+        margins.setRight(self._side + free - left)
+        self._body.setContentsMargins(margins)
+
+    def widest(self) -> int:
+        """Width beyond which nothing here grows."""
+        return theme().px(_WIDEST) + 2 * self._side
+
+    def _most_height(self) -> int:
+        """Leave room for the rest, with two rows of lamps."""
+        t = theme()
+        margins = self._body.contentsMargins()
+        rest = 32 + 12 + 8 + 28 + 88 + 12 + 20 + 12 + (40 if self._compact else 56)
+        return self.height() - margins.top() - margins.bottom() - t.px(rest)
+
+    def _below(self) -> QWidget:
+        """Stack the table of lamps and, for a screen without light, the recent places."""
+        self.recent = RecentPlaces()
+        self._lower = QStackedWidget()
+        for page in (self._table(), self.recent):
+            self._lower.addWidget(page)
+        return self._lower
+
+    def _table(self) -> QWidget:
+        table = QWidget()
+        self._rows_box = QWidget()
+        self._rows = QVBoxLayout(self._rows_box)
+        self._rows.setContentsMargins(0, 0, 0, 0)
+        self._rows.setSpacing(0)
+        self._note = Text("", role="dim")
+        self._note.setFixedHeight(theme().px(_ROW))
+        self._rows.addWidget(self._note)
+        self._rows.addStretch(1)
+        self.lamps: list[TableRow] = []
+        column = QVBoxLayout(table)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        head = QHBoxLayout()
+        head.addWidget(TableHead(self._columns))
+        column.addLayout(head)
+        scroll = _Rows(self._rows_box)
+        scroll.setAccessibleName("Lamps found")
+        # The head keeps its columns over those of the rows, which make way for the bar.
+        scroll.bar_changed.connect(lambda width: head.setContentsMargins(0, 0, width, 0))
+        column.addWidget(scroll, 1)
+        return table
+
+    def _age_line(self) -> QWidget:
+        t = theme()
+        self._age_icon = Icon("clock", 16, "dim")
+        self._age = Text("", 14, role="dim", elide=True)
+        line = QWidget()
+        line.setFixedHeight(t.px(20))
+        row = QHBoxLayout(line)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(t.px(8))
+        row.addWidget(self._age_icon)
+        row.addWidget(self._age, 1)
+        return line
+
+    def _drop_row(self) -> QWidget:
+        t = theme()
+        height = t.px(40 if self._compact else 56)
+        self._zone = Frame("none", "ctl", dashed=True)
+        self._drop = Text(self._drop_words(""), 14, role="dim", elide=True)
+        inner = QHBoxLayout(self._zone)
+        inner.setContentsMargins(t.px(20), 0, t.px(16), 0)
+        inner.setSpacing(t.px(12))
+        self._drop_icon = Icon("folder", 20, "dim")
+        inner.addWidget(self._drop_icon)
+        inner.addWidget(self._drop, 1)
+        self.open_button = Button("Open files…")
+        self.open_button.set_tip("Open panoramas, brackets or photographs", "Ctrl O")
+        self.watch_button = Button("Watch a folder…")
+        self.watch_button.set_tip("Brackets that arrive in a folder become places")
+        line = QWidget()
+        line.setFixedHeight(height)
+        row = QHBoxLayout(line)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(t.px(8))
+        row.addWidget(self._zone, 1)
+        for button in (self.open_button, self.watch_button):
+            button.setFixedHeight(height)
+            row.addWidget(button)
+        return line
+
+    def _connect(self) -> None:
+        presenter = self._presenter
+        self.tools.zoom_asked.connect(self.panorama.zoom_by)
+        self.tools.whole_asked.connect(self.panorama.fit)
+        self.tools.exposed.connect(presenter.expose)
+        self.tools.layer_asked.connect(presenter.show_layer)
+        self.panorama.zoom_changed.connect(self.tools.show_zoom)
+        self.panorama.marker_released.connect(presenter.move_marker)
+        self.empty.pressed.connect(lambda _number: presenter.open_demo())
+        self.recent.chosen.connect(presenter.open_recent)
+        self.open_button.clicked.connect(self.files_asked)
+        self.watch_button.clicked.connect(self._watch)
+
+    def _watch(self) -> None:
+        if self._state is not None and self._state.watching:
+            self._presenter.watching.stop()
+        else:
+            self.folder_asked.emit()
+
+    # -- state ---------------------------------------------------------------------------------
+
+    def show_state(self, state: ProbeState) -> None:
+        """Show it; what is the same as before is left alone."""
+        before, self._state = self._state, state
+        self.tools.show_state(state)
+        self._show_panorama(state, before)
+        if before is None or state.lamps != before.lamps or state.lamps_note != before.lamps_note:
+            self._show_lamps(state.lamps, state.lamps_note)
+        self._age.set_text(state.age)
+        self._age.set_role("text" if state.age_old else "dim")
+        self._age_icon.set(
+            "warning" if state.age_old else "clock", "text" if state.age_old else "dim"
+        )
+        self._age_icon.setVisible(bool(state.age))
+        if before is None or state.watching != before.watching:
+            self._show_watching(state.watching)
+
+    def _show_panorama(self, state: ProbeState, before: ProbeState | None) -> None:
+        panorama = self.panorama
+        self._stack.setCurrentIndex(0 if state.picture is None else 1)
+        if state.running is not None:
+            self.empty.set(_SOON)
+        elif state.opening:
+            self.empty.set(_OPENING.format(state.opening))
+        else:
+            self.empty.set(_EMPTY, "Try the demo place")
+        if before is None or state.recent != before.recent:
+            self.recent.show_rows(state.recent)
+        self._lower.setCurrentIndex(0 if state.picture is not None else 1)
+        # The front first: a new picture of the same spot must not be seen at the old one.
+        if self._front != state.front_deg or before is None:
+            known = before is not None and before.picture is not None
+            panorama.set_front(state.front_deg, glide=known)
+            self._front = state.front_deg
+        if before is None or state.picture is not before.picture:
+            panorama.set_picture(state.picture)
+        if before is None or state.findings is not before.findings:
+            found = state.findings
+            panorama.set_clipped(None if found is None else found.clipped)
+            panorama.set_lamps(
+                [SceneLamp(row.letter, row.azimuth_deg, row.elevation_deg) for row in state.lamps]
+            )
+        if before is None or _layers(state) != _layers(before):
+            clipped, lamps, grid = _layers(state)
+            panorama.set_shown(clipped=clipped, lamps=lamps, grid=grid)
+        if before is None or state.marker_words != before.marker_words:
+            panorama.set_marker_words(state.marker_words)
+
+    def _show_lamps(self, lamps: tuple[LampRow, ...], note: str) -> None:
+        while len(self.lamps) > len(lamps):
+            row = self.lamps.pop()
+            self._rows.removeWidget(row)
+            row.hide()
+            row.deleteLater()
+        while len(self.lamps) < len(lamps):
+            row = TableRow(self._columns, self._cells(lamps[len(self.lamps)]))
+            # It only tells: nothing is chosen by it.
+            row.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+            row.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+            self.lamps.append(row)
+            self._rows.insertWidget(self._rows.count() - 1, row)
+        for row, lamp in zip(self.lamps, lamps, strict=True):
+            row.set(self._cells(lamp))
+            row.setAccessibleName(lamp.spoken)
+        self._note.set_text(note)
+        self._note.setVisible(bool(note))
+
+    def _cells(self, lamp: LampRow) -> tuple[Cell, ...]:
+        where = () if self._compact else (Cell(lamp.where),)
+        return (
+            Cell(lamp.name, letter=lamp.letter, strong=True),
+            *where,
+            Cell(lamp.azimuth),
+            Cell(lamp.elevation),
+            Cell(lamp.share),
+            Cell("clipped", "hatch") if lamp.clipped else Cell(""),
+        )
+
+    def _drop_words(self, folder: str) -> str:
+        if folder:
+            return f"Watching {folder}: a bracket that arrives opens here"
+        return _DROP_SHORT if self._compact else _DROP
+
+    def _show_watching(self, folder: str) -> None:
+        self._drop.set_text(self._drop_words(folder))
+        self._drop_icon.set("eye" if folder else "folder")
+        self.watch_button.set_text("Stop watching" if folder else "Watch a folder…")
+
+
+def _layers(state: ProbeState) -> tuple[bool, bool, bool]:
+    return state.show_clipped, state.show_lamps, state.show_grid

@@ -1,0 +1,293 @@
+"""Small parts of the right side: lines of the checklist, frames, steps, and "You may move now"."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QRect, QRectF, QSize, Qt
+from PySide6.QtGui import QPainter, QPaintEvent
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
+
+from app.ui.theme import theme
+from app.ui.theme.icons import draw_icon
+from app.ui.widgets.buttons import Pressable
+from app.ui.widgets.icons import Icon
+from app.ui.widgets.labels import Text
+from app.ui.widgets.paint import LEFT, box, hover_fill, put_text, selected_edge
+from app.ui.widgets.pictures import Picture
+from app.ui.widgets.progress import Bar, Spinner
+
+if TYPE_CHECKING:
+    from app.ui.screens.probe.state import Check, FrameTile, Running, StepMark
+
+_TILE: Final = 48
+_BAND: Final = 64
+
+
+class CheckTile(Pressable):
+    """A line of the list before pressing, with its drawing; it can be ticked."""
+
+    def __init__(self, check: Check, compact: bool) -> None:
+        super().__init__(check.words, tip=check.words if compact else "")
+        t = theme()
+        self.key = check.key
+        self._words = check.words
+        self._compact = compact
+        self.setCheckable(True)
+        self.setFixedHeight(t.px(_TILE))
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def sizeHint(self) -> QSize:
+        """192 x 48, or a square and a half."""
+        t = theme()
+        return QSize(t.px(72 if self._compact else 192), t.px(_TILE))
+
+    def minimumSizeHint(self) -> QSize:
+        """Give the smallest useful size."""
+        return QSize(theme().px(56 if self._compact else 150), theme().px(_TILE))
+
+    def show_ticked(self, ticked: bool) -> None:
+        """Tick it without telling anybody."""
+        self.setChecked(ticked)
+        self.setAccessibleDescription("done" if ticked else "not yet done")
+
+    def nextCheckState(self) -> None:
+        """Stay as the presenter says: a click asks, it does not tick."""
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        fill = hover_fill(t) if self.hovered() and t.contrast else t.c.raised
+        edge, width = (t.c.line, t.line_width) if t.contrast else (None, 1)
+        if self.isDown() or (self.hovered() and not t.contrast):
+            edge, width = t.c.ctl, selected_edge(t) if self.isDown() else 1
+        box(painter, self.rect(), t.px(8), fill, edge, width)
+        side = t.px(28)
+        if self._compact:
+            spot = QRect(t.px(8), 0, side, self.height())
+            if not self.isChecked():
+                spot.moveLeft((self.width() - side) // 2)
+            draw_icon(painter, self.key, spot, side, t.c.text)
+        else:
+            draw_icon(painter, self.key, QRect(t.px(10), 0, side, self.height()), side, t.c.text)
+            self._paint_words(painter)
+        if self.isChecked():
+            mark = t.px(16)
+            spot = QRect(self.width() - mark - t.px(8), 0, mark, self.height())
+            draw_icon(painter, "check", spot, mark, t.c.ok)
+
+    def _paint_words(self, painter: QPainter) -> None:
+        """Two lines at most, in the middle of the height."""
+        t = theme()
+        left, right = t.px(46), t.px(28)
+        room = self.width() - left - right
+        font = t.font(12)
+        painter.setFont(font)
+        lines = _two_lines(painter, self._words, room)
+        high = t.line_height(12)
+        top = (self.height() - high * len(lines)) / 2
+        for number, line in enumerate(lines):
+            area = QRectF(left, top + number * high, room, high)
+            put_text(painter, area, line, font, t.c.text, LEFT)
+
+
+def _two_lines(painter: QPainter, words: str, room: int) -> list[str]:
+    """Break a phrase once, as late as it fits."""
+    metrics = painter.fontMetrics()
+    if metrics.horizontalAdvance(words) <= room:
+        return [words]
+    parts = words.split(" ")
+    for cut in range(len(parts) - 1, 0, -1):
+        first = " ".join(parts[:cut])
+        if metrics.horizontalAdvance(first) <= room:
+            return [first, " ".join(parts[cut:])]
+    return [words]
+
+
+class _FrameView(QWidget):
+    """One exposure: small picture, EV, shutter, clip share."""
+
+    def __init__(self, narrow: bool) -> None:
+        super().__init__()
+        t = theme()
+        self._narrow = narrow
+        self._tile: FrameTile | None = None
+        self.picture = Picture("Frame", 4)
+        self.ev = Text("", 14, 600)
+        self.shutter = Text("", 12, role="dim", align=Qt.AlignmentFlag.AlignRight)
+        self._clip_icon = Icon("hatch", 16)
+        self.clipped = Text("", 12, elide=True)
+        self._bar = Bar("Download")
+        self._bar.setMinimumWidth(0)
+        self._bar.setMaximumWidth(t.px(400))
+        self._bar.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self.picture)
+        column.addSpacing(t.px(4))
+        column.addWidget(self._bar)
+        first = QHBoxLayout()
+        first.setSpacing(t.px(4))
+        first.addWidget(self.ev)
+        if narrow:
+            column.addLayout(first)
+            self.shutter = Text("", 12, role="dim")
+            column.addWidget(self.shutter)
+        else:
+            first.addStretch(1)
+            first.addWidget(self.shutter)
+            column.addLayout(first)
+        second = QHBoxLayout()
+        second.setSpacing(t.px(4))
+        second.addWidget(self._clip_icon)
+        second.addWidget(self.clipped, 1)
+        column.addLayout(second)
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
+
+    def show_tile(self, tile: FrameTile) -> None:
+        """Show it."""
+        if self._tile is not None and tile.same_as(self._tile):
+            return
+        self._tile = tile
+        self.picture.set_picture(tile.picture)
+        self.picture.setAccessibleName(f"Frame {tile.spoken}")
+        self.setToolTip(tile.spoken)
+        self.ev.set_text(tile.ev)
+        self.shutter.set_text(tile.shutter)
+        words = tile.clipped.removesuffix(" clipped") if self._narrow else tile.clipped
+        self.clipped.set_text(words)
+        self._clip_icon.setVisible(bool(words))
+        waiting = tile.arrived < 1.0
+        self._bar.setVisible(waiting)
+        self._bar.set(tile.arrived)
+
+
+class FramesGrid(QWidget):
+    """The exposures side by side, three or four in a line."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._grid = QGridLayout(self)
+        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid.setHorizontalSpacing(theme().px(8))
+        self._grid.setVerticalSpacing(theme().px(8))
+        self.views: list[_FrameView] = []
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def resizeEvent(self, event: object) -> None:
+        """Keep all pictures at 2:1 and equally high."""
+        self._fit()
+
+    def _fit(self) -> None:
+        columns = 3 if len(self.views) <= 3 else 4
+        width = (self.width() - (columns - 1) * theme().px(8)) // columns
+        for view in self.views:
+            view.picture.setFixedHeight(max(width // 2, 8))
+
+    def show_tiles(self, tiles: tuple[FrameTile, ...]) -> None:
+        """Show as many as there are."""
+        columns = 3 if len(tiles) <= 3 else 4
+        if len(tiles) != len(self.views):
+            for old in self.views:
+                self._grid.removeWidget(old)
+                old.hide()
+                old.deleteLater()
+            self.views = [_FrameView(columns > 3) for _ in tiles]
+            for number, view in enumerate(self.views):
+                self._grid.addWidget(view, number // columns, number % columns)
+            for column in range(4):
+                self._grid.setColumnStretch(column, 1 if column < columns else 0)
+            self._fit()
+        for view, tile in zip(self.views, tiles, strict=True):
+            view.show_tile(tile)
+
+
+class MoveBand(QWidget):
+    """All exposures are made: a green check and the words, 64 high."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setFixedHeight(theme().px(_BAND))
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setAccessibleName("You may move now")
+
+    def sizeHint(self) -> QSize:
+        """Give the size as designed."""
+        return QSize(theme().px(312), theme().px(_BAND))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        box(painter, self.rect(), t.px(8), t.c.raised, t.c.ok, 2)
+        side = t.px(28)
+        draw_icon(painter, "check", QRect(t.px(16), 0, side, self.height()), side, t.c.ok)
+        area = QRectF(t.px(60), 0, self.width() - t.px(76), self.height())
+        put_text(painter, area, "You may move now", t.font(20, 600), t.c.text, LEFT)
+
+
+class _StepRow(QWidget):
+    """One step of a running capture."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        t = theme()
+        self.setFixedHeight(t.px(28))
+        self._ring = Icon("ring", 16, "dim")
+        self._check = Icon("check", 16, "ok")
+        self._spinner = Spinner("Under way")
+        self.words = Text("", 14)
+        self.left = Text("", 14, role="dim")
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(t.px(12))
+        for widget in (self._ring, self._check, self._spinner):
+            row.addWidget(widget)
+        row.addWidget(self.words, 1)
+        row.addWidget(self.left)
+
+    def show_mark(self, mark: StepMark, left: str) -> None:
+        self._ring.setVisible(mark.state == "waiting")
+        self._check.setVisible(mark.state == "done")
+        self._spinner.setVisible(mark.state == "now")
+        self.words.set_text(mark.words)
+        self.words.set_role("dim" if mark.state == "waiting" else "text")
+        self.left.set_text(left if mark.state == "now" else "")
+        says = {"waiting": "not yet", "now": "under way", "done": "done"}[mark.state]
+        self.setAccessibleName(f"{mark.words}, {says}")
+
+
+class StepList(QWidget):
+    """The steps of a running capture, when one may move, and a first answer."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        t = theme()
+        self.rows: list[_StepRow] = []
+        self.band = MoveBand()
+        self.message = Text("", 12, role="dim", elide=True)
+        self.rough = Text("", 14, wrap=True)
+        self._column = QVBoxLayout(self)
+        self._column.setContentsMargins(0, 0, 0, 0)
+        self._column.setSpacing(0)
+        self._column.addWidget(self.band)
+        self._column.addSpacing(t.px(8))
+        for _ in range(5):
+            row = _StepRow()
+            self.rows.append(row)
+            self._column.addWidget(row)
+        self._column.addSpacing(t.px(8))
+        self._column.addWidget(self.message)
+        self._column.addSpacing(t.px(8))
+        self._column.addWidget(self.rough)
+
+    def show_running(self, running: Running) -> None:
+        """Show how far it is."""
+        self.band.setVisible(running.may_move)
+        for row, mark in zip(self.rows, running.steps, strict=True):
+            row.show_mark(mark, running.left)
+        self.message.set_text(running.message)
+        self.rough.set_text(running.rough)
+        self.rough.setVisible(bool(running.rough))

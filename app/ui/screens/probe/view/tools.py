@@ -1,0 +1,122 @@
+"""The tools over the panorama: zoom, exposure, and what lies on it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QHBoxLayout, QWidget
+
+from app.ui.screens.probe.words import ev_words
+from app.ui.theme import theme
+from app.ui.widgets.buttons import Button, IconButton, Pressable
+from app.ui.widgets.icons import Icon
+from app.ui.widgets.labels import Text
+from app.ui.widgets.paint import text_width
+from app.ui.widgets.roving import Roving
+from app.ui.widgets.sliders import LabelledSlider
+
+if TYPE_CHECKING:
+    from PySide6.QtGui import QResizeEvent
+
+    from app.ui.screens.probe.state import ProbeState
+
+_ROOMY = 800  # wide enough for icons beside the words
+_LAYERS = (
+    ("clipped", "Clipped", "hatch", "Hatch what was too bright for every frame"),
+    ("lamps", "Lamps", "bulb", "Letter the lamps"),
+    ("grid", "Grid", "grid", "Draw a grid of directions"),
+)
+
+
+class Tools(QWidget):
+    """One line of 32."""
+
+    zoom_asked = Signal(float)
+    """Steps, positive is nearer."""
+    whole_asked = Signal()
+    exposed = Signal(float)
+    layer_asked = Signal(str, bool)
+
+    def __init__(self, compact: bool) -> None:
+        super().__init__()
+        t = theme()
+        self.setFixedHeight(t.px(32))
+        self.whole = IconButton("hand", "Show the whole panorama", size="small", shortcut="0")
+        self.whole.set_tip("Drag to look around; press to show it whole", "0")
+        self.out = IconButton("minus", "Zoom out", size="small", shortcut="−")
+        self.near = IconButton("plus", "Zoom in", size="small", shortcut="+")
+        self.percent = Text("100 %", align=Qt.AlignmentFlag.AlignHCenter)
+        self.percent.setFixedWidth(text_width(t.font(14), "800 %") + t.px(8))
+        self.exposure = LabelledSlider(
+            "Exposure", -6.0, 6.0, 0.0, 0.1, exposure_words, default=0.0, inline=True
+        )
+        self.exposure.setToolTip("How bright it is shown; a double click resets it")
+        self.exposure.setMaximumWidth(t.px(296))
+        if not compact:
+            self.exposure.setMinimumWidth(t.px(200))
+        self.layers: dict[str, Pressable] = {}
+        self._there: bool | None = None
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(t.px(8))
+        for widget in (self.whole, self.out, self.percent, self.near):
+            row.addWidget(widget)
+        row.addSpacing(t.px(8))
+        row.addWidget(Icon("sun", 20, "dim"))
+        row.addWidget(self.exposure, 1)
+        row.addStretch(0 if compact else 1)
+        for key, words, icon, tip in _LAYERS:
+            row.addWidget(self._layer(key, words, icon, tip, compact))
+        self.whole.clicked.connect(self.whole_asked)
+        self.out.clicked.connect(lambda: self.zoom_asked.emit(-1.0))
+        self.near.clicked.connect(lambda: self.zoom_asked.emit(1.0))
+        self.exposure.changed.connect(self.exposed)
+        Roving(self).set_members([self.whole, self.out, self.near])
+        Roving(self).set_members(list(self.layers.values()))
+
+    def _layer(self, key: str, words: str, icon: str, tip: str, compact: bool) -> Pressable:
+        button: Pressable
+        if compact:
+            button = IconButton(icon, words, checkable=True, size="small")
+        else:
+            button = Button(words, icon, size="small", checkable=True)
+        button.set_tip(tip)
+        button.clicked.connect(lambda on, key=key: self.layer_asked.emit(key, on))
+        self.layers[key] = button
+        return button
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Leave out the icons beside words where there is little room."""
+        super().resizeEvent(event)
+        roomy = self.width() >= theme().px(_ROOMY)
+        for key, words, icon, _ in _LAYERS:
+            button = self.layers[key]
+            if isinstance(button, Button):
+                button.set_text(words, icon if roomy else "")
+
+    def show_zoom(self, zoom: float) -> None:
+        """Say how near it is shown."""
+        self.percent.set_text(f"{round(100 * zoom)} %")
+
+    def show_state(self, state: ProbeState) -> None:
+        """Show exposure and layers."""
+        self.exposure.set_value(state.exposure_ev)
+        shown = (state.show_clipped, state.show_lamps, state.show_grid)
+        for (key, *_), on in zip(_LAYERS, shown, strict=True):
+            self.layers[key].setChecked(on)
+        there = state.picture is not None
+        if there == self._there:
+            return
+        self._there = there
+        for widget in (self.whole, self.out, self.near, *self.layers.values()):
+            widget.set_available(there, "There is no panorama yet.")
+        self.exposure.setEnabled(there)
+
+
+def exposure_words(stops: float) -> str:
+    """Write the exposure of the picture with one decimal: "0.0 EV", "−1.5 EV"."""
+    if abs(stops) < 0.05:
+        return "0.0 EV"
+    whole = ev_words(stops)
+    return whole if "." in whole else whole.replace(" EV", ".0 EV")

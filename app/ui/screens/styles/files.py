@@ -1,0 +1,163 @@
+"""What can be done with the style in front beyond looking at it: sheet, numbers, own files."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from app.core.painting import EXPORT_ENDING
+from app.ui.presenters.actions import Action
+from app.ui.screens.styles.detail import numbers_text
+from app.ui.screens.styles.sheet import plain_name, save_sheet, sheet_name
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from app.core.painting import UserStyle
+    from app.ui.presenters.place_controller import PlaceController
+    from app.ui.presenters.services import Services
+    from app.ui.screens.styles.gallery import Snapshot
+    from app.ui.screens.styles.state import DetailState, StylesView
+
+    Front: TypeAlias = Callable[[], tuple[Snapshot | None, DetailState]]
+
+_SHEET_JOB: Final = "set-sheet"
+
+
+class StyleFiles:
+    """Saves, copies, renames, puts away, hands on and takes in."""
+
+    def __init__(self, services: Services, desk: PlaceController, front: Front) -> None:
+        self._services = services
+        self._own = desk.own_styles
+        self._front = front
+        self._view: StylesView | None = None
+
+    def attach(self, view: StylesView | None) -> None:
+        """Ask this view for names and files from now on; None: nobody."""
+        self._view = view
+
+    def actions(self) -> Sequence[Action]:
+        """List them, as in the menu beside the main button."""
+        seen, own = self._has_turn, self._is_own
+        return (
+            Action("set-sheet", "Save set sheet…", self.ask_sheet, "sheet", "Ctrl+S", seen),
+            Action("copy-numbers", "Copy numbers", self.copy_numbers, "duplicate", "", seen),
+            Action("rename-style", "Rename style…", self.ask_rename, "edit", "F2", own),
+            Action("duplicate-style", "Duplicate style", self.duplicate, "layers", "", own),
+            Action("delete-style", "Delete style", self.delete, "trash", "", own),
+            Action("export-style", "Export style…", self.ask_export, "export", "", own),
+            Action("import-style", "Import style…", self.ask_import, "import"),
+        )
+
+    # -- sheet and numbers ---------------------------------------------------------------------
+
+    def ask_sheet(self) -> None:
+        """Ask where the set sheet is to be saved."""
+        if self._view is not None and self._has_turn():
+            _, state = self._front()
+            self._view.ask_file("save_sheet", sheet_name(state, self._place_name()))
+
+    def save_sheet(self, path: Path) -> None:
+        """Write the set sheet of the style at the turn that is shown."""
+        snapshot, state = self._front()
+        if snapshot is None or not self._has_turn():
+            return
+        place, now = self._services.model.place, self._services.today()
+        self._services.runner.submit(
+            _SHEET_JOB,
+            lambda token, report: save_sheet(path, snapshot, state, place, now, token),
+            title="Saving the set sheet",
+            done=lambda saved: self._services.notify.tell(
+                f"{saved.name} saved.", kind="done", about=_SHEET_JOB
+            ),
+            failed=lambda error: self._services.notify.tell_error(
+                error,
+                actions=[
+                    ("Save elsewhere…", self.ask_sheet),
+                    ("Try again", lambda: self.save_sheet(path)),
+                ],
+                about=_SHEET_JOB,
+            ),
+        )
+
+    def copy_numbers(self) -> None:
+        """Put turn, arc, match, strength and ratio where they can be pasted from."""
+        if self._view is not None and self._has_turn():
+            self._view.copy(numbers_text(self._front()[1], self._place_name()))
+            self._services.notify.tell("Numbers copied.", kind="done")
+
+    # -- the user's own styles -----------------------------------------------------------------
+
+    def ask_rename(self) -> None:
+        """Ask for another name of the user's style in front."""
+        style = self._own_style()
+        if style is not None and self._view is not None:
+            self._view.ask_name(style.title)
+
+    def rename(self, title: str) -> None:
+        """Give the user's style in front another name."""
+        style = self._own_style()
+        if style is None or " ".join(title.split()) == style.title:
+            self._say_trouble("")
+            return
+        self._own.rename(style, title, lambda: self._say_trouble(""), self._say_trouble)
+
+    def duplicate(self) -> None:
+        """Keep a copy of the user's style in front, and bring it to the front."""
+        style = self._own_style()
+        if style is not None:
+            self._own.duplicate(style, self._own.add)
+
+    def delete(self) -> None:
+        """Put the user's style in front away; undo brings it back."""
+        style = self._own_style()
+        if style is not None:
+            self._own.delete(style)
+
+    def ask_export(self) -> None:
+        """Ask for the file that the user's style in front is to be written to."""
+        style = self._own_style()
+        if style is not None and self._view is not None:
+            self._view.ask_file("export", f"{plain_name(style.title)}{EXPORT_ENDING}")
+
+    def export(self, path: Path) -> None:
+        """Write the user's style in front to one file."""
+        style = self._own_style()
+        if style is not None:
+            self._own.export(style, path)
+
+    def ask_import(self) -> None:
+        """Ask for the file of a style."""
+        if self._view is not None:
+            self._view.ask_file("import_style", "")
+
+    def import_style(self, path: Path) -> None:
+        """Take in a style that somebody exported, and bring it to the front."""
+
+        def done(style: UserStyle) -> None:
+            self._own.add(style)
+            self._services.notify.tell(f"{style.title} imported.", kind="done")
+
+        self._own.take_in(path, done)
+
+    # -- helpers -------------------------------------------------------------------------------
+
+    def _own_style(self) -> UserStyle | None:
+        key = self._front()[1].key
+        styles = self._services.model.user_styles
+        return next((style for style in styles if style.name == key), None)
+
+    def _is_own(self) -> bool:
+        return self._own_style() is not None
+
+    def _has_turn(self) -> bool:
+        return bool(self._front()[1].turn)
+
+    def _place_name(self) -> str:
+        place = self._services.model.place
+        return place.name if place is not None else ""
+
+    def _say_trouble(self, sentence: str) -> None:
+        if self._view is not None:
+            self._view.show_trouble(sentence)

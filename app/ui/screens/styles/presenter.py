@@ -1,0 +1,367 @@
+"""The Styles screen: which style, how far to turn for it, and what becomes of the picture."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from app.core.base.angles import wrap
+from app.ui.presenters.actions import Action
+from app.ui.presenters.model import Step
+from app.ui.screens.styles.detail import Detail
+from app.ui.screens.styles.files import StyleFiles
+from app.ui.screens.styles.gallery import (
+    Snapshot,
+    cards_of,
+    filters_of,
+    front_of,
+    look,
+    question_of,
+)
+from app.ui.screens.styles.state import (
+    CardState,
+    DetailState,
+    Filter,
+    Main,
+    Sizes,
+    Sort,
+    StylesState,
+    StylesView,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.core.base.progress import Report, Token
+    from app.ui.presenters.place_controller import PlaceController
+    from app.ui.presenters.services import Services
+
+_JOB: Final = "styles-pictures"
+_GALLERY: Final = frozenset({"head", "light", "results", "user_styles", "damaged_styles"})
+_SHOWN: Final = frozenset({"chosen", "needle_deg"})
+_SAME_DEG: Final = 1e-6
+_EMPTY: Final = {
+    Filter.ALL: "",
+    Filter.IN_REACH: "No style is in reach here. A lamp may bring some back.",
+    Filter.OUT_OF_REACH: "Every style is in reach here.",
+    Filter.MINE: "Paint a style and it appears here.",
+}
+_NOT_MEASURED: Final = "No light measured yet."
+_MAIN_WORDS: Final[dict[Main | None, tuple[str, str]]] = {
+    "turn": ("Turn to this style", "turn"),
+    "lamp": ("Try a lamp for this style", "try a lamp"),
+    "probe": ("Go to Probe", "go to Probe"),
+    None: ("Turn to this style", ""),
+}
+"""What the main button's key does, for the list of actions and for the foot."""
+
+
+class StylesPresenter:
+    """Resolves the gallery and the detail, and takes what the user does there."""
+
+    def __init__(self, services: Services, desk: PlaceController) -> None:
+        self._services = services
+        self.files = StyleFiles(services, desk, self._front)
+        self._view: StylesView | None = None
+        self._snapshot: Snapshot | None = None
+        self._detail = Detail()
+        self._detail_state = DetailState()
+        self._cards: tuple[CardState, ...] = ()
+        self._cards_key: tuple[object, ...] = ()
+        self._filter, self._sort = Filter.ALL, Sort.MATCH
+        self._sizes = Sizes()
+        self._in_front = True
+        self._asked = False
+        services.model.changed.connect(self._model_changed)
+        if services.model.results:
+            # Pictures are made before anybody looks.
+            self._ask_pictures()
+
+    # -- what the frame calls ------------------------------------------------------------------
+
+    def attach(self, view: StylesView) -> None:
+        """Show everything in `view` from now on."""
+        self._view = view
+        self.files.attach(view)
+        if self._snapshot is None and not self._asked:
+            self._ask_pictures()
+        self._refresh()
+
+    def detach(self) -> None:
+        """Show nothing any more."""
+        self._view = None
+        self.files.attach(None)
+
+    def entered(self) -> None:
+        """Show what has changed meanwhile."""
+        if not self._in_front:
+            self._in_front = True
+            self._refresh()
+
+    def left(self) -> None:
+        """Nobody looks: the needle may move without pictures being made."""
+        self._in_front = False
+
+    def actions(self) -> Sequence[Action]:
+        """List what can be done here; what has hints comes first."""
+        has_light, files = self._has_light, self.files
+        main, hint = _MAIN_WORDS[self._main()]
+        return (
+            Action("next-style", "Next style", self.choose_next, hint="choose", keys="Arrows"),
+            Action(
+                "styles-main", main, self.main, "turn", "Return; Enter",
+                self._main_works, hint=hint,
+            ),
+            Action("paint-style", "Paint on this style", self.paint, "brush", "P", hint="paint"),
+            Action("paint-new", "Paint a new style", self.paint_new, "brush"),
+            Action("best-turn", "Back to the best turn", self.go_best, "restore", "", has_light),
+            Action("turn-anyway", "Turn to the shown angle", self.turn, "turn", "", has_light),
+            *files.actions(),
+        )  # fmt: skip
+
+    # -- what the view calls -------------------------------------------------------------------
+
+    def sized(self, sizes: Sizes) -> None:
+        """Learn how large pictures are on the screen; they are made anew when it changes.
+
+        Parameters
+        ----------
+        sizes : Sizes
+            Device pixels.
+        """
+        if sizes == self._sizes:
+            return
+        cards = sizes.card != self._sizes.card
+        self._sizes = sizes
+        if cards and (self._snapshot is not None or self._asked):
+            self._ask_pictures()
+        self._refresh()
+
+    def choose(self, key: str) -> None:
+        """Bring a style to the front, at its best turn."""
+        if self._snapshot is None or key not in self._snapshot.styles:
+            return
+        self._services.model.choose(key)
+
+    def choose_next(self) -> None:
+        """Bring the next card's style to the front; after the last comes the first."""
+        keys = [card.key for card in self._shown_cards() if card.damaged is None]
+        front = self._front_key()
+        if keys:
+            place = keys.index(front) + 1 if front in keys else 0
+            self.choose(keys[place % len(keys)])
+
+    def open(self, key: str) -> None:
+        """Choose a style and do what the main button does, as on a double click."""
+        self.choose(key)
+        self.main()
+
+    def set_filter(self, wanted: str) -> None:
+        """Show other cards; see `Filter`."""
+        self._filter = Filter(wanted)
+        self._refresh(detail=False)
+
+    def set_sort(self, wanted: str) -> None:
+        """Show them in another order; see `Sort`."""
+        self._sort = Sort(wanted)
+        self._refresh(detail=False)
+
+    def look_at(self, turn_deg: float) -> None:
+        """Move the needle: pictures, background, weights and numbers follow."""
+        best = self._best()
+        if best is None:
+            return
+        at_best = abs(wrap(turn_deg - best)) < _SAME_DEG
+        self._services.model.update(needle_deg=None if at_best else self._counted(turn_deg))
+
+    def take_peak(self, index: int) -> None:
+        """Move the needle to a second peak."""
+        key = self._front_key()
+        result = None if self._snapshot is None else self._snapshot.results.get(key or "")
+        peaks = () if result is None else result.peaks[1:]
+        if 0 <= index < len(peaks):
+            self.look_at(peaks[index].turn_refined_deg)
+
+    def go_best(self) -> None:
+        """Put the needle back to the best turn."""
+        self._services.model.update(needle_deg=None)
+
+    def main(self) -> None:
+        """Do what the main button says."""
+        if not self._main_works():
+            return
+        does = self._main()
+        if does == "turn":
+            self.turn()
+        else:
+            step = Step.LIGHT if does == "lamp" else Step.PROBE
+            self._services.model.update(chosen=self._front_key(), step=step, painting=None)
+
+    def turn(self) -> None:
+        """Go to the turn that is shown, whether the style is in reach or not."""
+        best, needle = self._best(), self._needle()
+        if best is not None:
+            goal = self._counted(best if needle is None else needle)
+            self._services.model.update(
+                chosen=self._front_key(), goal_deg=goal, plan=None, step=Step.TURN
+            )
+
+    def paint(self) -> None:
+        """Paint on the style in front."""
+        key = self._front_key()
+        if key is not None:
+            self._services.model.update(painting=key)
+
+    def paint_new(self) -> None:
+        """Paint a style from nothing."""
+        self._services.model.update(painting="")
+
+    # -- resolving -----------------------------------------------------------------------------
+
+    def resolve(self) -> StylesState:
+        """Work out what the screen shows now."""
+        self._resolve_detail()
+        return self._state()
+
+    def _state(self) -> StylesState:
+        snapshot = self._snapshot
+        measured = self._services.model.light is not None
+        if snapshot is None:
+            return StylesState(
+                filter=self._filter,
+                sort=self._sort,
+                busy=True,
+                measured=measured,
+                detail=DetailState(main_works=False),
+            )
+        cards = self._shown_cards()
+        return StylesState(
+            cards=cards,
+            filters=tuple((key.value, words) for key, words in filters_of(snapshot)),
+            filter=self._filter,
+            sort=self._sort,
+            places=len(snapshot.styles) + len(snapshot.question.damaged) + 2,
+            empty="" if cards else self._empty_words(measured),
+            measured=measured,
+            busy=self._busy(),
+            limit_words=f"Tick at {snapshot.question.limits.match:.0f}",
+            detail=self._detail_state,
+        )
+
+    def _empty_words(self, measured: bool) -> str:
+        if not measured and self._filter is not Filter.MINE:
+            return _NOT_MEASURED
+        return _EMPTY[self._filter]
+
+    def _shown_cards(self) -> tuple[CardState, ...]:
+        if self._snapshot is None:
+            return ()
+        key = (self._snapshot.version, self._filter, self._sort, self._front_key())
+        if key != self._cards_key:
+            self._cards_key = key
+            self._cards = cards_of(self._snapshot, *key[1:])
+        return self._cards
+
+    def _resolve_detail(self) -> None:
+        snapshot, key = self._snapshot, self._front_key()
+        if snapshot is None or key is None:
+            self._detail_state = DetailState(main_works=False)
+            return
+        self._detail_state = self._detail.at(snapshot, key, self._needle(), self._sizes)
+
+    def _needle(self) -> float | None:
+        """Turn that is looked at, counted as the numbers on the screen are."""
+        needle, snapshot = self._services.model.needle_deg, self._snapshot
+        if needle is None or snapshot is None:
+            return needle
+        moved = self._moved()
+        # The marker may have moved and the answers not come yet: same place in the panorama.
+        return needle if moved == 0 else wrap(needle + moved)
+
+    def _counted(self, turn_deg: float) -> float:
+        """Count a turn on the screen from where the photographer stands by now."""
+        return wrap(turn_deg - self._moved())
+
+    def _moved(self) -> float:
+        """How far the marker has moved since the answers that are shown."""
+        if self._snapshot is None:
+            return 0.0
+        return self._services.model.front_deg - self._snapshot.question.front_deg
+
+    def _front_key(self) -> str | None:
+        """Style in front: the chosen one, or the first card while that is not there yet."""
+        snapshot = self._snapshot
+        return None if snapshot is None else front_of(snapshot, self._services.model.chosen)
+
+    def _best(self) -> float | None:
+        key = self._front_key()
+        if self._snapshot is None or key is None or key not in self._snapshot.results:
+            return None
+        return self._snapshot.results[key].turn_refined_deg
+
+    def _has_light(self) -> bool:
+        return self._best() is not None
+
+    def _main(self) -> Main | None:
+        """Say what the main button does; None while nothing can be done."""
+        snapshot, key = self._snapshot, self._front_key()
+        if snapshot is None or key is None:
+            return None
+        if snapshot.question.light is None:
+            return "probe"
+        result = snapshot.results.get(key)
+        if result is None:
+            return None
+        return "turn" if result.attainable else "lamp"
+
+    def _main_works(self) -> bool:
+        return self._main() is not None
+
+    def _front(self) -> tuple[Snapshot | None, DetailState]:
+        if self._view is None or not self._in_front:
+            self._resolve_detail()
+        return self._snapshot, self._detail_state
+
+    # -- pictures ------------------------------------------------------------------------------
+
+    def _busy(self) -> bool:
+        runner = self._services.runner
+        return runner.running(_JOB) or runner.running("solve")
+
+    def _ask_pictures(self) -> None:
+        question = question_of(self._services.model, self._sizes.card)
+        if question is None:
+            return
+        self._asked = True
+        model, known, sizes = self._services.model, self._snapshot, self._sizes
+        chosen, needle, detail = model.chosen, model.needle_deg, Detail(self._detail)
+
+        def work(token: Token, report: Report) -> tuple[Snapshot, Detail]:
+            del report
+            snapshot = look(question, known, token)
+            front = front_of(snapshot, chosen)
+            if front is not None:
+                # What will be asked for first is then there already.
+                detail.at(snapshot, front, needle, sizes)
+            return snapshot, detail
+
+        self._services.runner.submit(_JOB, work, done=self._looked)
+
+    def _looked(self, made: tuple[Snapshot, Detail]) -> None:
+        self._snapshot, self._detail = made
+        self._refresh()
+
+    def _model_changed(self, names: frozenset[str]) -> None:
+        if names & _GALLERY:
+            self._ask_pictures()
+            self._refresh(detail=False)
+        if names & {"front_deg", "settings"}:
+            self._refresh(detail=False)
+        if names & _SHOWN:
+            self._refresh()
+
+    def _refresh(self, detail: bool = True) -> None:
+        if self._view is None or not self._in_front:
+            return
+        if detail:
+            self._resolve_detail()
+        self._view.show_state(self._state())

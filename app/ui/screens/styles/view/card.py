@@ -1,0 +1,250 @@
+"""The cards of the gallery. One of a style is painted in one go: a window has twenty of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from PySide6.QtCore import QPointF, QRect, QRectF, Qt, QUrl
+from PySide6.QtGui import QDesktopServices, QPainter, QPixmap
+from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
+
+from app.ui.theme import theme
+from app.ui.theme.icons import draw_icon
+from app.ui.widgets.buttons import Button
+from app.ui.widgets.cards import Card, Frame
+from app.ui.widgets.icons import Icon
+from app.ui.widgets.labels import Text
+from app.ui.widgets.meters import draw_meter
+from app.ui.widgets.paint import RIGHT, box, put_text, text_width
+from app.ui.widgets.pictures import to_image
+from app.ui.widgets.tips import describe
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from PySide6.QtGui import QPaintEvent
+
+    from app.ui.screens.styles.state import CardState
+
+_PAD: Final = 8
+_GAP: Final = 2
+_RADIUS: Final = 6
+_BELOW: Final = 62  # words and meter, from the pictures to the lower edge
+_STALE: Final = 0.42
+_WAYS: Final = {"clockwise": "clockwise", "counter-clockwise": "counterclockwise"}
+
+
+def picture_width(card: int) -> int:
+    """Width of each of the two pictures on a card of some width, logical pixels."""
+    t = theme()
+    return (card - 2 * t.px(_PAD) - t.px(_GAP)) // 2
+
+
+def below_pictures() -> int:
+    """Height of a card without its pictures, logical pixels."""
+    t = theme()
+    return t.px(_PAD) + t.px(_BELOW)
+
+
+class StyleCard(Card):
+    """A style: target and picture here, name and turn, side and match, meter."""
+
+    def __init__(self, state: CardState) -> None:
+        super().__init__(state.spoken)
+        self._state = state
+        self._stale = False
+        self._ready: tuple[tuple[Any, ...], QPixmap] | None = None
+        self._tell()
+
+    @property
+    def state(self) -> CardState:
+        """What it shows."""
+        return self._state
+
+    def show_state(self, state: CardState, stale: bool) -> None:
+        """Show something else."""
+        if stale != self._stale:
+            self._stale = stale
+            self.update()
+        self.set_selected(state.chosen)
+        if state != self._state:
+            self._state = state
+            self._tell()
+            self.update()
+
+    def click(self) -> None:
+        """Open it: Enter on a card does what a double click does."""
+        self.opened.emit()
+
+    def _tell(self) -> None:
+        describe(self, self._state.spoken, tip=self._state.tip)
+
+    def paint_content(self, painter: QPainter) -> None:
+        """Paint pictures, words and meter."""
+        t = theme()
+        pad = t.px(_PAD)
+        wide = self.width() - 2 * pad
+        high = self.height() - below_pictures()
+        painter.setOpacity(_STALE if self._stale else 1.0)
+        pixmap = self._pictures(wide, high, painter.deviceTransform().m11())
+        painter.drawPixmap(QPointF(pad, pad), pixmap)
+        top = pad + high
+        self._paint_name(painter, QRect(pad, top + t.px(3), wide, t.px(24)))
+        self._paint_line(painter, QRect(pad, top + t.px(27), wide, t.px(16)))
+        state = self._state
+        if state.meter is not None:
+            fill = None if state.in_reach else t.c.dim
+            rail = QRectF(pad, top + t.px(46), wide, t.px(8))
+            draw_meter(painter, rail, state.meter, state.limit, fill=fill)
+        painter.setOpacity(1.0)
+
+    def _paint_name(self, painter: QPainter, area: QRect) -> None:
+        t, state = theme(), self._state
+        ink = t.c.text if state.in_reach else t.c.dim
+        room = QRect(area)
+        side = t.px(16)
+        if not state.in_reach:
+            spot = QRect(area.right() + 1 - side, area.top(), side, area.height())
+            draw_icon(painter, "not-possible", spot, side, t.c.dim)
+            room.setRight(spot.left() - t.px(4))
+        elif state.turn:
+            font = t.font(16, 700)
+            put_text(painter, area, state.turn, font, t.c.amber, RIGHT)
+            left = area.right() + 1 - text_width(font, state.turn)
+            if state.way in _WAYS:
+                left -= side + t.px(5)
+                spot = QRect(left, area.top(), side, area.height())
+                draw_icon(painter, _WAYS[state.way], spot, side, t.c.amber)
+            room.setRight(left - t.px(4))
+        put_text(painter, room, state.title, t.font(14, 600), ink)
+
+    def _paint_line(self, painter: QPainter, area: QRect) -> None:
+        t, state = theme(), self._state
+        room, font, line = QRect(area), t.font(12), state.line
+        beside = area.width() - text_width(font, state.match) - t.px(6)
+        # A reason that needs the whole line is worth more than the number: the meter has that too.
+        crowded = not state.in_reach and beside < text_width(font, line) <= area.width()
+        if state.match and not crowded:
+            put_text(painter, area, state.match, font, t.c.text, RIGHT)
+            room.setWidth(beside)
+            if state.brief and text_width(font, line) > beside:
+                line = state.brief
+        put_text(painter, room, line, font, t.c.dim)
+
+    def _pictures(self, wide: int, high: int, dpr: float) -> QPixmap:
+        """Both pictures with the corners of one, at the screen's own resolution."""
+        key = (wide, high, dpr, self._state.version, theme().name)
+        if self._ready is not None and self._ready[0] == key:
+            return self._ready[1]
+        t = theme()
+        pixmap = QPixmap(round(wide * dpr), round(high * dpr))
+        pixmap.setDevicePixelRatio(dpr)
+        pixmap.fill(Qt.GlobalColor.transparent)
+        each = (wide - t.px(_GAP)) / 2
+        painter = QPainter(pixmap)
+        box(painter, QRectF(0, 0, wide, high), t.px(_RADIUS), t.c.well)
+        # Only where the well is: a clip would leave jagged corners.
+        painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceIn)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        for number, picture in enumerate((self._state.target, self._state.here)):
+            _put(painter, QRectF(number * (each + t.px(_GAP)), 0, each, high), picture)
+        painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_Clear)
+        painter.fillRect(QRectF(each, 0, t.px(_GAP), high), Qt.GlobalColor.transparent)
+        painter.end()
+        self._ready = (key, pixmap)
+        return pixmap
+
+
+def _put(painter: QPainter, area: QRectF, picture: NDArray[Any] | None) -> None:
+    """Draw a picture into a rectangle of the same proportions, its middle where they differ."""
+    if picture is None:
+        return
+    image = to_image(picture)
+    scale = max(area.width() / image.width(), area.height() / image.height())
+    wide, high = area.width() / scale, area.height() / scale
+    part = QRectF((image.width() - wide) / 2, (image.height() - high) / 2, wide, high)
+    painter.drawImage(area, image, part)
+
+
+class PaintCard(Card):
+    """The place of a style that is yet to be painted."""
+
+    def __init__(self) -> None:
+        super().__init__("Paint a new style", dashed=True)
+        t = theme()
+        column = QVBoxLayout(self)
+        column.setContentsMargins(t.px(16), t.px(16), t.px(16), t.px(16))
+        column.setSpacing(t.px(8))
+        row = QHBoxLayout()
+        row.setSpacing(t.px(10))
+        row.addWidget(Icon("brush", 20))
+        row.addWidget(Text("Paint a new style", 14, 600, elide=True), 1)
+        column.addStretch(1)
+        column.addLayout(row)
+        words = "Say where the face should be brighter and darker."
+        column.addWidget(Text(words, 12, role="dim", wrap=True))
+        column.addStretch(1)
+        self.setAccessibleDescription(words)
+
+
+class DamagedCard(Frame):
+    """A style that cannot be read."""
+
+    def __init__(self, state: CardState) -> None:
+        super().__init__()
+        t = theme()
+        self._state = state
+        self.setAccessibleName(state.spoken)
+        self.setToolTip(state.tip)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(t.px(12), t.px(8), t.px(12), t.px(8))
+        column.setSpacing(t.px(4))
+        row = QHBoxLayout()
+        row.setSpacing(t.px(8))
+        row.addWidget(Icon("warning", 20))
+        row.addWidget(Text(state.title, 14, 600, elide=True), 1)
+        column.addLayout(row)
+        column.addWidget(Text(state.line, 12, role="dim", wrap=True))
+        column.addStretch(1)
+        self.button = Button("Show file", "folder", size="small")
+        self.button.clicked.connect(self._show_file)
+        column.addWidget(self.button, 0, Qt.AlignmentFlag.AlignLeft)
+
+    def _show_file(self) -> None:
+        if self._state.damaged is not None:
+            folder = self._state.damaged.parent
+            QDesktopServices.openUrl(QUrl.fromLocalFile(str(folder)))
+
+
+class KeyBox(QWidget):
+    """What the parts of a card mean."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._rows: tuple[tuple[str, str], ...] = ()
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.show_limit("Tick at 45")
+
+    def show_limit(self, words: str) -> None:
+        """Say where the tick of the meters stands."""
+        rows = (
+            ("Left picture", "target"),
+            ("Right picture", "here, best turn"),
+            ("Number, bar", "match of 100"),
+            (words, "limit of reach"),
+        )
+        if rows != self._rows:
+            self._rows = rows
+            self.setAccessibleName("Key: " + "; ".join(f"{one}: {two}" for one, two in rows))
+            self.update()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        font, step = t.font(12), t.px(24)
+        wide = max(text_width(font, one) for one, _ in self._rows) + t.px(16)
+        top = max((self.height() - step * len(self._rows)) // 2, 0)
+        for number, (one, two) in enumerate(self._rows):
+            line = QRect(t.px(8), top + number * step, self.width() - t.px(8), step)
+            put_text(painter, line, one, font, t.c.dim)
+            put_text(painter, line.adjusted(wide, 0, 0, 0), two, font, t.c.text)

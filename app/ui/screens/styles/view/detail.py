@@ -1,0 +1,439 @@
+"""The detail of the chosen style: pictures, plot, numbers, panorama, and what to do next."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QRect, QSize, Qt, QTimer, Signal
+from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+
+from app.ui.screens.styles.state import DetailState
+from app.ui.screens.styles.view.numbers import Facts, TurnWords
+from app.ui.theme import theme
+from app.ui.widgets.buttons import Button, IconButton
+from app.ui.widgets.fields import TextField
+from app.ui.widgets.icons import Icon, Sign
+from app.ui.widgets.labels import Text
+from app.ui.widgets.menus import Menu
+from app.ui.widgets.pictures import Picture
+from app.ui.widgets.plots.overlay import WeightPanorama
+from app.ui.widgets.plots.polar import PolarPlot
+from app.ui.widgets.segmented import Segmented
+from app.ui.widgets.surfaces import Scroll, Surface
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from PySide6.QtGui import QKeyEvent, QResizeEvent
+
+    from app.ui.presenters.actions import Action
+    from app.ui.widgets.buttons import Size
+
+_MARGIN: Final = 24
+_GAP: Final = 8
+_TAB: Final = 176  # height of a tab in the narrow layout
+_PLOT: Final = 224
+_SHAPE: Final = 208 / 200
+_LOWEST: Final = 136  # of the portraits, in a low window
+_PANORAMA: Final = 272 / 400  # of the width, without the gap
+_TABS: Final = (("plot", "Match"), ("weights", "Weights"), ("background", "Background"))
+
+
+def panorama_size(width: int) -> QSize:
+    """Size of the panorama in a detail of some width, logical pixels; 272 x 136 in 456."""
+    wide = round(_inner(width) * _PANORAMA)
+    return QSize(wide, wide // 2)
+
+
+def picture_sizes(width: int, compact: bool) -> tuple[QSize, QSize]:
+    """Sizes of the portraits and of the background in a detail of some width, logical pixels.
+
+    Returns
+    -------
+    QSize, QSize
+        200 x 208 and 128 x 136 in 456.
+    """
+    t = theme()
+    inner = _inner(width)
+    portrait = QSize(inner // 2, round(inner // 2 * _SHAPE))
+    if compact:
+        return portrait, QSize(inner + t.px(_GAP), t.px(_TAB))
+    panorama = panorama_size(width)
+    return portrait, QSize(inner - panorama.width(), panorama.height())
+
+
+def _inner(width: int) -> int:
+    """Width without margins and without the gap between two pictures."""
+    t = theme()
+    return width - 2 * t.px(_MARGIN) - t.px(_GAP)
+
+
+class _Title(QWidget):
+    """The name of the style; one of the user's can be typed anew in its place."""
+
+    renamed = Signal(str)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._text = Text("", 20, 600, elide=True)
+        self._side = Text("", 14, role="dim", elide=True)
+        self._field = TextField("Name of the style", show_label=False)
+        self._field.entered.connect(self.renamed)
+        self._field.hide()
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        for widget in (self._text, self._side, self._field):
+            column.addWidget(widget)
+
+    def show_words(self, title: str, side: str) -> None:
+        if title != self._text.text():
+            self.close_field()
+        self._text.set_text(title)
+        self._side.set_text(side)
+
+    def ask(self, title: str) -> None:
+        """Put the field in place of the words."""
+        self._text.hide()
+        self._side.hide()
+        self._field.set_text(title)
+        self._field.set_error("")
+        self._field.show()
+        self._field.edit.selectAll()
+        self._field.edit.setFocus(Qt.FocusReason.TabFocusReason)
+
+    def say(self, sentence: str) -> None:
+        """Say what is wrong with what was typed; nothing wrong closes the field."""
+        self._field.set_error(sentence)
+        if not sentence:
+            self.close_field()
+
+    def close_field(self) -> None:
+        self._field.hide()
+        self._text.show()
+        self._side.show()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Esc leaves the name as it was."""
+        if event.key() == Qt.Key.Key_Escape and self._field.isVisible():
+            self.close_field()
+        else:
+            super().keyPressEvent(event)
+
+
+class _Legend(QWidget):
+    """What orange and blue mean."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        t = theme()
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(t.px(8))
+        row.addWidget(Sign("plus"))
+        row.addWidget(Text("light helps", 12, role="dim"))
+        row.addSpacing(t.px(8))
+        row.addWidget(Sign("minus"))
+        row.addWidget(Text("light harms", 12, role="dim"))
+        row.addStretch(1)
+
+
+class _Warning(QWidget):
+    """A line with an icon; it keeps its place while it is empty, so that nothing jumps."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        t = theme()
+        self._icon = Icon("warning", 16)
+        self._text = Text("", 12, wrap=True)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(t.px(8))
+        row.addWidget(self._icon, 0, Qt.AlignmentFlag.AlignTop)
+        row.addWidget(self._text, 1, Qt.AlignmentFlag.AlignTop)
+        self.setFixedHeight(t.px(32))
+        self.say("", "", strong=False)
+
+    def say(self, words: str, tip: str, *, strong: bool) -> None:
+        self._icon.setVisible(bool(words))
+        self._icon.set("warning" if strong else "sun")
+        self._text.set_text(words)
+        self._text.setVisible(bool(words))
+        self.setToolTip(tip)
+        self.setAccessibleName(tip)
+
+
+class Detail(Surface):
+    """Everything about the chosen style."""
+
+    looked = Signal(float)
+    """The needle was moved to this turn, deg; the latest one, once per turn of the event loop."""
+    peak_taken = Signal(int)
+    best_asked = Signal()
+    main_asked = Signal()
+    turn_asked = Signal()
+    paint_asked = Signal()
+    renamed = Signal(str)
+    laid = Signal(QSize, QSize)
+    """Portraits and background have another size, logical pixels."""
+
+    def __init__(self, compact: bool, actions: Callable[[], Sequence[Action]]) -> None:
+        super().__init__("panel", ("left",))
+        self._compact = compact
+        self._actions = actions
+        self._state = DetailState()
+        self._shown: DetailState | None = None
+        self._turn = 0.0
+        self._later = QTimer(self, singleShot=True, interval=0)
+        self._later.timeout.connect(lambda: self.looked.emit(self._turn))
+        self.setAccessibleName("Chosen style")
+        self._make_parts()
+        if compact:
+            self._lay_compact()
+        else:
+            self._lay_full()
+
+    def _make_parts(self) -> None:
+        compact = self._compact
+        self._title = _Title()
+        self._title.renamed.connect(self.renamed)
+        self.target, self.here = Picture("Target"), Picture("Picture here")
+        self.plot = PolarPlot("Match by turn", _TAB if compact else _PLOT)
+        self.plot.turned.connect(self._moved)
+        self.plot.released.connect(self._released)
+        self.plot.peak_chosen.connect(self.peak_taken)
+        self._back = IconButton("target", "Back to the best turn", size="small", shortcut="Home")
+        self._back.setParent(self.plot)
+        self._back.clicked.connect(self.best_asked)
+        self._back.hide()
+        self.words, self.facts = TurnWords(compact), Facts(compact)
+        self.weights = WeightPanorama()
+        self.weights.turned.connect(self._moved)
+        self.weights.released.connect(self._released)
+        self.background = Picture("Background behind the sitter")
+        self._legend, self._warning = _Legend(), _Warning()
+        size: Size = "normal" if compact else "main"
+        self.main = Button("Turn to this", kind="primary", size=size)
+        self.main.set_available(False)
+        self.main.clicked.connect(self.main_asked)
+        self.paint = Button("Paint", "brush", size=size)
+        self.paint.set_tip("Paint on this style", "P")
+        self.paint.clicked.connect(self.paint_asked)
+        self.more = IconButton("more", "More", size=size)
+        self.more.clicked.connect(self._open_menu)
+
+    # -- places --------------------------------------------------------------------------------
+
+    def _column(self) -> QVBoxLayout:
+        """Begin what scrolls where there is too little height; the buttons below stay in sight."""
+        t = theme()
+        inside = QWidget()
+        self._content = column = QVBoxLayout(inside)
+        column.setContentsMargins(t.px(_MARGIN) - t.line_width, t.px(16), t.px(_MARGIN), 0)
+        column.setSpacing(0)
+        scroll = Scroll(inside)
+        scroll.setAccessibleName("About the chosen style")
+        scroll.bar_changed.connect(self._make_way)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(t.line_width, 0, 0, t.px(16 if self._compact else 24))
+        whole.setSpacing(t.px(4))
+        whole.addWidget(scroll, 1)
+        self._whole = whole
+        column.addWidget(self._title)
+        column.addSpacing(t.px(8 if self._compact else 12))
+        pair = QHBoxLayout()
+        pair.setSpacing(t.px(8))
+        pair.addWidget(self.target)
+        pair.addWidget(self.here)
+        column.addLayout(pair)
+        return column
+
+    def _make_way(self, width: int) -> None:
+        """Let the bar lie in the margin."""
+        around = self._content.contentsMargins()
+        around.setRight(max(theme().px(_MARGIN) - width, 0))
+        self._content.setContentsMargins(around)
+
+    def _buttons(self) -> QHBoxLayout:
+        t = theme()
+        row = QHBoxLayout()
+        row.setContentsMargins(t.px(_MARGIN) - t.line_width, 0, t.px(_MARGIN), 0)
+        row.setSpacing(t.px(8))
+        row.addWidget(self.main, 1)
+        row.addWidget(self.paint)
+        row.addWidget(self.more)
+        return row
+
+    def _lay_full(self) -> None:
+        t = theme()
+        column = self._column()
+        column.addSpacing(t.px(12))
+        middle = QHBoxLayout()
+        middle.setSpacing(t.px(16))
+        middle.addWidget(self.plot, 0, Qt.AlignmentFlag.AlignTop)
+        numbers = QWidget()
+        # Words come and go with the needle; what is below must not move.
+        numbers.setFixedHeight(t.px(_PLOT))
+        rows = QVBoxLayout(numbers)
+        rows.setContentsMargins(0, t.px(4), 0, 0)
+        rows.setSpacing(0)
+        rows.addWidget(self.words)
+        rows.addSpacing(t.px(8))
+        rows.addWidget(self.facts)
+        rows.addStretch(1)
+        middle.addWidget(numbers, 1)
+        column.addLayout(middle)
+        column.addSpacing(t.px(12))
+        place = QHBoxLayout()
+        place.setSpacing(t.px(8))
+        place.addWidget(self.weights)
+        place.addWidget(self.background)
+        column.addLayout(place)
+        column.addSpacing(t.px(8))
+        column.addWidget(self._legend)
+        column.addSpacing(t.px(4))
+        column.addWidget(self._warning)
+        column.addStretch(1)
+        self._whole.addLayout(self._buttons())
+
+    def _lay_compact(self) -> None:
+        t = theme()
+        column = self._column()
+        column.addSpacing(t.px(8))
+        column.addWidget(self.words)
+        column.addSpacing(t.px(8))
+        tabs = Segmented(_TABS, name="Show", equal=False)
+        column.addWidget(tabs)
+        column.addSpacing(t.px(8))
+        self._pages = QStackedWidget()
+        first = QWidget()
+        row = QHBoxLayout(first)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(t.px(8))
+        row.addWidget(self.plot)
+        row.addWidget(self.facts, 1)
+        second = QWidget()
+        rows = QVBoxLayout(second)
+        rows.setContentsMargins(0, 0, 0, 0)
+        rows.setSpacing(t.px(8))
+        rows.addWidget(self.weights)
+        rows.addWidget(self._legend)
+        rows.addStretch(1)
+        for page in (first, second, self.background):
+            self._pages.addWidget(page)
+        self._pages.setFixedHeight(t.px(_TAB))
+        keys = [key for key, _ in _TABS]
+        tabs.chosen.connect(lambda key: self._pages.setCurrentIndex(keys.index(key)))
+        column.addWidget(self._pages)
+        column.addSpacing(t.px(4))
+        column.addWidget(self._warning)
+        column.addStretch(1)
+        self._whole.addLayout(self._buttons())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give pictures their proportions."""
+        super().resizeEvent(event)
+        portrait, background = picture_sizes(self.width(), self._compact)
+        for picture in (self.target, self.here):
+            picture.setFixedSize(portrait)
+        if self._compact:
+            self.weights.setFixedHeight(background.width() // 2)
+        else:
+            self.weights.setFixedSize(panorama_size(self.width()))
+            self.background.setFixedSize(background)
+            self._lower(portrait)
+        side = self._back.sizeHint().width()
+        edge = self.plot.sizeHint().width() - side
+        self._back.setGeometry(QRect(edge, edge, side, side))
+        self.laid.emit(portrait, background)
+
+    def _lower(self, portrait: QSize) -> None:
+        """Let the portraits give way in a low window, so that nothing below them scrolls."""
+        around = self._whole.contentsMargins()
+        room = self.height() - around.bottom() - self._whole.spacing() - self.main.height()
+        self._content.activate()  # Layouts within have not noticed the new sizes yet.
+        short = self._content.sizeHint().height() - room
+        portrait.setHeight(max(portrait.height() - max(short, 0), theme().px(_LOWEST)))
+        for picture in (self.target, self.here):
+            picture.setFixedSize(portrait)
+
+    # -- showing -------------------------------------------------------------------------------
+
+    def show_state(self, state: DetailState) -> None:
+        """Show a style at a turn; only what differs is touched."""
+        before, self._shown = self._shown, state
+        if state is before:
+            return
+        self._title.show_words(state.title, state.side)
+        self.target.set_picture(state.target)
+        self.target.set_tag(state.target_tag if state.target is not None else "")
+        self.here.set_picture(state.here)
+        self.here.set_tag(state.here_tag)
+        self._show_plot(before, state)
+        self.words.show_state(state)
+        self.facts.show_state(state)
+        self._show_place(before, state)
+        self._warning.say(state.glare, state.glare_tip, strong=state.glare_strong)
+        icon = {"turn": "", "lamp": "bulb", "probe": ""}[state.main]
+        self.main.set_text(state.main_words, icon)
+        self.main.set_tip(state.main_words, "Enter")
+        self.main.set_available(state.main_works)
+        self.paint.set_available(bool(state.key))
+
+    def _show_plot(self, before: DetailState | None, state: DetailState) -> None:
+        same = before is not None and all(
+            getattr(before, name) == getattr(state, name)
+            for name in ("curve", "limit", "arc", "best", "peaks")
+        )
+        if not same:
+            self.plot.setAccessibleName(state.curve_name)
+            self.plot.set_data(
+                state.curve, state.limit, state.arc, state.best, state.peaks, state.needle
+            )
+        elif abs(self.plot.needle - state.needle) > 1e-9:
+            self.plot.set_needle(state.needle)
+        self._back.setVisible(not state.at_best)
+
+    def _show_place(self, before: DetailState | None, state: DetailState) -> None:
+        self.weights.set_picture(state.panorama, state.front)
+        if before is None or before.weights is not state.weights:
+            self.weights.set_target(state.weights)
+        self.weights.set_turn(state.needle, state.best)
+        self.background.set_picture(state.background)
+        self.background.set_tag("Background" if state.background is not None else "", "tl")
+
+    # -- hands ---------------------------------------------------------------------------------
+
+    def _moved(self, turn_deg: float) -> None:
+        """Note the latest turn; what came in between is never computed."""
+        self._turn = turn_deg
+        if not self._later.isActive():
+            self._later.start()
+
+    def _released(self, turn_deg: float) -> None:
+        self._turn = turn_deg
+        if self._later.isActive():
+            self._later.stop()
+            self.looked.emit(turn_deg)
+
+    def ask_name(self, title: str) -> None:
+        """Let the name be typed anew."""
+        self._title.ask(title)
+
+    def show_trouble(self, sentence: str) -> None:
+        """Say why a name cannot be taken; empty: it was."""
+        self._title.say(sentence)
+
+    def _open_menu(self) -> None:
+        menu = Menu(self, "More about this style")
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        state = self._shown
+        if state is not None and state.verdict:
+            menu.add("Turn there all the same", self.turn_asked.emit, "turn")
+        for action in self._actions():
+            works = action.enabled()
+            if works or not action.key.endswith("-style") or action.key == "import-style":
+                why = "" if works else "Needs the light of a place."
+                keys = action.shortcut.split(";")[0].replace("+", " ")
+                menu.add(action.words, action.run, action.icon, keys, why)
+        menu.drop(self.more)

@@ -1,0 +1,294 @@
+"""The gallery: which cards, in which order, in how many columns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+
+from app.ui.screens.styles.view.card import (
+    DamagedCard,
+    KeyBox,
+    PaintCard,
+    StyleCard,
+    below_pictures,
+    picture_width,
+)
+from app.ui.theme import theme
+from app.ui.widgets.fields import ListField
+from app.ui.widgets.labels import Text
+from app.ui.widgets.roving import Roving
+from app.ui.widgets.segmented import Segmented
+from app.ui.widgets.surfaces import Scroll
+
+if TYPE_CHECKING:
+    from PySide6.QtGui import QResizeEvent
+
+    from app.ui.screens.styles.state import CardState, StylesState
+
+_GAP: Final = 8
+_TOP: Final = 16
+_TOOLS: Final = 40
+_RING: Final = 4  # room for the focus ring above the first row
+_FOOT: Final = 14
+_FIVE_FROM: Final = 1264  # gallery of a window 1920 wide
+_SHAPE: Final = 68 / 94
+_LOWEST: Final = 68
+_PRESSED: Final = 50  # where that alone spares the scrolling
+_NARROWEST: Final = 196  # a card whose side is still written out
+_TALLEST: Final = 1.25  # of a picture's width
+_SORTS: Final = (
+    ("match", "Best match"),
+    ("name", "Name"),
+    ("turn", "Turn (least to go)"),
+    ("side", "Side"),
+)
+_FILTERS: Final = (
+    ("all", "All"),
+    ("in", "In reach"),
+    ("out", "Out of reach"),
+    ("mine", "Mine"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Places of the cards, logical pixels.
+
+    Attributes
+    ----------
+    columns : int
+        Cards in a row.
+    """
+
+    columns: int
+    card: QSize
+    margin: int
+
+    @property
+    def picture(self) -> QSize:
+        """Size of each of the two pictures on a card."""
+        high = self.card.height() - below_pictures()
+        return QSize(picture_width(self.card.width()), high)
+
+
+def layout_for(width: int, height: int, places: int, compact: bool) -> Layout:
+    """Choose columns and the size of cards.
+
+    Parameters
+    ----------
+    width, height : int
+        Of the gallery, and of what is visible of the cards, logical pixels.
+    compact : bool
+        Whether this is the layout for small windows: three columns that scroll.
+
+    Returns
+    -------
+    Layout
+        Four columns of 206 x 138 in a window of 1440 x 900; lower cards where that spares the
+        scrolling, three columns where four are too narrow for their words.
+    """
+    t = theme()
+    gap = t.px(_GAP)
+    columns, margin = (3, t.px(16)) if compact else (4, t.px(24))
+    if not compact and width >= t.px(_FIVE_FROM):
+        columns = 5
+    if width < 2 * margin + columns * t.px(_NARROWEST) + gap * (columns - 1):
+        columns = 3
+    wide = (width - 2 * margin - gap * (columns - 1)) // columns
+    picture = picture_width(wide)
+    rows = -(-places // columns)
+    room = (height - t.px(_RING) - t.px(_FOOT) - gap * (rows - 1)) // rows - below_pictures()
+    high = round(picture * _SHAPE)
+    if not compact:
+        # As high as all rows fit, wide pictures if need be; scrolled only when that is too little.
+        least = t.px(_LOWEST) if room < t.px(_PRESSED) else room
+        high = max(min(room, round(picture * _TALLEST)), least)
+    return Layout(columns, QSize(wide, high + below_pictures()), margin)
+
+
+class _Grid(QWidget):
+    """Lays its cards out itself: faster than a layout of Qt, and exact."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._cells: list[QWidget] = []
+        self._layout: Layout | None = None
+
+    def fill(self, cells: list[QWidget], layout: Layout) -> None:
+        """Place these widgets in reading order."""
+        for old in self._cells:
+            if old not in cells:
+                old.hide()
+        self._cells, self._layout = cells, layout
+        t = theme()
+        gap, card = t.px(_GAP), layout.card
+        for number, cell in enumerate(cells):
+            row, column = divmod(number, layout.columns)
+            x = layout.margin + column * (card.width() + gap)
+            y = t.px(_RING) + row * (card.height() + gap)
+            cell.setGeometry(x, y, card.width(), card.height())
+            cell.show()
+        rows = -(-len(cells) // layout.columns)
+        self.setMinimumHeight(t.px(_RING) + rows * (card.height() + gap) - gap + t.px(_FOOT))
+
+
+class Gallery(QWidget):
+    """Filter, order, and cards that are one stop for Tab; arrows move the choice."""
+
+    chosen = Signal(str)
+    """A card was chosen."""
+    opened = Signal(str)
+    """A card was double-clicked, or Enter was pressed on it."""
+    filtered = Signal(str)
+    sorted = Signal(str)
+    paint_asked = Signal()
+    laid = Signal(QSize)
+    """The pictures on the cards have another size, logical pixels."""
+
+    def __init__(self, compact: bool) -> None:
+        super().__init__()
+        self._compact = compact
+        self._state: StylesState | None = None
+        self._cards: dict[str, StyleCard] = {}
+        self._damaged: dict[str, DamagedCard] = {}
+        self._layout: Layout | None = None
+        self.setAccessibleName("Styles")
+        self._grid = _Grid()
+        self._grid.setAccessibleName("Cards")
+        self._scroll = Scroll(self._grid)
+        self._roving = Roving(self)
+        self._roving.moved.connect(self._moved)
+        self._empty = Text("", 14, role="dim", wrap=True)
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, theme().px(_TOP), 0, 0)
+        column.setSpacing(theme().px(_GAP))
+        column.addLayout(self._made_tools())
+        column.addWidget(self._scroll, 1)
+        self._paint = PaintCard()
+        self._paint.setParent(self._grid)
+        self._paint.clicked.connect(self.paint_asked)
+        self._key = KeyBox()
+        self._key.setParent(self._grid)
+        self._empty.setParent(self._grid)
+        self._empty.hide()
+
+    def _made_tools(self) -> QHBoxLayout:
+        t = theme()
+        self._filter = Segmented(_FILTERS, name="Show")
+        self._filter.chosen.connect(self.filtered)
+        self._sort = ListField("Sort by", _SORTS, show_label=False)
+        self._sort.chosen.connect(self.sorted)
+        self._sort.setFixedWidth(t.px(168 if not self._compact else 152))
+        margin = t.px(16 if self._compact else 24)
+        row = QHBoxLayout()
+        row.setContentsMargins(margin, 0, margin, 0)
+        row.setSpacing(t.px(8))
+        row.addWidget(self._filter)
+        row.addStretch(1)
+        if not self._compact:
+            row.addWidget(Text("Sort by", 14, role="dim"))
+        row.addWidget(self._sort)
+        return row
+
+    def show_state(self, state: StylesState) -> None:
+        """Show cards, filter and order; only what differs is touched."""
+        before, self._state = self._state, state
+        for key, words in state.filters:
+            self._filter.set_text(key, words)
+        self._filter.choose(state.filter.value)
+        self._sort.choose(state.sort.value)
+        if state.limit_words:
+            self._key.show_limit(state.limit_words)
+        keys = [card.key for card in state.cards]
+        same = before is not None and keys == [card.key for card in before.cards]
+        for card in state.cards:
+            if card.damaged is None:
+                self._card(card).show_state(card, state.busy)
+            elif card.key not in self._damaged:
+                self._damaged[card.key] = DamagedCard(card)
+                self._damaged[card.key].setParent(self._grid)
+        if (
+            not same
+            or before is None
+            or (before.empty, before.places) != (state.empty, state.places)
+        ):
+            self._lay()
+            self._roving.set_members([self._cards[key] for key in keys if key in self._cards])
+        self._follow_choice(before, state)
+
+    def _card(self, state: CardState) -> StyleCard:
+        known = self._cards.get(state.key)
+        if known is None:
+            known = StyleCard(state)
+            known.setParent(self._grid)
+            known.clicked.connect(lambda _on=False, key=state.key: self.chosen.emit(key))
+            known.opened.connect(lambda key=state.key: self.opened.emit(key))
+            self._cards[state.key] = known
+            QWidget.setTabOrder(known, self._paint)
+        return known
+
+    def card(self, key: str) -> StyleCard:
+        """Give a card.
+
+        Raises
+        ------
+        KeyError
+            When there is none of this key.
+        """
+        return self._cards[key]
+
+    def _follow_choice(self, before: StylesState | None, state: StylesState) -> None:
+        front = next((card.key for card in state.cards if card.chosen), None)
+        earlier = None
+        if before is not None:
+            earlier = next((card.key for card in before.cards if card.chosen), None)
+        if front is None or front == earlier:
+            return
+        card = self._cards[front]
+        had_focus = any(one.hasFocus() for one in self._cards.values())
+        self._roving.set_stop(card)
+        if had_focus and not card.hasFocus():
+            card.setFocus(Qt.FocusReason.OtherFocusReason)
+        self._scroll.keep_visible(card)
+
+    def _lay(self) -> None:
+        """Place all cells."""
+        state = self._state
+        if state is None:
+            return
+        layout = layout_for(
+            self.width(), self._scroll.height(), max(state.places, 1), self._compact
+        )
+        cells: list[QWidget] = []
+        for card in state.cards:
+            shown = self._damaged[card.key] if card.damaged is not None else self._cards[card.key]
+            cells.append(shown)
+        if state.empty:
+            self._empty.set_text(state.empty)
+            cells.append(self._empty)
+        elif self._empty.isVisible():
+            self._empty.hide()
+        self._grid.fill([*cells, self._paint, self._key], layout)
+        if layout != self._layout:
+            self._layout = layout
+            self.laid.emit(layout.picture)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Lay the cards out anew."""
+        super().resizeEvent(event)
+        if (column := self.layout()) is not None:
+            column.activate()
+        self._lay()
+
+    def focus_card(self) -> None:
+        """Give the keyboard to the chosen card."""
+        stop = self._roving.stop
+        if stop is not None:
+            stop.setFocus(Qt.FocusReason.OtherFocusReason)
+
+    def _moved(self, card: QWidget) -> None:
+        if isinstance(card, StyleCard):
+            self.chosen.emit(card.state.key)

@@ -1,0 +1,193 @@
+"""The Styles screen: gallery at the left, detail at the right."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QEvent, QSize, QTimer
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QWidget
+
+from app.core.painting import EXPORT_ENDING
+from app.ui.screens.styles.state import Sizes
+from app.ui.screens.styles.view.detail import Detail, picture_sizes
+from app.ui.screens.styles.view.gallery import Gallery, layout_for
+from app.ui.theme import theme
+from app.ui.widgets.file_dialogs import ask_file, ask_target
+from app.ui.widgets.surfaces import Room
+
+if TYPE_CHECKING:
+    from PySide6.QtGui import QResizeEvent, QShowEvent
+
+    from app.ui.screens.styles.presenter import StylesPresenter
+    from app.ui.screens.styles.state import FileWish, StylesState
+
+_DETAIL: Final = 456
+_WIDEST: Final = 560
+_COMPACT: Final = 344
+_LEAST: Final = (528, 240)  # of the gallery
+_WIDE_FROM: Final = 1832  # content of a window 1920 wide
+_FIXED: Final = 460  # height of the detail without its pictures
+_ABOVE_CARDS: Final = 64
+_GROWTH: Final = 0.86  # how much higher pictures are for each pixel of width
+_STYLE_FILES: Final = f"Turnlight styles (*{EXPORT_ENDING})"
+
+
+def detail_width(width: int, height: int, compact: bool) -> int:
+    """Choose the width of the detail: from 1920 on it grows, as far as its height allows.
+
+    Parameters
+    ----------
+    width, height : int
+        Of the screen, logical pixels.
+
+    Returns
+    -------
+    int
+        Logical pixels.
+    """
+    t = theme()
+    if compact:
+        return t.px(_COMPACT)
+    if width < t.px(_WIDE_FROM):
+        return t.px(_DETAIL)
+    by_height = t.px(56) + int((height - t.px(_FIXED)) / _GROWTH)
+    return max(min(t.px(_WIDEST), by_height), t.px(_DETAIL))
+
+
+class StylesScreen(QWidget):
+    """The view of `app.ui.screens.styles.presenter.StylesPresenter`."""
+
+    def __init__(self, presenter: StylesPresenter, compact: bool) -> None:
+        super().__init__()
+        self._presenter = presenter
+        self._compact = compact
+        self._sizes = Sizes()
+        self._logical: dict[str, QSize] = {}
+        self.setAccessibleName("Styles")
+        self.gallery = Gallery(compact)
+        self.detail = Detail(compact, presenter.files.actions)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(0)
+        row.addWidget(Room(self.gallery, *_LEAST), 1)
+        row.addWidget(self.detail)
+        # Several sizes change with one resize; pictures are made once, after the last.
+        self._later = QTimer(self, singleShot=True, interval=0)
+        self._later.timeout.connect(self._tell_sizes)
+        self._connect()
+        self._guess_sizes()
+
+    def _guess_sizes(self) -> None:
+        """Tell the sizes of the usual window, so that pictures need not be made twice."""
+        t = theme()
+        width, height = (952, 620) if self._compact else (1352, 804)
+        detail = detail_width(t.px(width), t.px(height), self._compact)
+        card = layout_for(t.px(width) - detail, t.px(height - _ABOVE_CARDS), 20, self._compact)
+        self._logical["card"] = card.picture
+        self._logical["portrait"], self._logical["background"] = picture_sizes(
+            detail, self._compact
+        )
+        self._tell_sizes()
+
+    def _connect(self) -> None:
+        presenter, gallery, detail = self._presenter, self.gallery, self.detail
+        gallery.chosen.connect(presenter.choose)
+        gallery.opened.connect(presenter.open)
+        gallery.filtered.connect(presenter.set_filter)
+        gallery.sorted.connect(presenter.set_sort)
+        gallery.paint_asked.connect(presenter.paint_new)
+        gallery.laid.connect(lambda size: self._resized("card", size))
+        detail.looked.connect(presenter.look_at)
+        detail.peak_taken.connect(presenter.take_peak)
+        detail.best_asked.connect(presenter.go_best)
+        detail.main_asked.connect(presenter.main)
+        detail.turn_asked.connect(presenter.turn)
+        detail.paint_asked.connect(presenter.paint)
+        detail.renamed.connect(presenter.files.rename)
+        detail.laid.connect(self._detail_laid)
+
+    # -- what the presenter calls --------------------------------------------------------------
+
+    def take_focus(self) -> None:
+        """Give the keyboard to the chosen card."""
+        self.gallery.focus_card()
+
+    def show_state(self, state: StylesState) -> None:
+        """Show it; see `StylesState`."""
+        self.gallery.show_state(state)
+        self.detail.show_state(state.detail)
+
+    def ask_name(self, title: str) -> None:
+        """Let the name of the style be typed anew."""
+        self.detail.ask_name(title)
+
+    def show_trouble(self, sentence: str) -> None:
+        """Say why a name cannot be taken; empty: it was."""
+        self.detail.show_trouble(sentence)
+
+    def ask_file(self, what: FileWish, suggested: str) -> None:
+        """Ask for a file and hand it to the presenter."""
+        files = self._presenter.files
+        if what == "save_sheet":
+            path = ask_target(self, "Save set sheet", suggested, "PDF (*.pdf);;PNG (*.png)")
+        elif what == "export":
+            path = ask_target(self, "Export style", suggested, _STYLE_FILES)
+        else:
+            path = ask_file(self, "Import style", _STYLE_FILES)
+        takers = {
+            "save_sheet": files.save_sheet,
+            "export": files.export,
+            "import_style": files.import_style,
+        }
+        if path is not None:
+            takers[what](path)
+
+    def copy(self, text: str) -> None:
+        """Put a text into the clipboard."""
+        QApplication.clipboard().setText(text)
+
+    # -- sizes ---------------------------------------------------------------------------------
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give the detail its width."""
+        self.detail.setFixedWidth(detail_width(self.width(), self.height(), self._compact))
+        super().resizeEvent(event)
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Give the keyboard to the cards, unless somebody else has it."""
+        super().showEvent(event)
+        focus = QApplication.focusWidget()
+        if focus is None or not focus.isVisible():
+            self.gallery.focus_card()
+
+    def event(self, event: QEvent) -> bool:
+        """Make sharper pictures on a screen with smaller pixels."""
+        if event.type() == QEvent.Type.DevicePixelRatioChange:
+            self._later.start()
+        return super().event(event)
+
+    def _detail_laid(self, portrait: QSize, background: QSize) -> None:
+        self._resized("portrait", portrait)
+        self._resized("background", background)
+
+    def _resized(self, what: str, size: QSize) -> None:
+        if self._logical.get(what) != size:
+            self._logical[what] = size
+            self._later.start()
+
+    def _tell_sizes(self) -> None:
+        dpr = self.devicePixelRatioF()
+
+        def pixels(what: str, usual: tuple[int, int]) -> tuple[int, int]:
+            size = self._logical.get(what)
+            if size is None or size.isEmpty():
+                return usual
+            return round(size.height() * dpr), round(size.width() * dpr)
+
+        usual = self._sizes
+        self._sizes = Sizes(
+            pixels("card", usual.card),
+            pixels("portrait", usual.portrait),
+            pixels("background", usual.background),
+        )
+        self._presenter.sized(self._sizes)

@@ -1,0 +1,236 @@
+"""Pictures of the Turn screen: goal and strip, the live picture for its well, portraits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.guidance.words import Mode
+from app.core.localization.align import laid_over
+from app.core.localization.heading_conversion import Looks, heading_of_turn
+from app.core.localization.views import Lens, goal_lens, goal_view, strip_view
+from app.core.painting import prepare_user_style
+from app.core.solver.place_light import picture_at
+from app.core.solver.portraits import framing, portraits
+from app.ui.screens.light.pictures import portrait_with
+
+if TYPE_CHECKING:
+    from app.core.painting import UserStyle
+    from app.core.solver.place_light import PlaceLight
+    from app.ui.presenters.model import Head
+    from app.ui.screens.light.pictures import LampPlan
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float64: TypeAlias = NDArray[np.float64]
+
+STRIP_DEG = 150.0
+"""From edge to edge of the strip."""
+
+TARGET_WIDTH = 720
+"""Columns of the goal that the live picture is aligned with."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """All that goal and strip depend on, besides the panorama.
+
+    Attributes
+    ----------
+    goal_deg : float
+        Whole degrees of turn.
+    front_deg : float
+        Panorama azimuth at which the photographer stands at turn 0, deg.
+    well, strip : tuple of int
+        Rows and columns of the pictures wanted.
+    """
+
+    goal_deg: float
+    front_deg: float
+    looks: Looks
+    mode: Mode
+    fov_deg: float
+    camera_m: float
+    well: tuple[int, int]
+    strip: tuple[int, int]
+
+    @property
+    def panorama_fov_deg(self) -> float:
+        """How much of the panorama fills the camera's picture, deg."""
+        lens = Lens(self.fov_deg, (self.well[1], self.well[0]))
+        wide = goal_lens(lens, camera_m=self.camera_m, looks=self.looks, mode=self.mode)
+        return wide.fov_deg
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Views:
+    """What is made of a panorama for a scene.
+
+    Attributes
+    ----------
+    goal : (h, w, 3) uint8
+        What the camera should see, of the well's size; not mirrored.
+    shown : (h, w, 3) uint8
+        The same as it is shown: mirrored in selfie mode.
+    target : (h, w, 3) uint8
+        The same again, for alignment.
+    strip : (h, w, 3) uint8
+        150° of background, the goal in the middle.
+    """
+
+    light: PlaceLight = field(repr=False)
+    scene: Scene
+    goal: Bytes = field(repr=False)
+    shown: Bytes = field(repr=False)
+    target: Bytes = field(repr=False)
+    strip: Bytes = field(repr=False)
+
+
+def views_of(light: PlaceLight, scene: Scene) -> Views:
+    """Make goal and strip."""
+    rows, columns = scene.well
+    goal = _goal(light, scene, (columns, rows))
+    target = _goal(light, scene, (TARGET_WIDTH, max(round(TARGET_WIDTH * rows / columns), 1)))
+    azimuth = heading_of_turn(
+        scene.goal_deg, looks=scene.looks, mode=scene.mode, front_deg=scene.front_deg
+    )
+    size = (scene.strip[1], scene.strip[0])
+    strip = strip_view(light.display, azimuth, size, STRIP_DEG)
+    return Views(light, scene, goal, mirrored(goal, scene.mode), target, strip)
+
+
+def _goal(light: PlaceLight, scene: Scene, size: tuple[int, int]) -> Bytes:
+    return goal_view(
+        light.display,
+        scene.goal_deg,
+        Lens(scene.fov_deg, size),
+        camera_m=scene.camera_m,
+        looks=scene.looks,
+        mode=scene.mode,
+        front_deg=scene.front_deg,
+    )
+
+
+def mirrored(picture: Bytes, mode: Mode) -> Bytes:
+    """Mirror a picture in selfie mode, as one knows oneself; words are never mirrored."""
+    return np.asarray(cv2.flip(picture, 1), np.uint8) if mode is Mode.SELFIE else picture
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Overlay:
+    """What the live picture is laid over.
+
+    Attributes
+    ----------
+    goal : (h, w, 3) uint8
+        Of the well's size, not mirrored.
+    homography : (3, 3) float64 or None
+        From the live picture's pixels to those of a target of `TARGET_WIDTH` columns.
+    opacity : float
+        Of the live picture, 0 to 1.
+    """
+
+    goal: Bytes = field(repr=False)
+    homography: Float64 | None
+    opacity: float
+
+
+def live_picture(
+    picture: Bytes, size: tuple[int, int], mode: Mode, overlay: Overlay | None = None
+) -> Bytes:
+    """Make the live picture for its well: its whole width, cut at top and bottom if it is higher.
+
+    Parameters
+    ----------
+    picture : (H, W, 3) uint8
+        sRGB, as the camera sees it.
+    size : tuple of int
+        Rows and columns of the well.
+
+    Returns
+    -------
+    (rows, columns, 3) uint8
+    """
+    rows, columns = size
+    high = max(round(picture.shape[0] * columns / picture.shape[1]), 1)
+    method = cv2.INTER_AREA if columns < picture.shape[1] else cv2.INTER_LINEAR
+    small = np.asarray(cv2.resize(picture, (columns, high), interpolation=method), np.uint8)
+    if overlay is not None:
+        scale = columns / picture.shape[1]
+        shown = _over(small, overlay, scale)
+    else:
+        shown = _fitted(small, rows)
+    return mirrored(shown, mode)
+
+
+def _over(small: Bytes, overlay: Overlay, scale: float) -> Bytes:
+    columns = overlay.goal.shape[1]
+    if overlay.homography is None:
+        return laid_over(overlay.goal, _fitted(small, overlay.goal.shape[0]), None, overlay.opacity)
+    share = columns / TARGET_WIDTH
+    to_well = np.diag([share, share, 1.0]) @ overlay.homography @ np.diag([1 / scale, 1 / scale, 1])
+    return laid_over(overlay.goal, small, np.asarray(to_well, np.float64), overlay.opacity)
+
+
+def _fitted(picture: Bytes, rows: int) -> Bytes:
+    """Cut a picture to a height about its middle; a lower one gets its edges continued."""
+    high = picture.shape[0]
+    if high >= rows:
+        top = (high - rows) // 2
+        return np.ascontiguousarray(picture[top : top + rows])
+    above = (rows - high) // 2
+    return np.pad(picture, ((above, rows - high - above), (0, 0), (0, 0)), mode="edge")
+
+
+def target_portrait(head: Head, own: UserStyle | None, name: str, size: tuple[int, int]) -> Bytes:
+    """Show the target of a style.
+
+    Parameters
+    ----------
+    size : tuple of int
+        Rows and columns.
+
+    Returns
+    -------
+    (rows, columns, 3) uint8
+        sRGB on the well's grey.
+    """
+    if own is not None:
+        linear = prepare_user_style(head.transport, own).target
+    else:
+        linear = head.pack.target(name)
+    frame = framing(head.transport.size, size)
+    shown: Bytes = portraits(linear[np.newaxis], head.pack.coverage.astype(np.float32), frame)[0]
+    return shown
+
+
+def now_portrait(
+    head: Head,
+    light: PlaceLight,
+    facing_deg: float,
+    size: tuple[int, int],
+    plan: LampPlan | None = None,
+) -> Bytes:
+    """Show the head as it is lit here at a turn.
+
+    Parameters
+    ----------
+    facing_deg : float
+        Azimuth in the panorama that the sitter faces, deg.
+    size : tuple of int
+        Rows and columns.
+
+    Returns
+    -------
+    (rows, columns, 3) uint8
+        sRGB on the well's grey.
+    """
+    if plan is not None:
+        return portrait_with(plan, facing_deg, size)
+    linear = picture_at(head.transport, light, facing_deg)
+    frame = framing(head.transport.size, size)
+    shown: Bytes = portraits(linear[np.newaxis], head.pack.coverage.astype(np.float32), frame)[0]
+    return shown

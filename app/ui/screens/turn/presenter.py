@@ -1,0 +1,428 @@
+"""The Turn screen: from the chosen style and the live camera to what to do with one's feet."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from app.core.base.angles import wrap
+from app.core.guidance.guide import Guide, Phase, Source
+from app.core.guidance.words import Mode, whole
+from app.ui.presenters.model import Step
+from app.ui.presenters.sounds import sound_words
+from app.ui.screens.turn.actions import turn_actions
+from app.ui.screens.turn.camera import LiveCamera
+from app.ui.screens.turn.guidance_controller import GuidanceController
+from app.ui.screens.turn.heading_tracker import Aligner, HeadingTracker
+from app.ui.screens.turn.images import TurnImages
+from app.ui.screens.turn.pictures import Overlay, Scene
+from app.ui.screens.turn.shots import DROP_WORDS, Shots
+from app.ui.screens.turn.sounds import Beeper
+from app.ui.screens.turn.sources import SourcesPresenter
+from app.ui.screens.turn.speech_throttle import SpeechThrottle
+from app.ui.screens.turn.state import (
+    ASPECT,
+    LiveWords,
+    Pictures,
+    Tools,
+    TurnSizes,
+    TurnState,
+)
+from app.ui.screens.turn.words import (
+    advice_of,
+    goal_of,
+    guidance_of,
+    live_words,
+    own_style,
+    quality_words,
+    scale_of,
+    style_words,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from app.ui.presenters.actions import Action
+    from app.ui.presenters.place_controller import PlaceController
+    from app.ui.presenters.services import Services
+    from app.ui.screens.turn.state import Guidance, TurnView
+
+_SHOWN: Final = frozenset(
+    {
+        "place_folder",
+        "light",
+        "front_deg",
+        "head",
+        "results",
+        "user_styles",
+        "chosen",
+        "goal_deg",
+        "plan",
+        "settings",
+    }
+)
+_BESIDE: Final = "Side by side until the background is found"
+
+
+class TurnPresenter:
+    """Guides the turn."""
+
+    drop_words = DROP_WORDS
+
+    def __init__(self, services: Services, desk: PlaceController) -> None:
+        self._services = services
+        self._desk = desk
+        self._view: TurnView | None = None
+        self._sizes = TurnSizes()
+        self._on = False
+        self._aspect = ASPECT
+        self._opacity = 0.45
+        self._teller = SpeechThrottle()
+        self._camera = LiveCamera(services, self._show)
+        self._sight = HeadingTracker(services, self._show)
+        self._pilot = GuidanceController(services, self._camera, self._sight)
+        self._aligner = Aligner(services, self._show)
+        self._album = TurnImages(services, self._show)
+        self._beeper = Beeper(services)
+        self.sources = SourcesPresenter(services, self._camera, self._source_taken)
+        self._shots = Shots(services, desk, lambda: self._sight.index, self._show)
+        services.model.changed.connect(self._model_changed)
+
+    # -- as every screen's presenter -----------------------------------------------------------
+
+    def attach(self, view: TurnView) -> None:
+        """Show everything in `view` from now on."""
+        self._view = view
+        self._show()
+
+    def detach(self) -> None:
+        """Show nothing any more; the webcam stays on until the screen is left."""
+        self._view = None
+
+    def entered(self) -> None:
+        """Start the webcam and get to know the panorama."""
+        self._on = True
+        self._desk.photo_taker = self._shots.take
+        self._sight.start()
+        self._begin()
+        self._show()
+
+    def left(self) -> None:
+        """Give the webcam back and be quiet."""
+        self._on = False
+        self._desk.photo_taker = None
+        self._beeper.stop()
+        self._camera.stop()
+        self._sight.stop()
+        self._aligner.switch(on=False)
+        self._album.drop_live()
+        self._pilot.forget()
+
+    def actions(self) -> Sequence[Action]:
+        """Give what can be done here."""
+        with_lamp = self._services.model.lamp_plan is not None
+        return turn_actions(self, self._empty()[1], with_lamp)
+
+    def measure(self, sizes: TurnSizes) -> None:
+        """Make pictures of these sizes from now on."""
+        if sizes != self._sizes:
+            self._sizes = sizes
+            self._show()
+
+    def tick(self) -> None:
+        """Go on: take the newest picture and say what it means. To be called 24 times a second."""
+        if not self._on or self._empty()[0]:
+            return
+        self._camera.tick()
+        self.sources.tick()
+        frame = self._camera.frame
+        if frame is not None and self._camera.source is Source.LIVE:
+            rows, columns = frame.picture.shape[:2]
+            self._aspect = max(columns / rows, ASPECT)
+            self._sight.look(
+                frame,
+                self._camera.fov_deg,
+                sees_sitter=self._pilot.sees_sitter,
+                asked_deg=self._pilot.asked_deg,
+            )
+            self._learn_fov()
+            self._look_aligned()
+            self._album.want_live(
+                frame.picture, self._sizes.well, self._pilot.mode, self._overlay()
+            )
+        self._show()
+        self._beeper.tick(self._pilot.guide)
+
+    # -- what the user does --------------------------------------------------------------------
+
+    def set_mode(self, mode: str) -> None:
+        """Say who moves: ``walk`` or ``selfie``."""
+        self._change("mode", mode)
+
+    def toggle_mode(self) -> None:
+        """Change over between walking and selfie."""
+        self.set_mode("walk" if self._pilot.mode is Mode.SELFIE else "selfie")
+
+    def toggle_sounds(self) -> None:
+        """Be heard, or be quiet."""
+        heard = not self._services.model.settings.sounds
+        self._change("sounds", heard)
+        words, _ = sound_words(heard, self._services.sounds)
+        self._services.notify.tell(f"{words}.")
+
+    def answer(self, looks: str) -> None:
+        """Say which way the camera looks: ``sitter`` or ``me``."""
+        self._change("camera_looks", looks)
+
+    def toggle_align(self) -> None:
+        """Lay the live picture over the goal, or show it alone again."""
+        if self._aligner.on or self.can_align:
+            self._aligner.switch(on=not self._aligner.on)
+            self._show()
+
+    def set_opacity(self, per_cent: float) -> None:
+        """Let the live picture cover the goal so much, 0 to 100."""
+        self._opacity = min(max(per_cent / 100.0, 0.0), 1.0)
+        self._show()
+
+    def choose_webcam(self, index: int) -> None:
+        """Take another webcam."""
+        self._source_taken()
+        self._camera.choose(index)
+
+    def ask_source(self) -> None:
+        """Let another live camera be chosen."""
+        if self._view is not None:
+            self._view.ask_source()
+
+    def ask_photos(self) -> None:
+        """Let the photograph that was taken be chosen."""
+        if self._view is not None:
+            self._view.ask_photos()
+
+    def open_photos(self, paths: Sequence[Path]) -> None:
+        """Say how far off the light photographs were taken; a panorama is opened as a place."""
+        if not self._shots.take(paths):
+            self._desk.open_paths(paths)
+
+    def remove_shot(self, key: str) -> None:
+        """Take a photograph off the list; can be undone."""
+        self._shots.remove(key)
+
+    def back(self) -> None:
+        """Go back to where the goal was chosen: to the lamp, or to the styles."""
+        step = Step.STYLES if self._services.model.lamp_plan is None else Step.LIGHT
+        self._services.model.update(step=step, painting=None)
+
+    def fill(self) -> None:
+        """Go where the empty screen's button says."""
+        step = Step.PROBE if self._services.model.light is None else Step.STYLES
+        self._services.model.update(step=step, painting=None)
+
+    def demo_turn(self, turn_deg: float) -> None:
+        """Put the demo's camera where the sitter has turned so far, from the photographer on."""
+        if self._camera.simulated is not None:
+            self._camera.simulated.set_turn(self._services.model.azimuth_of(turn_deg))
+            self._show()
+
+    def demo_step(self, by_deg: float) -> None:
+        """Move the demo's camera by some degrees, positive clockwise."""
+        here = self._demo_deg()
+        if here is not None:
+            self.demo_turn(float(here) + by_deg)
+
+    # -- what is shown -------------------------------------------------------------------------
+
+    def resolve(self) -> TurnState:
+        """Work out what the screen shows now."""
+        model = self._services.model
+        empty, action = self._empty()
+        goal = goal_of(model)
+        if empty or goal is None or model.light is None:
+            self._pilot.guide = None
+            return TurnState(empty, action, self._pilot.mode.value)
+        shown = self._pilot.advance(goal)
+        scene = self._scene(shown)
+        self._album.want_views(model.light, scene)
+        self._want_portraits(shown)
+        source = self._camera.source
+        words = live_words(
+            source,
+            self._camera.error,
+            shown.goal,
+            self._fov_deg,
+            self._pilot.mode is Mode.SELFIE,
+            self._camera.chosen.kind,
+        )
+        return TurnState(
+            mode=self._pilot.mode.value,
+            guidance=self._teller.tell(self._guidance(shown), self._services.clock.now()),
+            style=style_words(self._services.model, shown),
+            live=self._with_camera(words),
+            scale=scale_of(shown, goal, scene.panorama_fov_deg, self._pilot.axis_turn(shown)),
+            tools=self._tools(shown),
+            shots=self._shots.resolve(),
+            pictures=self._pictures(source),
+        )
+
+    @property
+    def _fov_deg(self) -> float:
+        """Of the camera, for words and pictures, deg."""
+        return self._camera.fov_guess_deg
+
+    @property
+    def can_align(self) -> bool:
+        """Whether there is a live picture to lay over the goal."""
+        return self._camera.source is Source.LIVE and not self._pilot.asking
+
+    @property
+    def webcams(self) -> tuple[tuple[int, str], ...]:
+        """Index and name of those there are."""
+        return self._camera.listed
+
+    def _source_taken(self) -> None:
+        """Forget what another camera showed."""
+        self._sight.forget()
+        self._album.drop_live()
+        self._show()
+
+    def _show(self) -> None:
+        if self._view is not None:
+            self._view.show_state(self.resolve())
+
+    def _begin(self) -> None:
+        self._shots.follow()
+        light = self._services.model.light
+        if self._on and light is not None and not self._empty()[0]:
+            self._sight.learn(light)
+            self._camera.start()
+
+    def _model_changed(self, names: frozenset[str]) -> None:
+        if not names & _SHOWN:
+            return
+        self._begin()
+        self._show()
+
+    def _change(self, key: str, value: object) -> None:
+        model = self._services.model
+        model.update(settings=model.settings.with_(key, value))
+
+    def _empty(self) -> tuple[str, str]:
+        model = self._services.model
+        if model.light is None:
+            return "No light measured yet.", "Go to Probe"
+        if model.target_turn_deg is None:
+            return "No style chosen yet.", "Choose a style"
+        return "", ""
+
+    def _guidance(self, shown: Guide) -> Guidance:
+        kind = self._camera.chosen.kind
+        words = guidance_of(shown, self._pilot.hindrance, self._camera.error, kind)
+        plan = self._services.model.lamp_plan
+        if shown.hold and plan is not None:
+            return replace(words, advice=plan.where)
+        if not words.sentence or self._camera.error is not None or self._pilot.hindrance != "none":
+            return words
+        return replace(words, advice=advice_of(shown, self._pilot.track))
+
+    def _scene(self, shown: Guide) -> Scene:
+        return Scene(
+            goal_deg=float(shown.goal),
+            front_deg=self._services.model.front_deg,
+            looks=self._pilot.looks,
+            mode=self._pilot.mode,
+            fov_deg=self._fov_deg,
+            camera_m=self._camera.distance_m,
+            well=self._sizes.well,
+            strip=self._sizes.strip,
+        )
+
+    def _want_portraits(self, shown: Guide) -> None:
+        model, size = self._services.model, self._sizes.portrait
+        if model.head is None or model.light is None or model.chosen is None:
+            return
+        self._album.want_target(model.head, own_style(model), model.chosen, size)
+        turn = float(shown.goal if shown.now is None else shown.now)
+        facing = model.azimuth_of(turn)
+        self._album.want_now(model.head, model.light, facing, size, model.lamp_plan)
+
+    def _with_camera(self, words: LiveWords) -> LiveWords:
+        tag = ""
+        if self._aligner.on and self.can_align:
+            found = self._aligner.alignment
+            agreed = found is not None and found.status == "found"
+            tag = "Live lies on the goal" if agreed else "Live over the goal, not yet aligned"
+            tag = _BESIDE if self._unsure else tag
+        return replace(
+            words, name=self._camera.name, tag=tag, asking=self._pilot.asking, aspect=self._aspect
+        )
+
+    def _pictures(self, source: Source) -> Pictures:
+        pictures = self._album.pictures
+        # Without a webcam the goal stands in both places.
+        return replace(pictures, live=pictures.goal) if source is Source.NONE else pictures
+
+    def _tools(self, shown: Guide) -> Tools:
+        quality, icon, bad = self._quality(shown)
+        settings = self._services.model.settings
+        return Tools(
+            aligning=self._aligner.on and self.can_align,
+            can_align=self.can_align,
+            opacity=round(100.0 * self._opacity),
+            quality=quality,
+            quality_icon=icon,
+            quality_bad=bad,
+            demo_deg=self._demo_deg(),
+            webcams=self._camera.listed,
+            webcam=self._camera.index,
+            looks=self._camera.looks,
+            sounds=settings.sounds and self._services.sounds.available,
+        )
+
+    def _quality(self, shown: Guide) -> tuple[str, str, bool]:
+        sight = self._sight
+        wrong = self._camera.error
+        lost = ""
+        if shown.phase in (Phase.LOST, Phase.LEFT):
+            lost = shown.headline if wrong is None else wrong.message
+        return quality_words(
+            self._camera.source,
+            sight.error,
+            sight.learning,
+            lost,
+            self._pilot.track,
+            self._pilot.sees_sitter,
+            self._camera.chosen.kind,
+        )
+
+    def _learn_fov(self) -> None:
+        track = self._pilot.track
+        if track is not None and track.fov_deg is not None and track.status == "tracking":
+            self._camera.learn_fov(track.fov_deg)
+
+    def _look_aligned(self) -> None:
+        views, frame = self._album.views, self._camera.frame
+        if views is not None and frame is not None and self._aligner.on:
+            fovs = (views.scene.panorama_fov_deg, self._fov_deg)
+            self._aligner.look(frame.picture, views.target, fovs)
+
+    @property
+    def _unsure(self) -> bool:
+        """Whether nobody knows how live would lie on the goal: then they are shown side by side."""
+        found, shown = self._aligner.alignment, self._pilot.guide
+        laid = found is not None and found.status == "found"
+        return not laid and shown is not None and shown.phase in (Phase.LOST, Phase.LEFT)
+
+    def _overlay(self) -> Overlay | None:
+        views, found = self._album.views, self._aligner.alignment
+        if not self._aligner.on or views is None or not self.can_align or self._unsure:
+            return None
+        homography = found.homography if found is not None else None
+        return Overlay(views.goal, homography, self._opacity)
+
+    def _demo_deg(self) -> int | None:
+        simulated = self._camera.simulated
+        if simulated is None:
+            return None
+        return whole(wrap(simulated.turn_deg - self._services.model.front_deg))

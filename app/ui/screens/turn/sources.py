@@ -1,0 +1,338 @@
+"""Choosing the live camera: which source, its address, its field of view and resolution."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
+
+from app.core.guidance.guide import Source
+from app.devices.webcam import LiveSource, WebcamError
+from app.devices.webcam.address import LONGEST_ADDRESS
+from app.devices.webcam.sources import FOV_RANGE_DEG, WIDTHS
+from app.devices.webcam.stills import stills_in
+from app.devices.webcam.video_file import ENDINGS, check_video
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from app.ui.presenters.services import Services
+    from app.ui.screens.turn.camera import LiveCamera
+
+Item: TypeAlias = tuple[str, str, str, str]
+"""Key, words, second line, icon: a line of a list field."""
+
+VIDEO_FILES: Final = f"Videos ({' '.join('*' + ending for ending in ENDINGS)})"
+"""Which files the dialog offers."""
+
+_ITEMS: Final[tuple[Item, ...]] = (
+    ("network", "Network camera…", "", "wifi"),
+    ("video", "Video file…", "", "play"),
+    ("stills", "Folder of pictures…", "", "folder"),
+)
+_SIZES: Final[dict[int, str]] = {640: "640 × 480", 1280: "1280 × 720", 1920: "1920 × 1080"}
+NO_WEBCAMS: Final = ("No webcam found", "Plug one in.")
+"""Said wherever webcams are listed and there are none, with what to do."""
+_CHECK: Final = "turn-source-check"
+_STATUS_S: Final = 0.5
+_LONGEST: Final = 128
+_BOTH: Final = "Type both the user name and the password."
+_UNSOUND: Final = "User name or password holds signs that cannot be typed."
+_OVERHEARD: Final = " In this Wi-Fi others could read them: the camera has no encryption."
+
+
+@dataclass(frozen=True, slots=True)
+class SourcesState:
+    """What the picker shows.
+
+    Attributes
+    ----------
+    fov_deg : float
+        Set, or else guessed, deg.
+    widths : tuple of (key, words)
+        Resolutions.
+    status, status_icon : str
+        How the source is; the icon is "check", "error" or empty.
+    """
+
+    items: tuple[Item, ...] = _ITEMS
+    key: str = "network"
+    webcams: bool = False
+    address: str = ""
+    address_error: str = ""
+    asks_password: bool = False
+    password_error: str = ""
+    password_hint: str = ""
+    file: str = ""
+    file_error: str = ""
+    adjustable: bool = True
+    known_fov: str = ""
+    estimate: bool = True
+    fov_deg: float = 65.0
+    fov_words: str = ""
+    widths: tuple[tuple[str, str], ...] = ()
+    width: str = "0"
+    status: str = ""
+    status_icon: str = ""
+
+
+class SourcesView(Protocol):
+    """Shows a `SourcesState`."""
+
+    def show_state(self, state: SourcesState) -> None:
+        """Show it."""
+
+
+class SourcesPresenter:
+    """Lets the user choose the live camera."""
+
+    def __init__(
+        self, services: Services, camera: LiveCamera, taken: Callable[[], None] = lambda: None
+    ) -> None:
+        self._services = services
+        self._camera = camera
+        self._taken = taken
+        self._view: SourcesView | None = None
+        self._key = ""  # another kind that is looked at, before it is used
+        self._typed = ""
+        self._address_error = ""
+        self._file_error = ""
+        self._password_error = ""
+        self._next_s = 0.0
+
+    # -- as every presenter --------------------------------------------------------------------
+
+    def attach(self, view: SourcesView) -> None:
+        """Show everything in `view` from now on."""
+        self._view = view
+        self._forget()
+        self._camera.list_again()
+        self._show()
+
+    def detach(self, view: SourcesView) -> None:
+        """Show nothing in `view` any more; one that was shown since then stays."""
+        if view is self._view:
+            self._view = None
+
+    def tick(self) -> None:
+        """Show how the camera is, now and then; does nothing while nobody looks."""
+        now = self._services.clock.now()
+        if self._view is not None and now >= self._next_s:
+            self._show()
+
+    # -- what the user does --------------------------------------------------------------------
+
+    def show_kind(self, key: str) -> None:
+        """Look at a line of the list; a webcam is used at once."""
+        self._forget()
+        kind, _, index = key.partition(":")
+        if kind == "webcam":
+            self._use(LiveSource.webcam(int(index)))
+        else:
+            self._key = key
+        self._show()
+
+    def type_address(self, text: str) -> None:
+        """Take in what is being typed; it is looked at when it is connected to."""
+        self._typed, self._address_error = text[: 2 * LONGEST_ADDRESS], ""
+
+    def connect(self, text: str) -> None:
+        """Use a network camera."""
+        self._typed = text[: 2 * LONGEST_ADDRESS]
+        try:
+            source = LiveSource.network(text)
+        except WebcamError as error:
+            self._address_error = str(error)
+        else:
+            self._forget()
+            self._use(source)
+        self._show()
+
+    def sign_in(self, user: str, password: str) -> None:
+        """Try a user name and a password at the network camera in use."""
+        user = user.strip()
+        self._password_error = ""
+        if not user or not password:
+            self._password_error = _BOTH
+        elif ":" in user or not all(
+            text.isprintable() and len(text) < _LONGEST for text in (user, password)
+        ):
+            self._password_error = _UNSOUND
+        else:
+            self._camera.sign_in(user, password)
+            self._taken()
+        self._show()
+
+    def choose_video(self, path: Path | str) -> None:
+        """Use a video file; one that is none is not taken."""
+        whole = Path(path).absolute()
+        self._check("video", whole, lambda: check_video(whole))
+
+    def choose_folder(self, path: Path | str) -> None:
+        """Use a folder of pictures; one without any is not taken."""
+        whole = Path(path).absolute()
+        self._check("stills", whole, lambda: _check_folder(whole))
+
+    def estimate(self, on: bool) -> None:
+        """Have the field of view estimated, or set it to what it was estimated to be."""
+        self.set_fov(None if on else self._camera.fov_guess_deg)
+
+    def set_fov(self, fov_deg: float | None) -> None:
+        """Set the horizontal field of view of the source in use, deg; None has it estimated."""
+        if fov_deg is not None:
+            fov_deg = min(max(fov_deg, FOV_RANGE_DEG[0]), FOV_RANGE_DEG[1])
+        if fov_deg != self._camera.view.fov_deg:
+            self._camera.set_fov(fov_deg)
+            self._taken()
+        self._show()
+
+    def set_width(self, key: str) -> None:
+        """Ask the source in use for pictures of so many columns; "0" for what is usual."""
+        if key.isdecimal() and int(key) in (0, *WIDTHS):
+            self._camera.set_width(int(key))
+            self._taken()
+        self._show()
+
+    # -- what is shown -------------------------------------------------------------------------
+
+    def resolve(self) -> SourcesState:
+        """Work out what the picker shows now."""
+        camera = self._camera
+        chosen = camera.chosen
+        current = chosen.text if chosen.kind == "webcam" else chosen.kind
+        key = self._key or current
+        used = key == current
+        view = camera.view
+        known = camera.own_fov_deg if used and view.fov_deg is None else None
+        asks = used and self._asks_password()
+        status, icon = self._status() if used else ("", "")
+        if asks and self._password_trouble():
+            status = ""  # it stands at the password
+        return SourcesState(
+            items=self._items(current),
+            key=key,
+            webcams=bool(camera.listed),
+            address=self._typed or (chosen.where if chosen.kind == "network" else ""),
+            address_error=self._address_error,
+            asks_password=asks,
+            password_error=self._password_trouble() if asks else "",
+            password_hint=self._password_hint() if asks else "",
+            file=chosen.title if used and chosen.kind not in ("webcam", "network") else "",
+            file_error=self._file_error,
+            adjustable=used and not asks,
+            known_fov="" if known is None else f"{known:.0f}°, as it says itself",
+            estimate=view.fov_deg is None,
+            fov_deg=camera.fov_guess_deg,
+            fov_words=_learnt(view.learnt_deg),
+            widths=_widths(chosen.kind),
+            width=str(view.width),
+            status=status,
+            status_icon=icon,
+        )
+
+    def _items(self, current: str) -> tuple[Item, ...]:
+        webcams = [(f"webcam:{index}", name, "", "webcam") for index, name in self._camera.listed]
+        known = {key for key, *_ in (*webcams, *_ITEMS)}
+        if current not in known:
+            webcams.append((current, *self._missing(), "webcam"))
+        return (*webcams, *_ITEMS)
+
+    def _missing(self) -> tuple[str, str]:
+        """Say of the source in use, which is not on offer, why it is in the list all the same."""
+        camera = self._camera
+        if camera.chosen.kind != "webcam":
+            return camera.chosen.title, ""
+        if not camera.looked:
+            return "Looking for webcams…", ""
+        if not camera.listed:
+            return NO_WEBCAMS
+        return camera.chosen.title, "disconnected"
+
+    def _status(self) -> tuple[str, str]:
+        camera = self._camera
+        if camera.error is not None:
+            return str(camera.error), "error"
+        if camera.source is Source.LIVE and camera.frame is not None:
+            rows, columns = camera.frame.picture.shape[:2]
+            return f"Live, {columns} × {rows}, {camera.fps:.0f} pictures a second", "check"
+        return ("Connecting…" if camera.source is Source.STARTING else ""), ""
+
+    def _asks_password(self) -> bool:
+        error = self._camera.error
+        wanted = error is not None and error.code in ("password", "password-refused")
+        return self._camera.chosen.kind == "network" and (wanted or bool(self._password_error))
+
+    def _password_trouble(self) -> str:
+        error = self._camera.error
+        refused = error is not None and error.code == "password-refused"
+        return self._password_error or (str(error) if refused else "")
+
+    def _password_hint(self) -> str:
+        address = self._camera.chosen.address
+        plain = address is not None and address.scheme != "https"
+        return "Kept in this computer’s keyring only." + (_OVERHEARD if plain else "")
+
+    # -- work ----------------------------------------------------------------------------------
+
+    def _check(self, kind: str, path: Path, look: Callable[[], None]) -> None:
+        """Look at a file or folder, which may be on a slow disk, and use it."""
+        self._forget()
+        self._key = kind
+        self._services.runner.submit(
+            _CHECK,
+            lambda token, report: _looked_at(look, LiveSource.parse(f"{kind}:{path}")),
+            done=self._checked,
+            failed=self._unfit,
+        )
+        self._show()
+
+    def _checked(self, source: LiveSource) -> None:
+        self._forget()
+        self._use(source)
+        self._show()
+
+    def _unfit(self, error: Exception) -> None:
+        known = isinstance(error, WebcamError)
+        self._file_error = str(error) if known else "This cannot be used. Choose another."
+        self._show()
+
+    def _use(self, source: LiveSource) -> None:
+        if source == self._camera.chosen:
+            self._camera.again()
+        else:
+            self._camera.use(source)
+        self._taken()
+
+    def _forget(self) -> None:
+        self._key = self._typed = ""
+        self._address_error = self._file_error = self._password_error = ""
+
+    def _show(self) -> None:
+        self._next_s = self._services.clock.now() + _STATUS_S
+        if self._view is not None:
+            self._view.show_state(self.resolve())
+
+
+def _looked_at(look: Callable[[], None], source: LiveSource) -> LiveSource:
+    look()
+    return source
+
+
+def _check_folder(folder: Path) -> None:
+    if not stills_in(folder):
+        raise WebcamError(
+            f"There are no pictures in {folder.name}.", "Choose another folder.", "no-file"
+        )
+
+
+def _learnt(learnt_deg: float | None) -> str:
+    return "not yet known" if learnt_deg is None else f"{learnt_deg:.0f}° so far"
+
+
+def _widths(kind: str) -> tuple[tuple[str, str], ...]:
+    """Resolutions on offer: a webcam can be asked for one, others are made smaller."""
+    if kind == "panorama":
+        return ()
+    exact = kind == "webcam"
+    sizes = ((str(w), _SIZES[w] if exact else f"At most {w} wide") for w in WIDTHS)
+    return (("0", "Automatic"), *sizes)

@@ -1,0 +1,330 @@
+"""The right column: arrow, degrees, direction, what to do with one's feet, target and now."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QAccessible,
+    QAccessibleAnnouncementEvent,
+    QColor,
+    QFont,
+    QPainter,
+    QPaintEvent,
+)
+from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QStackedWidget, QVBoxLayout, QWidget
+
+from app.ui.theme import theme
+from app.ui.theme.icons import draw_icon
+from app.ui.widgets.icons import Icon
+from app.ui.widgets.labels import Text
+from app.ui.widgets.paint import MIDDLE, box, put_text, text_width
+from app.ui.widgets.pictures import Picture
+from app.ui.widgets.plots.arrow import TurnArrow
+from app.ui.widgets.plots.bigdegrees import BigDegrees
+from app.ui.widgets.segmented import Segmented
+
+if TYPE_CHECKING:
+    from app.ui.screens.turn.state import Guidance, Pictures, StyleWords
+    from app.ui.widgets.labels import Role
+
+
+_LEAST: Final = 12
+
+
+def _fitting(size: int, weight: int, text: str, width: int) -> QFont:
+    """Give the largest font up to a size in which a line fits a width."""
+    t = theme()
+    while size > _LEAST and text_width(t.font(size, weight), text) > width:
+        size -= 1
+    return t.font(size, weight)
+
+
+class LargeWords(QWidget):
+    """One line in the middle, as large as designed or as fits."""
+
+    def __init__(self, size: int, line: int, weight: int = 600, role: Role = "text") -> None:
+        super().__init__()
+        self._size, self._weight, self._role = size, weight, role
+        self._text = ""
+        self.setFixedHeight(theme().px(line))
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def set_words(self, text: str, role: Role | None = None, size: int | None = None) -> None:
+        """Change what it says.
+
+        Parameters
+        ----------
+        role : str, optional
+            New token of the colour; None keeps the old one.
+        size : int, optional
+            New type size; None keeps the old one.
+        """
+        new = (text, role or self._role, size or self._size)
+        if new != (self._text, self._role, self._size):
+            self._text, self._role, self._size = new
+            self.setAccessibleName(text)
+            self.update()
+
+    @property
+    def words(self) -> str:
+        """What it says."""
+        return self._text
+
+    def sizeHint(self) -> QSize:
+        """Room for the words, at the height of the line."""
+        font = theme().font(self._size, self._weight)
+        return QSize(text_width(font, self._text), self.height())
+
+    def minimumSizeHint(self) -> QSize:
+        """Get smaller rather than wider than there is room."""
+        return QSize(0, self.height())
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        ink: QColor = getattr(theme().c, self._role)
+        font = _fitting(self._size, self._weight, self._text, self.width())
+        put_text(QPainter(self), self.rect(), self._text, font, ink, MIDDLE)
+
+
+class Pill(QWidget):
+    """When the light begins, or that it has."""
+
+    def __init__(self, factor: float) -> None:
+        super().__init__()
+        self._factor = factor
+        self._text, self._icon, self._filled = "", "bulb", False
+        self.setFixedHeight(theme().px(max(48 * factor, 36)))
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def set(self, text: str, icon: str, filled: bool) -> None:
+        """Change it."""
+        if (text, icon, filled) != (self._text, self._icon, self._filled):
+            self._text, self._icon, self._filled = text, icon, filled
+            self.setAccessibleName(text)
+            self.update()
+
+    @property
+    def words(self) -> str:
+        """What it says."""
+        return self._text
+
+    @property
+    def filled(self) -> bool:
+        """Whether it says that one is in the light."""
+        return self._filled
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        if not self._text:
+            return
+        t = theme()
+        painter = QPainter(self)
+        size = max(round(20 * self._factor), 16)
+        side, gap = t.px(size + 2), t.px(max(12 * self._factor, 6))
+        padding = t.px(max(24 * self._factor, 12))
+        room = self.width() - 2 * padding - side - gap
+        font = _fitting(size, 600, self._text, room)
+        words = min(text_width(font, self._text), room)
+        width = words + 2 * padding + side + gap
+        area = QRectF(round((self.width() - width) / 2), 0, width, self.height())
+        ink = t.c.bg if self._filled else t.c.text
+        fill = t.c.ok if self._filled else None
+        edge = None if self._filled else t.c.ctl
+        box(painter, area, area.height() / 2, fill, edge, 2)
+        left = area.left() + padding
+        draw_icon(painter, self._icon, QRectF(left, 0, side, self.height()), side, ink)
+        place = QRectF(left + side + gap, 0, words + 1, self.height())
+        put_text(painter, place, self._text, font, ink, Qt.AlignmentFlag.AlignVCenter)
+
+
+DESIGNED: Final = QSize(480, 804)
+"""Size that the sizes of type are designed for."""
+
+_MODES: Final = (
+    ("I walk around the sitter", "Selfie: I turn myself"),
+    ("I walk around", "I turn myself"),
+    ("I walk", "Selfie"),
+)
+"""Words of the two modes, and shorter ones for where there is less room."""
+
+_KEYS: Final = ("walk", "selfie")
+_LONG_DIRECTION: Final = 11  # letters; longer words are set smaller
+
+
+class GuideColumn(QWidget):
+    """Everything that has to be read from three metres."""
+
+    mode_chosen = Signal(str)
+
+    def __init__(self, factor: float) -> None:
+        super().__init__()
+        self._factor = factor
+        self._shown: Guidance | None = None
+        self._mode = Segmented(list(zip(_KEYS, _MODES[0], strict=True)), "Who turns")
+        self._mode.chosen.connect(self.mode_chosen)
+        self._pages = QStackedWidget()
+        self._pages.addWidget(self._turn_page())
+        self._pages.addWidget(self._sentence_page())
+        self._pages.setAccessibleName("What to do")
+        column = QVBoxLayout(self)
+        side, foot = self._px(24, 12), self._px(24, 12)
+        column.setContentsMargins(side, foot, side, foot)
+        column.setSpacing(0)
+        column.addWidget(self._mode, 0, Qt.AlignmentFlag.AlignHCenter)
+        column.addSpacing(self._px(16, 8))
+        column.addWidget(self._pages)
+        column.addStretch(1)
+        column.addSpacing(self._px(12, 8))
+        column.addLayout(self._pictures_row())
+
+    def _px(self, length: float, least: float = 0.0) -> int:
+        return theme().px(max(length * self._factor, least))
+
+    def _size(self, size: int, least: int = 12) -> int:
+        return max(round(size * self._factor), least)
+
+    # -- building ------------------------------------------------------------------------------
+
+    def _turn_page(self) -> QWidget:
+        page = QWidget()
+        self._arrow = TurnArrow()
+        self._arrow.setFixedSize(self._px(320), self._px(104))
+        self._degrees = BigDegrees(self._size(224, 48))
+        self._direction = LargeWords(self._size(56), self._line(60), 700, "amber")
+        self._clock = LargeWords(self._size(28), self._line(36), 500)
+        self._walk = LargeWords(self._size(36), self._line(44), 600)
+        middle = Qt.AlignmentFlag.AlignHCenter
+        self._company = Text("", self._size(20, 13), role="dim", wrap=True, align=middle)
+        self._pill = Pill(self._factor)
+        column = QVBoxLayout(page)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(0)
+        column.addWidget(self._arrow, 0, middle)
+        column.addSpacing(self._px(8))
+        column.addWidget(self._degrees)
+        column.addSpacing(self._px(12))
+        for words in (self._direction, self._clock, self._walk, self._company):
+            column.addWidget(words)
+        column.addSpacing(self._px(14, 8))
+        column.addWidget(self._pill)
+        return page
+
+    def _line(self, line: int, least: int = 16) -> int:
+        return max(round(line * self._factor), least)
+
+    def _sentence_page(self) -> QWidget:
+        page = QWidget()
+        middle = Qt.AlignmentFlag.AlignHCenter
+        self._sentence_icon = Icon("target", self._size(64, 32))
+        self._sentence = Text("", self._size(28, 18), 600, wrap=True, align=middle)
+        self._sentence.setMaximumWidth(self._px(400))
+        self._advice = Text("", self._size(20, 14), role="dim", wrap=True, align=middle)
+        self._advice.setMaximumWidth(self._px(400))
+        column = QVBoxLayout(page)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(self._px(24, 12))
+        column.addStretch(1)
+        column.addWidget(self._sentence_icon, 0, middle)
+        for words in (self._sentence, self._advice):
+            line = QHBoxLayout()
+            line.addStretch(1)
+            line.addWidget(words, 100)
+            line.addStretch(1)
+            column.addLayout(line)
+        column.addStretch(2)
+        return page
+
+    def _pictures_row(self) -> QHBoxLayout:
+        self._target, self._now = Picture("Target"), Picture("Now")
+        for picture in (self._target, self._now):
+            picture.setFixedSize(self._px(132, 64), self._px(136, 66))
+        self._target.set_tag("Target")
+        row = QHBoxLayout()
+        row.setSpacing(self._px(8))
+        row.addWidget(self._target)
+        row.addWidget(self._now)
+        row.addSpacing(self._px(8))
+        words = QVBoxLayout()
+        words.setSpacing(0)
+        words.addStretch(1)
+        self._title = Text("", self._size(20, 14), 600, elide=True)
+        self._side = Text("", self._size(14), role="dim", wrap=True)
+        narrow = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        narrow.setHeightForWidth(True)
+        self._side.setSizePolicy(narrow)  # its longest word must not widen the column
+        self._match = Text("", self._size(14), 600, elide=True)
+        self._match_goal = Text("", self._size(14), role="dim", elide=True)
+        words.addWidget(self._title)
+        words.addWidget(self._side)
+        words.addSpacing(self._px(8, 4))
+        words.addWidget(self._match)
+        words.addWidget(self._match_goal)
+        words.addStretch(1)
+        row.addLayout(words, 1)
+        return row
+
+    # -- showing -------------------------------------------------------------------------------
+
+    @property
+    def picture_size(self) -> QSize:
+        """Of target and now, logical pixels."""
+        return self._target.size()
+
+    def fit(self, width: int) -> None:
+        """Take shorter words where the segmented control would be wider than there is room."""
+        room = width - 2 * self._px(24, 12) - 2 * theme().px(6)
+        for words in _MODES:
+            for key, text in zip(_KEYS, words, strict=True):
+                self._mode.set_text(key, text)
+            if sum(self._mode.part(key).sizeHint().width() for key in _KEYS) <= room:
+                break
+
+    def set_mode(self, mode: str) -> None:
+        """Say who moves."""
+        self._mode.choose(mode)
+
+    def show_guidance(self, shown: Guidance) -> None:
+        """Say what to do."""
+        before, self._shown = self._shown, shown
+        self._pages.setCurrentIndex(1 if shown.sentence else 0)
+        self._sentence.set_text(shown.sentence)
+        self._sentence_icon.set(shown.sentence_icon)
+        # One word, so to speak: the hour is not left alone at the end of a line.
+        self._advice.set_text(shown.advice.replace(" o’clock", "\u00a0o’clock"))
+        if shown.sign != self._arrow.sign:
+            self._arrow.set_sign(shown.sign)
+        number = (shown.number, shown.number_words)
+        if before is None or number != (before.number, before.number_words):
+            self._degrees.set_value(*number)
+        long = len(shown.direction) > _LONG_DIRECTION
+        green = shown.direction == "Hold it"
+        self._direction.set_words(
+            shown.direction, "ok" if green else "amber", self._size(44 if long else 56)
+        )
+        self._clock.set_words(shown.clock)
+        self._walk.set_words(shown.walk)
+        self._company.set_text(shown.company)
+        self._pill.set(shown.pill, shown.pill_icon, shown.inside)
+        self._speak(shown, before)
+
+    def _speak(self, shown: Guidance, before: Guidance | None) -> None:
+        """Give the whole in one sentence; a reader is told of a new one when it has time."""
+        self._pages.setAccessibleDescription(shown.spoken)
+        told = "" if before is None else before.announced
+        if shown.announced and shown.announced != told and QAccessible.isActive():
+            event = QAccessibleAnnouncementEvent(self._pages, shown.announced)
+            event.setPoliteness(QAccessible.AnnouncementPoliteness.Polite)
+            QAccessible.updateAccessibility(event)
+
+    def show_style(self, words: StyleWords, pictures: Pictures) -> None:
+        """Show the style beside what there is of it."""
+        self._target.set_picture(pictures.target)
+        self._now.set_picture(pictures.now)
+        self._now.set_tag(words.now_tag)
+        self._now.setAccessibleName(words.now_tag)
+        self._title.set_text(words.title)
+        self._side.set_text(words.side)
+        self._match.set_text(words.match)
+        self._match_goal.set_text(words.match_at_goal)

@@ -1,0 +1,417 @@
+"""The left column: live beside goal, the background as a strip, alignment, the demo's camera."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QSize, Signal
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QHBoxLayout,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.core.guidance.words import signed
+from app.ui.screens.turn.sources import NO_WEBCAMS
+from app.ui.screens.turn.state import ASPECT
+from app.ui.screens.turn.view.question import LEAST_HEIGHT, Question
+from app.ui.screens.turn.view.shots import ShotsLine
+from app.ui.screens.turn.view.well import Well
+from app.ui.theme import theme
+from app.ui.widgets.buttons import Button, IconButton
+from app.ui.widgets.icons import Icon
+from app.ui.widgets.labels import Text
+from app.ui.widgets.menus import Menu
+from app.ui.widgets.plots.strip import BackgroundStrip, StripState
+from app.ui.widgets.sliders import LabelledSlider
+from app.ui.widgets.tips import set_available
+
+if TYPE_CHECKING:
+    from PySide6.QtGui import QMoveEvent, QResizeEvent
+
+    from app.ui.screens.turn.presenter import TurnPresenter
+    from app.ui.screens.turn.state import LiveWords, Pictures, Scale, Tools
+
+_STRIP: Final = (824, 220)
+_SCALE: Final = 64
+_LOWEST_STRIP: Final = 96
+_LOWEST_WELL: Final = 84
+_WIDE: Final = 720  # from this width on the tools have one row
+_ROOM_FOR_QUESTION: Final = 320
+_ROOM_FOR_WORDS: Final = 160
+_LARGE_TEXT: Final = 1.1
+
+
+class LeftColumn(QWidget):
+    """Shows what the camera sees and what it should see."""
+
+    arranged = Signal()
+    """Pictures have another size now."""
+    source_asked = Signal()
+    """Another camera is to be chosen."""
+
+    def __init__(self, presenter: TurnPresenter, compact: bool) -> None:
+        super().__init__()
+        self._presenter = presenter
+        self._compact = compact
+        self._aspect = 0.0
+        self._room, self._bar = QSize(), 0
+        self._arc_words = ""
+        t = theme()
+        self._side = t.px(24)
+        self._live_words, self._goal_words = (
+            Text("", 14, role="dim", elide=True),
+            Text("", 14, role="dim", elide=True),
+        )
+        self.live, self.goal = Well("Live picture", "text"), Well("Goal", "sel")
+        self._more = IconButton("more", "Webcam", kind="quiet", size="small")
+        self._more.clicked.connect(self._open_menu)
+        self._tools: Tools | None = None
+        column = QVBoxLayout(self)
+        column.setContentsMargins(self._side, t.px(16), self._side, t.px(16))
+        column.setSpacing(0)
+        column.addLayout(self._wells_row())
+        column.addSpacing(t.px(16 if compact else 28))
+        column.addLayout(self._strip_row())
+        column.addSpacing(t.px(8))
+        self.strip = BackgroundStrip()
+        self.strip.stepped.connect(presenter.demo_step)
+        column.addWidget(self.strip)
+        column.addSpacing(t.px(8 if compact else 20))
+        column.addLayout(self._tools_row())
+        column.addSpacing(t.px(8 if compact else 12))
+        self.shots = ShotsLine()
+        column.addWidget(self.shots)
+        self._demo: LabelledSlider | None = None
+        self._demo_needs = 0
+        self._column = column
+        column.addStretch(1)
+        self._question: Question | None = None
+
+    # -- building ------------------------------------------------------------------------------
+
+    def _wells_row(self) -> QHBoxLayout:
+        t = theme()
+        row = QHBoxLayout()
+        row.setSpacing(t.px(16))
+        for title, words, well in (
+            ("Live", self._live_words, self.live),
+            ("Goal", self._goal_words, self.goal),
+        ):
+            part = QVBoxLayout()
+            part.setSpacing(t.px(6))
+            head = QHBoxLayout()
+            head.setSpacing(t.px(8))
+            head.addWidget(Text(title, 16, 600))
+            head.addWidget(words, 1)
+            if well is self.live:
+                head.addWidget(self._more)
+            line = QWidget()
+            line.setLayout(head)
+            line.setFixedHeight(t.px(32))
+            head.setContentsMargins(0, 0, 0, 0)
+            part.addWidget(line)
+            part.addWidget(well)
+            part.addStretch(1)
+            row.addLayout(part)
+        row.addStretch(1)
+        return row
+
+    def _strip_row(self) -> QHBoxLayout:
+        t = theme()
+        row = QHBoxLayout()
+        row.setSpacing(t.px(8))
+        short = self._compact and t.scale > _LARGE_TEXT
+        title = "Background" if short else "Background of this place"
+        self._strip_title = Text(title, 16, 600, elide=True)
+        row.addWidget(self._strip_title)
+        if not self._compact:
+            row.addWidget(Text("the scale counts the turn", 14, role="dim", elide=True))
+        row.addStretch(1)
+        self._check = Icon("check", 16, "ok")
+        self._arc = Text("", 14, 600, role="ok", elide=True)
+        row.addWidget(self._check)
+        row.addWidget(self._arc)
+        return row
+
+    def _tools_row(self) -> QBoxLayout:
+        t = theme()
+        self._rows = QBoxLayout(QBoxLayout.Direction.LeftToRight)
+        self._rows.setSpacing(t.px(8 if self._compact else 16))
+        self._align = Button(
+            "Start alignment", "layers", size="normal" if self._compact else "main"
+        )
+        self._align.set_tip("Lay the live picture over the goal", "Space")
+        self._align.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self._align.clicked.connect(self._presenter.toggle_align)
+        self._overlay = LabelledSlider(
+            "Overlay", 0, 100, 45, 1, lambda v: f"{v:.0f} %", inline=True
+        )
+        self._overlay.setMaximumWidth(t.px(288))
+        self._overlay.changed.connect(self._presenter.set_opacity)
+        first = QBoxLayout(QBoxLayout.Direction.LeftToRight)
+        first.setSpacing(t.px(24))
+        first.addWidget(self._align)
+        first.addWidget(self._overlay, 100)
+        first.addStretch(1)
+        self._first = first
+        self._quality_icon = Icon("target", 20)
+        self._quality = Text("", 14, elide=True)
+        second = QHBoxLayout()
+        second.setSpacing(t.px(8))
+        second.addWidget(self._quality_icon)
+        second.addWidget(self._quality, 1)
+        self._rows.addLayout(first, 1)
+        self._rows.addLayout(second)
+        return self._rows
+
+    def _with_demo(self) -> LabelledSlider:
+        """Make the slider of the demo's camera when there is one."""
+        if self._demo is None:
+            self._demo = self._make_demo(short=False)
+            self._column.insertSpacing(self._column.count() - 1, theme().px(8))
+            self._column.insertWidget(self._column.count() - 1, self._demo)
+            QWidget.setTabOrder(self.shots.lister, self._demo)
+            self._fit()
+        return self._demo
+
+    def _make_demo(self, short: bool) -> LabelledSlider:
+        name = "Demo camera" if short else "Demo: where the camera is"
+        demo = LabelledSlider(name, -179, 180, 0, 1, signed, default=0.0, inline=not short)
+        demo.changed.connect(self._presenter.demo_turn)
+        return demo
+
+    def _fit_demo(self, inner: int) -> None:
+        """Put the label above the rail, and shorten it, where a line is too short for both."""
+        if self._demo is None:
+            return
+        long = self._demo.accessibleName() != "Demo camera"
+        needs = self._demo.minimumSizeHint().width() if long else self._demo_needs
+        if long:
+            self._demo_needs = needs
+        if long == (needs <= inner):
+            return
+        old, self._demo = self._demo, self._make_demo(short=long)
+        self._demo.set_value(old.amount)
+        self._column.replaceWidget(old, self._demo)
+        self._demo.show()
+        QWidget.setTabOrder(self.shots.lister, self._demo)
+        old.hide()
+        old.deleteLater()
+
+    # -- size ----------------------------------------------------------------------------------
+
+    def fit(self, room: QSize, bar: int) -> None:
+        """Give every picture the size that it has in so much room.
+
+        Parameters
+        ----------
+        room : QSize
+            Logical pixels.
+        """
+        self._room, self._bar = room, bar
+        self._fit()
+
+    def _fit(self) -> None:
+        if self._room.isEmpty():
+            return
+        width, height = self._room.width(), self._room.height()
+        well, strip_h, needed = self._shared_out(width)
+        if needed > height:
+            # What does not fit is scrolled to, with a bar at the side.
+            well, strip_h, _ = self._shared_out(width - self._bar)
+        for words in (self._live_words, self._goal_words):
+            words.setVisible(well.width() >= theme().px(_ROOM_FOR_WORDS))
+        self.live.setFixedSize(well)
+        self.goal.setFixedSize(well)
+        self.strip.setFixedHeight(strip_h + theme().px(_SCALE))
+        self._fit_title()
+        self._column.activate()
+        self._place_question()
+        self.arranged.emit()
+
+    def _fit_title(self) -> None:
+        """Leave the title out where the arc would be cut: its numbers count."""
+        t = theme()
+        needed = sum(words.sizeHint().width() for words in (self._strip_title, self._arc))
+        room = self._room.width() - 2 * self._side - self._bar - t.px(16 + 4 * 8)
+        self._strip_title.setVisible(not self._arc.text() or needed <= room)
+
+    def _shared_out(self, width: int) -> tuple[QSize, int, int]:
+        """Share the room among the pictures: size of a well, height of the strip, height of all."""
+        t, aspect = theme(), self._aspect or ASPECT
+        inner = width - 2 * self._side
+        one_row = inner >= t.px(_WIDE)
+        way = QBoxLayout.Direction
+        self._rows.setDirection(way.LeftToRight if one_row else way.TopToBottom)
+        sliders = (
+            self._align.sizeHint().width() + t.px(24) + self._overlay.minimumSizeHint().width()
+        )
+        beside = inner >= sliders
+        self._first.setDirection(way.LeftToRight if beside else way.TopToBottom)
+        self._first.setSpacing(t.px(24 if beside else 8))
+        self._fit_demo(inner)
+        fixed = self._fixed_height(one_row)
+        if not beside:
+            fixed += t.px(8) + self._overlay.sizeHint().height()
+        rest = self._room.height() - fixed
+        natural = round(_STRIP[1] * inner / _STRIP[0])
+        least = min(natural, t.px(_LOWEST_STRIP))
+        well_w = (inner - t.px(16)) // 2
+        well_h = min(round(well_w / aspect), max(rest - least, t.px(_LOWEST_WELL)))
+        well_w = min(well_w, round(well_h * aspect))
+        tallest = max(natural, min(_STRIP[1], rest - well_h))
+        strip_h = max(min(tallest, rest - well_h), least)
+        return QSize(well_w, well_h), strip_h, fixed + well_h + strip_h
+
+    def _fixed_height(self, one_row: bool) -> int:
+        """Height of everything that is no picture."""
+        t = theme()
+        gaps = (16 + 8 + 8) if self._compact else (28 + 8 + 20)
+        tools = self._align.sizeHint().height()
+        if not one_row:
+            tools += t.px(8 if self._compact else 16) + t.px(20)
+        tools += t.px(8 if self._compact else 12) + self.shots.height()
+        demo = t.px(8) + self._demo.sizeHint().height() if self._demo is not None else 0
+        return t.px(2 * 16 + 32 + 6 + gaps + 24 + _SCALE) + tools + demo
+
+    @property
+    def well_size(self) -> QSize:
+        """Of both wells, logical pixels."""
+        return self.live.size()
+
+    @property
+    def strip_size(self) -> QSize:
+        """Of the strip's picture, logical pixels."""
+        return self.strip.picture_rect.size().toSize()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the question over the picture."""
+        super().resizeEvent(event)
+        self._place_question()
+
+    def moveEvent(self, event: QMoveEvent) -> None:
+        """Keep the question over the picture."""
+        super().moveEvent(event)
+        self._place_question()
+
+    def _place_question(self) -> None:
+        if self._question is None:
+            return
+        area = self.live.geometry()
+        if area.width() < theme().px(_ROOM_FOR_QUESTION):
+            area = area.united(self.goal.geometry())
+        # Until it is answered it may cover a little of what is below.
+        area.setHeight(max(area.height(), theme().px(LEAST_HEIGHT)))
+        self._question.setGeometry(area)
+
+    # -- showing -------------------------------------------------------------------------------
+
+    def show_live(self, words: LiveWords) -> None:
+        """Say what the wells show; ask what has to be known."""
+        self._live_words.set_text(words.live)
+        self._goal_words.set_text(words.goal)
+        # The question lies over the words.
+        self.live.set_words(words.tag, words.message, words.dim)
+        self.goal.setAccessibleDescription(words.goal)
+        self._more.set_tip(words.name or "Webcam")
+        if words.aspect != self._aspect:
+            self._aspect = words.aspect
+            self._fit()
+        if words.asking and self._question is None:
+            self._question = Question(self)
+            self._question.answered.connect(self._presenter.answer)
+            self._place_question()
+            self._question.show()
+            before: QWidget = self._more
+            for answer in self._question.answers.values():
+                QWidget.setTabOrder(before, answer)
+                before = answer
+        elif not words.asking and self._question is not None:
+            self._question.hide()
+            self._question.deleteLater()
+            self._question = None
+
+    @property
+    def question(self) -> Question | None:
+        """The question, while it is asked."""
+        return self._question
+
+    @property
+    def demo(self) -> LabelledSlider | None:
+        """The slider of the demo's camera."""
+        return self._demo
+
+    def show_pictures(self, pictures: Pictures) -> None:
+        """Show live and goal."""
+        self.live.set_picture(pictures.live)
+        self.goal.set_picture(pictures.goal)
+
+    def show_scale(self, scale: Scale, pictures: Pictures) -> None:
+        """Show where goal and camera are."""
+        self.strip.set_state(
+            StripState(
+                picture=pictures.strip,
+                goal_deg=scale.goal_deg,
+                now_deg=scale.now_deg,
+                fov_deg=scale.fov_deg,
+                arc_deg=scale.arc_deg,
+                goal_words=scale.goal_words,
+                now_words=scale.now_words,
+                description=scale.description,
+                camera_deg=scale.camera_deg,
+            )
+        )
+        self._check.setVisible(bool(scale.arc_words))
+        if self._arc.text() != scale.arc_words:
+            self._arc.set_text(scale.arc_words)
+            self._fit_title()
+
+    def show_tools(self, tools: Tools) -> None:
+        """Show alignment, quality of the heading, and the demo's camera."""
+        self._tools = tools
+        words = "Stop alignment" if tools.aligning else "Start alignment"
+        self._align.set_text(words)
+        self._align.set_available(tools.can_align, "There is no live picture to lay over the goal.")
+        set_available(self._overlay, tools.can_align, "There is no live picture.")
+        self._overlay.set_value(tools.opacity)
+        self._quality.set_text(tools.quality)
+        self._quality_icon.set(tools.quality_icon)
+        if tools.demo_deg is not None:
+            self._with_demo().set_value(tools.demo_deg)
+
+    @property
+    def quality(self) -> str:
+        """Words about the heading."""
+        return self._quality.text()
+
+    def _open_menu(self) -> None:
+        tools = self._tools
+        if tools is None:
+            return
+        menu = Menu(self, "Webcam")
+        for index, name in tools.webcams:
+            here = index == tools.webcam
+            menu.add(
+                name,
+                lambda index=index: self._presenter.choose_webcam(index),  # type: ignore[misc]
+                "check" if here else "webcam",
+            )
+        if not tools.webcams:
+            words, why = NO_WEBCAMS
+            menu.add(words, lambda: None, "webcam", why=why)
+        menu.add("Other camera, field of view…", self.source_asked.emit, "settings")
+        menu.addSeparator()
+        for looks, words in (("sitter", "It looks at the sitter"), ("me", "It looks at me")):
+            menu.add(
+                words,
+                lambda looks=looks: self._presenter.answer(looks),  # type: ignore[misc]
+                "check" if tools.looks == looks else "eye",
+            )
+        menu.addSeparator()
+        sound = "Sound off" if tools.sounds else "Sound on"
+        icon = "sound-off" if tools.sounds else "sound"
+        menu.add(sound, self._presenter.toggle_sounds, icon, "M")
+        menu.drop(self._more)

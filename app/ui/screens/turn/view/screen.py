@@ -1,0 +1,229 @@
+"""View of the Turn screen: two columns, and a clock that asks the presenter to go on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QSize, Qt, QTimer
+from PySide6.QtWidgets import QApplication, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+
+from app.ui.screens.turn.shots import PHOTO_FILTER
+from app.ui.screens.turn.state import TurnSizes, TurnState
+from app.ui.screens.turn.view.column import DESIGNED, GuideColumn
+from app.ui.screens.turn.view.left import LeftColumn
+from app.ui.screens.turn.view.shots import ShotsSheet
+from app.ui.theme import theme
+from app.ui.widgets.banner import Empty
+from app.ui.widgets.file_dialogs import ask_files
+from app.ui.widgets.surfaces import Scroll, Surface
+
+if TYPE_CHECKING:
+    from PySide6.QtGui import QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
+
+    from app.ui.screens.turn.presenter import TurnPresenter
+    from app.ui.widgets.dialogs import Sheet
+
+_TICK_MS: Final = 40
+_OPEN_PHOTO: Final = "Open the photo you took"
+_COLUMN: Final = 480
+_COMPACT_COLUMN: Final = 400
+_WIDEST_SIDE: Final = 560
+_VERY_WIDE: Final = 2400
+_FACTORS: Final = (0.45, 3.0)
+_STEPS: Final = 20  # of the factor in 1: the column is not made anew with every pixel
+
+
+class TurnScreen(QWidget):
+    """Guides the turn."""
+
+    def __init__(self, presenter: TurnPresenter, compact: bool) -> None:
+        super().__init__()
+        self.presenter = presenter
+        self._compact = compact
+        self._state: TurnState | None = None
+        self._factor = 0.0
+        self.setAccessibleName("Turn")
+        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self.setProperty("noFocusRing", True)
+        self._stack = QStackedWidget()
+        self._empty = Empty("")
+        self._empty.pressed.connect(lambda _number: presenter.fill())
+        self._body = QWidget()
+        self._stack.addWidget(self._empty)
+        self._stack.addWidget(self._body)
+        row = QHBoxLayout(self._body)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(0)
+        self.left = LeftColumn(presenter, compact)
+        self.left.arranged.connect(self._measure)
+        self.left.source_asked.connect(self.ask_source)
+        self.left.shots.asked.connect(self.ask_photos)
+        self.left.shots.listed.connect(self._list_shots)
+        self._sheet: Sheet | None = None
+        self._left_scroll = Scroll(self.left)
+        self._right = Surface("amberfill" if theme().contrast else "panel", ("left",))
+        self._right_scroll = Scroll()
+        inside = QVBoxLayout(self._right)
+        inside.setContentsMargins(theme().line_width, 0, 0, 0)
+        inside.addWidget(self._right_scroll)
+        row.addWidget(self._left_scroll, 1)
+        row.addWidget(self._right)
+        whole = QVBoxLayout(self)
+        whole.setContentsMargins(0, 0, 0, 0)
+        whole.addWidget(self._stack)
+        self.column: GuideColumn
+        self._clock = QTimer(self, interval=_TICK_MS)
+        self._clock.setTimerType(Qt.TimerType.PreciseTimer)
+        self._clock.timeout.connect(presenter.tick)
+        self._make_column(1.0)
+
+    def show_state(self, state: TurnState) -> None:
+        """Show what changed."""
+        before, self._state = self._state, state
+        if state.empty:
+            self._empty.set(state.empty, state.empty_action)
+            self._stack.setCurrentWidget(self._empty)
+            return
+        self._stack.setCurrentWidget(self._body)
+        if before is not None and before.empty:
+            before = None
+        self._show_left(state, before)
+        self._show_right(state, before)
+
+    def _show_left(self, state: TurnState, before: TurnState | None) -> None:
+        if before is None or state.live != before.live:
+            self.left.show_live(state.live)
+        self.left.show_pictures(state.pictures)
+        strip = None if before is None else before.pictures.strip
+        if before is None or state.scale != before.scale or state.pictures.strip is not strip:
+            self.left.show_scale(state.scale, state.pictures)
+        if before is None or state.tools != before.tools:
+            self.left.show_tools(state.tools)
+        self.left.shots.show_shots(state.shots)
+        if isinstance(self._sheet, ShotsSheet):
+            self._sheet.show_shots(state.shots)
+
+    def _show_right(self, state: TurnState, before: TurnState | None) -> None:
+        if before is None or state.mode != before.mode:
+            self.column.set_mode(state.mode)
+        if before is None or state.guidance != before.guidance:
+            self.column.show_guidance(state.guidance)
+        self.column.show_style(state.style, state.pictures)
+
+    # -- over the screen -----------------------------------------------------------------------
+
+    def ask_photos(self) -> None:
+        """Ask which photographs were taken, and open them."""
+        paths = ask_files(self, _OPEN_PHOTO, PHOTO_FILTER)
+        if paths:
+            self.presenter.open_photos(paths)
+
+    def _list_shots(self) -> None:
+        sheet = ShotsSheet(self.window(), self.presenter.remove_shot)
+        if self._state is not None:
+            sheet.show_shots(self._state.shots)
+        self._put_over(sheet)
+
+    def ask_source(self) -> None:
+        """Ask for another live camera, and how wide it sees."""
+        from app.ui.screens.turn.view.source import SourceSheet
+
+        self._put_over(SourceSheet(self.window(), self.presenter.sources))
+
+    def _put_over(self, sheet: Sheet) -> None:
+        self._take_back()
+        self._sheet = sheet
+        sheet.closed.connect(self._sheet_closed)
+        sheet.open()
+
+    def _sheet_closed(self) -> None:
+        sheet, self._sheet = self._sheet, None
+        if sheet is not None:
+            sheet.deleteLater()
+
+    def _take_back(self) -> None:
+        if self._sheet is not None:
+            self._sheet.shut()
+
+    # -- size ----------------------------------------------------------------------------------
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Divide the room: the large words grow with it."""
+        super().resizeEvent(event)
+        self._arrange()
+
+    def _arrange(self) -> None:
+        t, room = theme(), self.size()
+        width = self._column_width()
+        self._right.setFixedWidth(width)
+        wanted = min(width / t.px(DESIGNED.width()), room.height() / t.px(DESIGNED.height()))
+        wanted = min(max(int(wanted * _STEPS + 1e-6) / _STEPS, _FACTORS[0]), _FACTORS[1])
+        if wanted != self._factor:
+            self._make_column(wanted)
+        self.column.fit(width - t.line_width)
+        bar = self._left_scroll.verticalScrollBar().sizeHint().width()
+        self.left.fit(QSize(room.width() - width, room.height()), bar)
+
+    def _column_width(self) -> int:
+        t, width = theme(), self.width()
+        third = width // 3
+        if width >= t.px(_VERY_WIDE):
+            return third
+        designed = t.px(_COMPACT_COLUMN if self._compact else _COLUMN)
+        # Larger text must not take the room of the pictures.
+        return min(max(designed, min(third, t.px(_WIDEST_SIDE))), round(width * 0.45))
+
+    def _make_column(self, factor: float) -> None:
+        self._factor = factor
+        self.column = GuideColumn(factor)
+        self.column.mode_chosen.connect(self.presenter.set_mode)
+        self._right_scroll.setWidget(self.column)
+        if self._state is not None and not self._state.empty:
+            self._show_right(self._state, None)
+
+    def _measure(self) -> None:
+        """Tell how large pictures are on this screen."""
+        ratio = self.devicePixelRatioF()
+
+        def pixels(size: QSize) -> tuple[int, int]:
+            high, wide = round(size.height() * ratio), round(size.width() * ratio)
+            return max(high, 1), max(wide, 1)
+
+        self.presenter.measure(
+            TurnSizes(
+                pixels(self.left.well_size),
+                pixels(self.left.strip_size),
+                pixels(self.column.picture_size),
+            )
+        )
+
+    # -- going on ------------------------------------------------------------------------------
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Go on while it can be seen; keys belong to the screen until something takes them."""
+        super().showEvent(event)
+        self._clock.start()
+        self._arrange()
+        # Later: whoever brings the screen to the front moves the focus after this.
+        QTimer.singleShot(0, self, self._take_keys)
+
+    def _take_keys(self) -> None:
+        focus = QApplication.focusWidget()
+        if self.isVisible() and (focus is None or not self.isAncestorOf(focus)):
+            self.setFocus(Qt.FocusReason.OtherFocusReason)
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Nothing goes on where nobody looks."""
+        super().hideEvent(event)
+        self._clock.stop()
+        self._take_back()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Arrows that nobody else wants move the demo's camera."""
+        steps = {Qt.Key.Key_Right: 1.0, Qt.Key.Key_Left: -1.0}
+        step = steps.get(Qt.Key(event.key()))
+        if step is None or self.left.demo is None:
+            super().keyPressEvent(event)
+            return
+        coarse = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+        self.presenter.demo_step(step * (10.0 if coarse else 1.0))

@@ -1,0 +1,310 @@
+"""The sheet in which the live camera is chosen, with its field of view and resolution."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QEvent, QMargins, QObject, QSize, Qt
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QLineEdit,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.ui.screens.turn.sources import VIDEO_FILES
+from app.ui.theme import theme
+from app.ui.widgets.buttons import Button
+from app.ui.widgets.dialogs import Sheet
+from app.ui.widgets.fields import ListField, TextField
+from app.ui.widgets.file_dialogs import ask_file, ask_folder
+from app.ui.widgets.icons import Icon
+from app.ui.widgets.labels import Text
+from app.ui.widgets.own_keys import OwnKeys
+from app.ui.widgets.segmented import Segmented
+from app.ui.widgets.sliders import LabelledSlider
+from app.ui.widgets.surfaces import Scroll
+
+if TYPE_CHECKING:
+    from app.ui.screens.turn.sources import SourcesPresenter, SourcesState
+
+_EXAMPLE: Final = "http://192.168.1.20:8080/video"
+_NARROWEST, _WIDEST, _USUAL = 30.0, 120.0, 65.0
+_RING: Final = 4
+_FILES: Final = {
+    "video": (
+        "Choose a video…",
+        "No video chosen yet.",
+        "It plays at its own pace, again and again.",
+    ),
+    "stills": (
+        "Choose a folder…",
+        "No folder chosen yet.",
+        "Its pictures come by name, two seconds each.",
+    ),
+}
+
+
+class SourceSheet(Sheet):
+    """Shows a `SourcesState` and tells the presenter what the user does."""
+
+    def __init__(self, host: QWidget, presenter: SourcesPresenter) -> None:
+        super().__init__(host, "Live camera", 520)
+        self._presenter = presenter
+        self._state: SourcesState | None = None
+        self.source = ListField("Camera")
+        self.source.chosen.connect(self._chosen)
+        self.network = _NetworkPart(presenter)
+        self.files = _FilePart()
+        self.files.choose.clicked.connect(self.ask_file)
+        self.lens = _LensPart(presenter)
+        self._status = _Status()
+        inside = _Part()
+        inside.column.setSpacing(theme().px(16))
+        for part in (self.source, self.network, self.files, self.lens, self._status):
+            inside.column.addWidget(part)
+        # What is scrolled has room for the focus ring, and still stands in line with the title.
+        ring = theme().px(_RING)
+        inside.column.setContentsMargins(ring, ring, ring, ring)
+        margins = self._column.contentsMargins()
+        self._column.setContentsMargins(margins - QMargins(ring, 0, ring, 0))
+        head = self._column.itemAt(0)
+        if head is not None and (title := head.layout()) is not None:
+            title.setContentsMargins(ring, 0, ring, 0)
+        self._scroll = _Tall(inside)
+        self.body.addWidget(self._scroll)
+        self.closed.connect(partial(presenter.detach, self))
+        self.destroyed.connect(partial(presenter.detach, self))
+        presenter.attach(self)
+
+    def show_state(self, state: SourcesState) -> None:
+        """Show it; what is the same as before, and what is being typed, is left alone."""
+        before, self._state = self._state, state
+        if state == before:
+            return
+        self.source.set_items(state.items)
+        self.source.choose(state.key)
+        self.network.setVisible(state.key == "network")
+        self.network.show_state(state)
+        self.files.setVisible(state.key in _FILES)
+        self.files.show_state(state)
+        self.lens.setVisible(state.adjustable)
+        self.lens.show_state(state)
+        self._status.say(state.status, state.status_icon)
+
+    def focusNextPrevChild(self, forward: bool) -> bool:
+        """Scroll to what Tab comes to, where not all of it fits."""
+        moved = super().focusNextPrevChild(forward)
+        there: QWidget | None = self.window().focusWidget()
+        if there is not None and self._scroll.isAncestorOf(there):
+            self._scroll.keep_visible(there)
+        return moved
+
+    @property
+    def status(self) -> str:
+        """How the camera is, in words."""
+        return self._status.text()
+
+    def ask_file(self) -> None:
+        """Ask which video or folder it is to be."""
+        key = "" if self._state is None else self._state.key
+        if key == "video":
+            video = ask_file(self, "Video", VIDEO_FILES)
+            if video is not None:
+                self._presenter.choose_video(str(video))
+        elif key == "stills":
+            folder = ask_folder(self, "Folder of pictures")
+            if folder is not None:
+                self._presenter.choose_folder(str(folder))
+
+    def _chosen(self, key: str) -> None:
+        self._presenter.show_kind(key)
+        if key == "network":
+            self.network.address.setFocus(Qt.FocusReason.OtherFocusReason)
+
+
+class _Part(QWidget):
+    """A column of the sheet."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.column = QVBoxLayout(self)
+        self.column.setContentsMargins(0, 0, 0, 0)
+        self.column.setSpacing(theme().px(8))
+
+    def line(self, *widgets: QWidget, stretch: int = 0) -> None:
+        """Put widgets side by side; the one of that number takes what room there is."""
+        row = QHBoxLayout()
+        row.setSpacing(theme().px(8))
+        for number, widget in enumerate(widgets):
+            row.addWidget(widget, int(number == stretch))
+        self.column.addLayout(row)
+
+
+class _Tall(Scroll):
+    """As tall as what is in it, where there is room for that."""
+
+    def __init__(self, content: QWidget) -> None:
+        super().__init__(content)
+        self._content = content
+        policy = QSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        policy.setHeightForWidth(True)
+        self.setSizePolicy(policy)
+
+    def heightForWidth(self, width: int) -> int:
+        """Give the height of the content."""
+        layout = self._content.layout()
+        if layout is None or not layout.hasHeightForWidth():
+            # Without words that wrap, no height depends on a width, and Qt's answer is -1.
+            return self._content.sizeHint().height()
+        return layout.totalHeightForWidth(width)
+
+    def sizeHint(self) -> QSize:
+        """Give the content's own size."""
+        return self._content.sizeHint()
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Tell the sheet when the content wants another height."""
+        if event.type() == QEvent.Type.LayoutRequest:
+            self.updateGeometry()
+        return super().eventFilter(watched, event)
+
+
+class _NetworkPart(_Part):
+    """The address of a network camera, and its password where it wants one."""
+
+    def __init__(self, presenter: SourcesPresenter) -> None:
+        super().__init__()
+        self._presenter = presenter
+        self.address = TextField("Address, http, https or rtsp", _EXAMPLE, "wifi")
+        self.connect_to = Button("Connect")
+        self.user = TextField("User name", icon="person")
+        self.password = TextField("Password")
+        self.password.edit.setEchoMode(QLineEdit.EchoMode.Password)
+        self.hint = Text("", 12, role="dim", wrap=True)
+        self.give = Button("Sign in")
+        connect = QVBoxLayout()
+        connect.setSpacing(0)
+        connect.addSpacing(theme().px(20))  # in line with the field, whose label stands above it
+        connect.addWidget(self.connect_to)
+        connect.addStretch(1)
+        row = QHBoxLayout()
+        row.setSpacing(theme().px(8))
+        row.addWidget(self.address, 1)
+        row.addLayout(connect)
+        self.column.addLayout(row)
+        self._secret = _Part()
+        for widget in (self.user, self.password, self.hint):
+            self._secret.column.addWidget(widget)
+        self._secret.column.addWidget(self.give, 0, Qt.AlignmentFlag.AlignLeft)
+        self.column.addWidget(self._secret)
+        OwnKeys(self.address.edit, self.user.edit, self.password.edit)
+        self.address.changed.connect(presenter.type_address)
+        self.address.entered.connect(presenter.connect)
+        self.connect_to.clicked.connect(lambda: presenter.connect(self.address.text()))
+        self.user.entered.connect(lambda _text: self.password.setFocus())
+        self.password.entered.connect(lambda _text: self._sign_in())
+        self.give.clicked.connect(self._sign_in)
+
+    def show_state(self, state: SourcesState) -> None:
+        self.address.set_text(state.address)
+        self.address.set_error(state.address_error)
+        if not state.asks_password:
+            self.password.set_text("")
+        self._secret.setVisible(state.asks_password)
+        self.password.set_error(state.password_error)
+        self.hint.set_text(state.password_hint)
+
+    def _sign_in(self) -> None:
+        self._presenter.sign_in(self.user.text(), self.password.text())
+
+
+class _FilePart(_Part):
+    """Which video or folder is in use, and the button that chooses another."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.name = Text("", 14, 600, elide=True)
+        self.how = Text("", 12, role="dim", wrap=True)
+        self.choose = Button("Choose…")
+        self.trouble = _Status()
+        self.line(self.name, self.choose)
+        self.column.addWidget(self.how)
+        self.column.addWidget(self.trouble)
+
+    def show_state(self, state: SourcesState) -> None:
+        if state.key in _FILES:
+            button, none, how = _FILES[state.key]
+            self.choose.set_text(button)
+            self.name.set_text(state.file or none)
+            self.how.set_text(how)
+        self.trouble.say(state.file_error, "error")
+
+
+class _LensPart(_Part):
+    """How wide the camera sees, and how large its pictures are."""
+
+    def __init__(self, presenter: SourcesPresenter) -> None:
+        super().__init__()
+        self._title = Text("Field of view", 12, 600, "dim")
+        self.known = Text("", 14)
+        items = (("estimate", "Estimate automatically"), ("set", "Set"))
+        self.how = Segmented(items, "Field of view")
+        self.words = Text("", 14, role="dim", elide=True)
+        self.angle = LabelledSlider(
+            "From the left to the right edge",
+            _NARROWEST,
+            _WIDEST,
+            _USUAL,
+            1.0,
+            lambda v: f"{v:.0f}°",
+            default=_USUAL,
+        )
+        self.resolution = ListField("Resolution")
+        self._row = _Part()
+        self._row.line(self.how, self.words, stretch=1)
+        for widget in (self._title, self.known, self._row, self.angle, self.resolution):
+            self.column.addWidget(widget)
+        self.how.chosen.connect(lambda key: presenter.estimate(key == "estimate"))
+        self.angle.settled.connect(presenter.set_fov)
+        self.resolution.chosen.connect(presenter.set_width)
+
+    def show_state(self, state: SourcesState) -> None:
+        self.known.set_text(state.known_fov)
+        self.known.setVisible(bool(state.known_fov))
+        self._row.setVisible(not state.known_fov)
+        self.how.choose("estimate" if state.estimate else "set")
+        self.words.set_text(state.fov_words if state.estimate else "")
+        self.angle.setVisible(not state.estimate and not state.known_fov)
+        if not self.angle.isSliderDown():
+            self.angle.set_value(state.fov_deg)
+        self.resolution.setVisible(bool(state.widths))
+        self.resolution.set_items(state.widths)
+        if state.width in dict(state.widths):
+            self.resolution.choose(state.width)
+
+
+class _Status(QWidget):
+    """An icon and a sentence; hidden while there is nothing to say."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._icon = Icon("check", 16, "ok")
+        self._text = Text("", 14, wrap=True)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.setSpacing(theme().px(8))
+        row.addWidget(self._icon, 0, Qt.AlignmentFlag.AlignTop)
+        row.addWidget(self._text, 1)
+        self.hide()
+
+    def say(self, sentence: str, icon: str) -> None:
+        self._text.set_text(sentence)
+        self._text.set_role("err" if icon == "error" else "text")
+        self._icon.set(icon or "info", "err" if icon == "error" else "ok" if icon else "dim")
+        self.setVisible(bool(sentence))
+
+    def text(self) -> str:
+        return self._text.text()
