@@ -128,7 +128,7 @@ class QtRunner(QObject):
         failed: Callable[[Exception], None] | None = None,
         cancelled: Callable[[], None] | None = None,
     ) -> None:
-        """Start work; see `app.ui.presenters.job_runner.Runner.submit`."""
+        """Start work; see `app.ui.presenters.services.Runner.submit`."""
         if self._closed:
             return
         self.cancel(key)

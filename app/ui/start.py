@@ -2,20 +2,33 @@
 
 from __future__ import annotations
 
+import contextlib
+import logging
+import logging.handlers
 import os
 import sys
+import threading
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 
-from PySide6.QtCore import QByteArray, QEvent, QObject, QSettings, Qt, QTimer
+from PySide6.QtCore import (
+    QByteArray,
+    QEvent,
+    QObject,
+    QSettings,
+    Qt,
+    QTimer,
+    QtMsgType,
+    Signal,
+    qInstallMessageHandler,
+)
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtWidgets import QApplication
 
 from app.core.base.paths import resources, user_data
 from app.core.storage.settings import FILE, read_settings
 from app.ui.commands import Commands
-from app.ui.hooks import caught_errors, log_to
 from app.ui.jobs import QtRunner
 from app.ui.memory import keep_little
 from app.ui.notify import Notify
@@ -29,13 +42,86 @@ from app.ui.theme import apply, set_theme
 from app.ui.window import Window
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
+
+    from PySide6.QtCore import QMessageLogContext
 
     from app.core.storage.settings import Settings
     from app.devices.clock import Clock
     from app.ui.launch_options import LaunchOptions
     from app.ui.presenters.services import Devices
     from app.ui.theme import ThemeName
+
+
+_LOG_BYTES: Final = 1 << 20
+_LEVELS: Final = {
+    QtMsgType.QtDebugMsg: logging.DEBUG,
+    QtMsgType.QtInfoMsg: logging.INFO,
+    QtMsgType.QtWarningMsg: logging.WARNING,
+    QtMsgType.QtCriticalMsg: logging.ERROR,
+    QtMsgType.QtFatalMsg: logging.CRITICAL,
+}
+_log = logging.getLogger("turnlight")
+_log.addHandler(logging.NullHandler())  # without a log nothing is printed in its place
+
+
+class _Carrier(QObject):
+    """Brings an error from any thread to the one of the screens."""
+
+    came = Signal(object)
+
+
+@contextlib.contextmanager
+def caught_errors(tell: Callable[[Exception], None]) -> Iterator[None]:
+    """Take every error that would else end a thread or be printed and lost.
+
+    Yields
+    ------
+    None
+        While the hooks are set; the former ones come back afterwards.
+    """
+    carrier = _Carrier()
+    carrier.came.connect(tell, Qt.ConnectionType.QueuedConnection)
+
+    def take(error: BaseException | None) -> None:
+        if isinstance(error, Exception):
+            _log.error("nobody took this", exc_info=error)
+            carrier.came.emit(error)
+
+    def on_main(kind: type[BaseException], error: BaseException, trace: Any) -> None:
+        if isinstance(error, Exception):
+            take(error)
+        else:
+            sys.__excepthook__(kind, error, trace)
+
+    def from_qt(kind: QtMsgType, context: QMessageLogContext, message: str) -> None:
+        del context
+        _log.log(_LEVELS.get(kind, logging.INFO), "Qt: %s", message)
+
+    before = (sys.excepthook, threading.excepthook, sys.unraisablehook)
+    sys.excepthook = on_main
+    threading.excepthook = lambda args: take(args.exc_value)
+    sys.unraisablehook = lambda args: take(args.exc_value)
+    qt_before = qInstallMessageHandler(from_qt)
+    try:
+        yield
+    finally:
+        sys.excepthook, threading.excepthook, sys.unraisablehook = before
+        qInstallMessageHandler(qt_before)
+
+
+def log_to(folder: Path) -> None:
+    """Keep a log of at most two files of 1 MiB; where that is not possible there is none."""
+    with contextlib.suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+        handler = logging.handlers.RotatingFileHandler(
+            folder / "turnlight.log", maxBytes=_LOG_BYTES, backupCount=1, encoding="utf-8"
+        )
+        handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s %(message)s"))
+        root = logging.getLogger()
+        root.addHandler(handler)
+        root.setLevel(logging.INFO)
+
 
 _GEOMETRY = "geometry"
 

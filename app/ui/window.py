@@ -51,14 +51,14 @@ FULL_SIZE: Final = QSize(1280, 760)
 """Below this the narrow layout is taken."""
 
 
-_STYLES: Final = ("presenters.styles", "screens.styles")
+_STYLES: Final = ("styles.presenter", "styles.view.screen")
 _NEXT: Final = (
-    "presenters.turn",
-    "screens.turn",
-    "presenters.paint",
-    "screens.paint",
-    "presenters.light",
-    "screens.light",
+    "turn.presenter",
+    "turn.view.screen",
+    "paint.presenter",
+    "paint.view.screen",
+    "light.presenter",
+    "light.view.screen",
 )
 """Screens that are read in before anybody asks for them."""
 
@@ -66,7 +66,7 @@ _NEXT: Final = (
 def _read_in(names: Sequence[str]) -> None:
     with reading_in():
         for name in names:
-            importlib.import_module(f"app.ui.{name}")
+            importlib.import_module(f"app.ui.screens.{name}")
 
 
 class Window(QWidget):

@@ -17,8 +17,8 @@ from PySide6.QtCore import QPoint, QSize, Qt, QTimer
 from PySide6.QtWidgets import QAbstractButton, QWidget
 
 from app.cli import main
-from app.ui.robot import Lost, Robot
 from app.ui.screens.light.view.screen import LightScreen
+from app.ui.screenshots import Lost, Robot
 from app.ui.watchdog import WatchedApplication
 
 FULL = QSize(1440, 900)

@@ -25,10 +25,9 @@ from app.core.storage.settings import Settings
 from app.devices.clock import VirtualClock
 from app.devices.mailbox import Mailbox
 from app.devices.webcam import WebcamError, WebcamFrame, WebcamState
-from app.ui.presenters.job_runner import ImmediateRunner
 from app.ui.presenters.model import Head, Model, Step
 from app.ui.presenters.place_controller import PlaceController
-from app.ui.presenters.services import Folders, Services
+from app.ui.presenters.services import Folders, ImmediateRunner, Services
 from app.ui.presenters.undo import UndoStack
 from app.ui.screens.turn import heading_tracker
 from app.ui.screens.turn.presenter import TurnPresenter

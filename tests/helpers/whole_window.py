@@ -18,7 +18,7 @@ from app.devices.clock import Clock, SystemClock
 from app.devices.discovery import Discovery
 from app.ui.launch_options import LaunchOptions
 from app.ui.presenters import place_controller
-from app.ui.robot import Lost, Robot
+from app.ui.screenshots import Lost, Robot
 from app.ui.start import App
 from app.ui.window import DESIGNED
 

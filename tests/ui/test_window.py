@@ -20,7 +20,7 @@ from app.ui.frame.drop import DropVeil
 from app.ui.launch_options import LaunchOptions
 from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import PlacesListPresenter
-from app.ui.robot import Lost, Robot
+from app.ui.screenshots import Lost, Robot
 from app.ui.start import App
 from app.ui.theme import theme
 

@@ -28,10 +28,10 @@ from app.devices.clock import SystemClock
 from app.devices.simulated.exchange import Reply, Request
 from app.devices.webcam import SimulatedWebcam
 from app.ui.presenters.model import Step
-from app.ui.robot import Robot
 from app.ui.screens.paint.view.canvas import PaintCanvas
 from app.ui.screens.styles.view.card import DamagedCard, StyleCard
 from app.ui.screens.turn.view.well import Well
+from app.ui.screenshots import Robot
 from app.ui.start import App
 from app.ui.theme import theme
 from app.ui.widgets.labels import Text
@@ -485,7 +485,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QApplication
 from app.devices.clock import SystemClock
 from app.ui.presenters.model import Step
-from app.ui.robot import Robot
+from app.ui.screenshots import Robot
 from app.ui.start import App
 from app.ui.launch_options import LaunchOptions
 from tests.helpers.whole_window import SCENE, NoDevices

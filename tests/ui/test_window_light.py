@@ -17,9 +17,9 @@ from PySide6.QtWidgets import QApplication
 
 from app.core.base.images import write_exr
 from app.ui.presenters.model import Step
-from app.ui.robot import Robot
 from app.ui.screens.light.presenter import LightPresenter
 from app.ui.screens.light.view.screen import LightScreen
+from app.ui.screenshots import Robot
 from app.ui.start import App
 from tests.helpers.dark_room import Lamp, room
 from tests.helpers.whole_window import open_light, opened, quick_heads

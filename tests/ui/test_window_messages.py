@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 from app.core.base import files
 from app.core.storage.places import list_places
 from app.ui.notify import Notify
-from app.ui.robot import Robot
+from app.ui.screenshots import Robot
 from tests.helpers.whole_window import NoDevices, open_light, opened, quick_heads, sees
 
 pytestmark = pytest.mark.usefixtures("heads")

@@ -20,7 +20,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QApplication
 from app.devices.clock import SystemClock
 from app.ui.presenters.model import Step
-from app.ui.robot import Robot
+from app.ui.screenshots import Robot
 from app.ui.start import App
 from app.ui.launch_options import LaunchOptions
 from tests.helpers.whole_window import NoDevices

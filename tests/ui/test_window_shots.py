@@ -19,8 +19,8 @@ from app.core.base.paths import resources
 from app.core.guidance.words import whole
 from app.ui.frame.drop import DropVeil
 from app.ui.presenters.model import Step
-from app.ui.robot import Robot
 from app.ui.screens.turn.view.shots import ShotsLine, ShotsSheet
+from app.ui.screenshots import Robot
 from app.ui.start import App
 from app.ui.widgets.labels import Text
 from tests.helpers.photos import taken_from, write_photo

@@ -25,10 +25,10 @@ from app.core.base.angles import difference, wrap
 from app.core.base.images import write_exr
 from app.export.set_sheet import output, pdf
 from app.ui.presenters.model import Step
-from app.ui.robot import Robot
 from app.ui.screens.styles.view.card import StyleCard
 from app.ui.screens.styles.view.numbers import TurnWords
 from app.ui.screens.turn.view.column import GuideColumn, LargeWords
+from app.ui.screenshots import Robot
 from app.ui.start import App
 from app.ui.widgets.labels import Text
 from app.ui.widgets.plots.arrow import TurnArrow

@@ -11,12 +11,12 @@ from PySide6.QtWidgets import QAbstractScrollArea, QApplication, QWidget
 
 from app.core.base.paths import resources
 from app.ui.frame.screen_fit import fitted
-from app.ui.robot import Robot
 from app.ui.screens.paint.view.screen import PaintScreen
 from app.ui.screens.probe.state import ProbeState, Running, StepMark
 from app.ui.screens.probe.view.screen import ProbeScreen
 from app.ui.screens.styles.view.screen import StylesScreen
 from app.ui.screens.turn.view.screen import TurnScreen
+from app.ui.screenshots import Robot
 from app.ui.start import App
 from app.ui.widgets.labels import Text
 from app.ui.window import SMALLEST

@@ -13,10 +13,10 @@ from app.core.painting import list_user_styles
 from app.ui.overlays.find import FindBody
 from app.ui.overlays.settings import SettingsBody
 from app.ui.presenters.model import Step
-from app.ui.robot import Robot
 from app.ui.screens.light.presenter import LightPresenter
 from app.ui.screens.paint.presenter import PaintPresenter
 from app.ui.screens.styles.presenter import StylesPresenter
+from app.ui.screenshots import Robot
 from app.ui.start import App
 from tests.helpers.whole_window import open_light, opened, quick_heads, say, sees
 

@@ -22,9 +22,9 @@ from app.core.storage.settings import Settings
 from app.ui.presenters import place_loader
 from app.ui.presenters.disk_words import disk_words
 from app.ui.presenters.frame import FramePresenter
-from app.ui.presenters.job_runner import ImmediateRunner
 from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import PlacesListPresenter
+from app.ui.presenters.services import ImmediateRunner
 from app.ui.presenters.unfinished import unfinished
 from tests.helpers.styles_screen import HoldingRunner, Table, on_time
 
@@ -285,7 +285,7 @@ from pathlib import Path
 sys.path[:0] = [{root!r}]
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 from tests.helpers.styles_screen import Table, on_time
-from app.ui.presenters.job_runner import ImmediateRunner
+from app.ui.presenters.services import ImmediateRunner
 home = Path({home!r})
 table = on_time(Table(home, ImmediateRunner()))
 # A panorama of 64 x 128 floats takes 100 kB.

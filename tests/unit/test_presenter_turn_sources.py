@@ -15,9 +15,8 @@ from app.core.guidance.guide import Source
 from app.core.storage.settings import Settings
 from app.devices.clock import VirtualClock
 from app.devices.webcam import GUESS_FOV_DEG, LiveSource, WebcamError, WebcamState
-from app.ui.presenters.job_runner import ImmediateRunner
 from app.ui.presenters.model import Model
-from app.ui.presenters.services import Folders, Services
+from app.ui.presenters.services import Folders, ImmediateRunner, Services
 from app.ui.presenters.undo import UndoStack
 from app.ui.screens.turn.camera import LiveCamera
 from app.ui.screens.turn.sources import NO_WEBCAMS, SourcesPresenter, SourcesState, SourcesView

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, TypeVar
 
+from app.core.base.errors import Cancelled
+from app.core.base.progress import Token, silent
 from app.ui.presenters.sounds import Silence
 
 if TYPE_CHECKING:
@@ -12,17 +14,94 @@ if TYPE_CHECKING:
     from datetime import datetime
     from pathlib import Path
 
-    from app.core.base.progress import Token
+    from app.core.base.progress import Report
     from app.devices.clock import Clock
     from app.devices.discovery import Discovery
     from app.devices.found import FoundCamera
     from app.devices.passwords import Passwords
     from app.devices.theta.link import Credentials, Link
     from app.devices.webcam import Webcam
-    from app.ui.presenters.job_runner import Runner
     from app.ui.presenters.model import Model
     from app.ui.presenters.sounds import Sounds
     from app.ui.presenters.undo import UndoStack
+
+
+T = TypeVar("T")
+
+
+class Runner(Protocol):
+    """Runs long work somewhere else and brings its answer back to the thread of the screens."""
+
+    def submit(
+        self,
+        key: str,
+        work: Callable[[Token, Report], T],
+        *,
+        title: str = "",
+        done: Callable[[T], None] | None = None,
+        failed: Callable[[Exception], None] | None = None,
+        cancelled: Callable[[], None] | None = None,
+    ) -> None:
+        """Start `work`; an older one of the same key is cancelled and answers no more.
+
+        Parameters
+        ----------
+        done, failed, cancelled : callable, optional
+            Exactly one of them is called, on the thread of the screens. A failure that nobody
+            takes is told to the user.
+        """
+
+    def cancel(self, key: str) -> None:
+        """Ask the work of this key to stop; none running is no fault."""
+
+    def running(self, key: str) -> bool:
+        """Whether work of this key has not yet answered."""
+
+
+class ImmediateRunner:
+    """Does everything at once, in the caller's thread: for tests."""
+
+    def __init__(self) -> None:
+        self.ran: list[str] = []
+
+    def submit(
+        self,
+        key: str,
+        work: Callable[[Token, Report], T],
+        *,
+        title: str = "",
+        done: Callable[[T], None] | None = None,
+        failed: Callable[[Exception], None] | None = None,
+        cancelled: Callable[[], None] | None = None,
+    ) -> None:
+        """Do the work now; see `Runner.submit`."""
+        del title
+        self.ran.append(key)
+        try:
+            answer = work(Token(), silent)
+        except Cancelled:
+            _call(cancelled)
+        except Exception as error:
+            if failed is None:
+                raise
+            failed(error)
+        else:
+            _call(done, answer)
+
+    def cancel(self, key: str) -> None:
+        """Nothing is ever running."""
+        del key
+
+    def running(self, key: str) -> bool:
+        """Nothing is ever running."""
+        del key
+        return False
+
+
+def _call(callback: Callable[..., None] | None, *values: Any) -> None:
+    if callback is not None:
+        callback(*values)
+
 
 Kind: TypeAlias = Literal["info", "done", "warning", "error"]
 Action: TypeAlias = "tuple[str, Callable[[], None]]"
@@ -43,23 +122,12 @@ class Notifier(Protocol):
         """Show one sentence for a while and keep it in the list of messages.
 
         Errors stay until they are closed, acted upon or mended.
-
-        Parameters
-        ----------
-        actions : sequence of (str, callable), optional
-            At most two buttons.
         """
 
     def tell_error(
         self, error: Exception, *, actions: Sequence[Action] = (), about: str = ""
     ) -> None:
-        """Show an error in its own words; one that has none of ours is logged as well.
-
-        Parameters
-        ----------
-        actions : sequence of (str, callable), optional
-            At most two buttons.
-        """
+        """Show an error in its own words; one that has none of ours is logged as well."""
 
     def mended(self, about: str) -> None:
         """Take off the screen what speaks of this: it is over."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import difference, wrap
 from app.core.guidance.guide import FRESH, Guide, Reading, Source, guide
@@ -11,12 +11,30 @@ from app.core.guidance.words import Mode
 from app.core.localization.heading_conversion import Looks, sees_sitter, turn_of_heading
 
 if TYPE_CHECKING:
-    from app.core.guidance.guide import Goal
+    from app.core.guidance.guide import Goal, Phase
     from app.core.localization.tracking import Track
     from app.ui.presenters.services import Services
     from app.ui.screens.turn.camera import LiveCamera
     from app.ui.screens.turn.heading_tracker import HeadingTracker
+    from app.ui.screens.turn.state import Guidance
     from app.ui.screens.turn.words import Hindrance
+
+
+_PAUSE_S: Final = 3.0
+
+
+class SpeechThrottle:
+    """Does not talk without a pause: one sentence in some seconds, or a new state."""
+
+    def __init__(self) -> None:
+        self._told: tuple[Phase | None, str, float] = (None, "", -_PAUSE_S)
+
+    def tell(self, guidance: Guidance, now_s: float) -> Guidance:
+        """Fill in what is told."""
+        phase, told, since = self._told
+        if guidance.phase is not phase or (guidance.spoken != told and now_s - since >= _PAUSE_S):
+            self._told = (guidance.phase, guidance.spoken, now_s)
+        return replace(guidance, announced=self._told[1])
 
 
 class GuidanceController:

@@ -12,14 +12,13 @@ from app.ui.presenters.model import Step
 from app.ui.presenters.sounds import sound_words
 from app.ui.screens.turn.actions import turn_actions
 from app.ui.screens.turn.camera import LiveCamera
-from app.ui.screens.turn.guidance_controller import GuidanceController
+from app.ui.screens.turn.guidance_controller import GuidanceController, SpeechThrottle
 from app.ui.screens.turn.heading_tracker import Aligner, HeadingTracker
 from app.ui.screens.turn.images import TurnImages
 from app.ui.screens.turn.pictures import Overlay, Scene
 from app.ui.screens.turn.shots import DROP_WORDS, Shots
 from app.ui.screens.turn.sounds import Beeper
 from app.ui.screens.turn.sources import SourcesPresenter
-from app.ui.screens.turn.speech_throttle import SpeechThrottle
 from app.ui.screens.turn.state import (
     ASPECT,
     LiveWords,
