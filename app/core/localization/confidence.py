@@ -36,8 +36,8 @@ LINE_SIGNS: Final = (
 
 _PLACE_WEIGHTS: Final = (3.75, 0.36, 0.24, 1.52, 4.37, -1.0)
 _LINE_WEIGHTS: Final = (3.49, 0.22, -0.69, -0.78, -2.66, -6.57, -3.0, -9.58, -0.78)
-_GUIDED: Final = 1.5  # odds against another lens from beside it, as a logarithm
-_ERROR_FACTOR: Final = 0.82
+_GUIDED: Final = (0.3, 2.0)  # odds for place, and for line with another lens, as logarithms
+_ERROR_FACTOR: Final = (0.82, 0.7)  # of photographs, and of live pictures
 _SPREAD: Final = (0.05, 0.5)
 _SUPPORT: Final = (-2.0, 15.0)
 _POINTS: Final = 100  # many more come from a picture of many, true or not
@@ -75,7 +75,7 @@ class Evidence:
     loose_deg : float
         Likewise, deg.
     guided : bool
-        Whether it is a live picture of who follows the way shown, and is seldom beside the line.
+        Whether it is a live picture: of this place, and by someone who follows the way shown.
     """
 
     points: int
@@ -142,10 +142,11 @@ def trust(evidence: Evidence) -> float:
     """
     if evidence.points < 1 or evidence.zoom < _LEAST_ZOOM:
         return 0.0
-    place = _likely(_PLACE_WEIGHTS, place_signs(evidence))
-    guided = _GUIDED if evidence.guided and evidence.wide is not None else 0.0
-    line = _likely(_LINE_WEIGHTS, line_signs(evidence), guided)
-    close = -math.expm1(-CLOSE_DEG / (_ERROR_FACTOR * deviation_deg(evidence)))
+    here, aligned = _GUIDED if evidence.guided else (0.0, 0.0)
+    place = _likely(_PLACE_WEIGHTS, place_signs(evidence), here)
+    line = _likely(_LINE_WEIGHTS, line_signs(evidence), 0.0 if evidence.wide is None else aligned)
+    factor = _ERROR_FACTOR[evidence.guided]
+    close = -math.expm1(-CLOSE_DEG / (factor * deviation_deg(evidence)))
     return place * line * close
 
 
