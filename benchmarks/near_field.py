@@ -24,9 +24,8 @@ from stock import ROOT, generic_head  # isort: skip
 
 from app.core.baking.backend import select_variant
 from app.core.baking.bake_cache import BakeCache
-from app.core.baking.exposure import expose, shine
+from app.core.baking.exposure import Points, expose, place_points, shine
 from app.core.baking.lanes import Table
-from app.core.baking.points import Points, place_points
 from app.core.baking.scene import MILLIMETRES_PER_UNIT, build_scene
 from app.core.baking.skin import find_skin
 from app.core.baking.surface import head_middle

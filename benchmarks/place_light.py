@@ -25,7 +25,7 @@ from demo_location.assemble import World, build_place, sitter_parts
 from demo_location.frame import EYE_HEIGHT, SPOTS, Spot, to_world
 from demo_location.tracer import radiance
 
-from app.core.baking.points import Points, place_points
+from app.core.baking.exposure import Points, place_points
 from app.core.baking.scene import Camera, HeadMesh, build_scene
 from app.core.baking.skin import find_skin
 from app.core.baking.walk import (

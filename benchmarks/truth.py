@@ -23,7 +23,7 @@ from stock import INDOORS, ROOT, generic_head, read_light, stock_picture  # isor
 from typing import TYPE_CHECKING
 
 from app.core.baking.backend import select_variant
-from app.core.baking.points import vertex_points
+from app.core.baking.exposure import vertex_points
 from app.core.baking.reduction import texel_noise
 from app.core.baking.scene import build_scene
 from app.core.baking.skin import find_skin

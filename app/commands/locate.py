@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from app.commands.progress_printer import ProgressPrinter
 from app.core.localization.heading import build_index
-from app.core.localization.panorama_file import read_shown_panorama
 from app.core.localization.photo_check import read_photo, search_photo
+from app.core.localization.picture_file import read_shown_panorama
 
 if TYPE_CHECKING:
     from app.core.localization.photo_check import Sought

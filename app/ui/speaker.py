@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QLoggingCategory
 
-from app.core.localization.tones import RATE
+from app.core.guidance.tones import RATE
 
 if TYPE_CHECKING:
     import numpy as np

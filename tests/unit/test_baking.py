@@ -117,7 +117,7 @@ class TestWithMitsuba:
         # a single-scattering microfacet surface loses.
         from dataclasses import replace
 
-        from app.core.baking.points import vertex_points
+        from app.core.baking.exposure import vertex_points
         from app.core.baking.scene import build_scene, frame_head, load_head
         from app.core.baking.walk import scene_tables, trace_plainly
 
@@ -139,7 +139,7 @@ class TestWithMitsuba:
     @pytest.mark.slow
     def test_product_equals_plain_path_tracing(self, tmp_path: Path) -> None:
         from app.core.baking.bake import Quality, bake
-        from app.core.baking.points import vertex_points
+        from app.core.baking.exposure import vertex_points
         from app.core.baking.scene import build_scene, frame_head, load_head
         from app.core.baking.walk import scene_tables, trace_plainly
 

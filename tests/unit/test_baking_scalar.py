@@ -142,7 +142,7 @@ print("{}")
 TRACE = """
 from app.core.baking.columns import TexelColumns
 from app.core.baking.exposure import shine
-from app.core.baking.points import vertex_points
+from app.core.baking.exposure import vertex_points
 from app.core.baking.scene import build_scene, frame_head, load_head
 from app.core.baking.skin import find_skin
 from app.core.baking.walk import scene_tables, trace_pixels, trace_plainly

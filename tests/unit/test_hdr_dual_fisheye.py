@@ -22,7 +22,7 @@ from app.core.hdr.fisheye_lens import MODELS, Lens
 from app.core.hdr.frame import Exposure
 from app.core.hdr.pipeline import measure
 from app.core.hdr.rough import rough_environment
-from app.core.localization.panorama_file import read_shown_panorama
+from app.core.localization.picture_file import read_shown_panorama
 from app.core.solver.environment import read_environment, reduce_radiance, solid_angles
 from app.core.solver.style_pack import load_named_pack
 from tests.helpers.fisheye import Rig, bracket, fisheyes, write

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from app.core.localization.align import BARE, Overlay, laid
 from app.core.localization.homography import UNSURE, Alignment, corners_of, moved, scaled, sound
-from app.core.localization.overlay import BARE, Overlay, laid
 
 Float64 = NDArray[np.float64]
 SIZE: Final = (640, 480)

@@ -25,9 +25,9 @@ from app.core.localization.heading import (
     find_heading,
     judged,
     see,
+    support,
 )
-from app.core.localization.match_coverage import support
-from app.core.localization.panorama_file import read_shown_panorama
+from app.core.localization.picture_file import read_shown_panorama
 from app.core.localization.rotation import Outlook, fit
 from app.core.localization.views import Lens, look
 from app.core.simulation.scene_files import probe_environment

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.localization.match_coverage import strays
+from app.core.localization.heading import strays
 from app.core.localization.rotation import Pose, fit
 
 Float64 = NDArray[np.float64]

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.solver.reach import Limits
-from app.core.solver.reasons import LightMap, reason
+from app.core.solver.reach import LightMap, Limits, reason
 from app.core.solver.styles import Style, load_styles
 from tests.helpers.synthetic import lamp_environment, solid_angles, texel_directions
 

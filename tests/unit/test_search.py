@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
 from app.core.solver.search import build_tables, curves, curves_of, quality_curves
-from app.core.solver.search_basis import build_basis
 from app.core.solver.search_light import find_colours, seen_light
+from app.core.solver.style_pack_build import build_basis
 from app.core.solver.transport import Transport, render
 from app.core.solver.weights import target_weights
 from tests.helpers.synthetic import (

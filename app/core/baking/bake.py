@@ -20,9 +20,8 @@ from numpy.typing import NDArray
 from app.core.baking.backend import is_wavefront
 from app.core.baking.bake_cache import BakeCache, Keep, no_keep
 from app.core.baking.columns import Columns, LampColumns, TexelColumns
-from app.core.baking.exposure import expose, shine
+from app.core.baking.exposure import Points, expose, place_points, shine
 from app.core.baking.lanes import Watch, at_once, part_of, run_lanes, unwatched
-from app.core.baking.points import Points, place_points
 from app.core.baking.reduction import compress, mirror_pixels, symmetrise
 from app.core.baking.scene import CAMERA_DISTANCE_M, Camera, HeadMesh, build_scene, frame_head
 from app.core.baking.surface import look_at_shape

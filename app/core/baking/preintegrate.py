@@ -21,9 +21,8 @@ from numpy.typing import NDArray
 
 from app.core.baking.bake import head_coverage, measure_profile
 from app.core.baking.columns import LampColumns, TexelColumns
-from app.core.baking.exposure import expose, shine
+from app.core.baking.exposure import Points, expose, place_points, shine
 from app.core.baking.lanes import Watch, part_of
-from app.core.baking.points import Points, place_points
 from app.core.baking.reduction import mirror_pixels
 from app.core.baking.scene import HeadMesh, build_scene, frame_head
 from app.core.baking.walk import SceneTables, lean_scale, scene_tables, trace_pixels

@@ -23,7 +23,7 @@ from app.core.baking.lanes import Table, Tally, Watch, negate, run_lanes, unwatc
 from app.core.baking.scene import MILLIMETRES_PER_UNIT, HeadMesh
 
 if TYPE_CHECKING:
-    from app.core.baking.points import Points
+    from app.core.baking.exposure import Points
     from app.core.baking.skin import Skin
 
 __all__ = [

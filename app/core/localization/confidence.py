@@ -2,7 +2,7 @@
 
 Three things can go wrong. The picture shows something else: against that speak how many points
 agree, how widely they are spread, and how much better the whole picture fits there than beside
-(`app.core.localization.match_coverage`). It shows this place from beside the line through the
+(`app.core.localization.heading`). It shows this place from beside the line through the
 sitter: against that, that no camera which stands elsewhere explains more
 (`app.core.localization.parallax`), and slopes that a room has. Or the place is right and the angle
 is not: that is the standard error of the fit. The three are independent:

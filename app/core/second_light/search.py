@@ -25,8 +25,7 @@ from app.core.second_light.lamp_tables import (
 )
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
 from app.core.second_light.search_kernel import Found, seek
-from app.core.solver.reach import LIMITS, Limits, Objective
-from app.core.solver.reasons import LightMap, reason
+from app.core.solver.reach import LIMITS, LightMap, Limits, Objective, reason
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search_light import luminance_of
 from app.core.solver.solve import StyleResult, solve_all

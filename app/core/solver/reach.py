@@ -1,4 +1,4 @@
-"""The one rule: which turn a place offers for a style, and whether the style is in reach there.
+"""The one rule: which turn a place offers for a style, whether it is in reach there, and why not.
 
 By the picture objective the best match counts, among the turns at which every lamp of the style
 shows: where its strength reaches the limit. Where none of these reaches the limit of match, the
@@ -13,13 +13,176 @@ Answers, the clip audit, painting and the second light all ask here.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Final, Literal, TypeAlias
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.solver.peaks import Gate, best_index
+
+if TYPE_CHECKING:
+    from app.core.solver.styles import Style, StyleLamp
+
+
+_LOBE_POWER: Final = 20.0
+_ELEVATIONS_DEG: Final = (-75.0, -60.0, -45.0, -30.0, -15.0, 0.0, 15.0, 30.0, 45.0, 60.0, 75.0)
+_MISSING: Final = 0.25  # of the brightest lobe: a lamp two stops under it does not shape a face
+_EVEN: Final = 3.0  # brightest lobe over mean radiance of a place without a main light
+_OPPOSITE_DEG: Final = 150.0
+_TALL_DEG: Final = 20.0  # a style's lamp may stand this much higher or lower and do its work
+
+
+@dataclass(frozen=True)
+class LightMap:
+    """Where light comes from at a place.
+
+    Attributes
+    ----------
+    luminance : (H, W) float64
+        Environment at turn 0, any exposure, not all black.
+    """
+
+    luminance: Float64
+
+    @cached_property
+    def mean(self) -> float:
+        """Mean radiance over the sphere."""
+        bands = _bands(self.luminance.shape[0])
+        return float((self.luminance.mean(axis=1) * bands).sum() / bands.sum())
+
+    @cached_property
+    def brightest(self) -> float:
+        """Largest mean radiance in any lobe."""
+        return max(float(self.ring(e).max()) for e in _ELEVATIONS_DEG)
+
+    @cached_property
+    def is_even(self) -> bool:
+        """Whether no direction stands out."""
+        return self.brightest < _EVEN * self.mean
+
+    def ring(self, elevation_deg: float) -> Float64:
+        """(W,) mean radiance in the lobes around an elevation, one per texel column."""
+        height, width = self.luminance.shape
+        lobe, total = _lobe(height, width, elevation_deg)
+        spectrum = lobe * self._spectrum
+        ring: Float64 = np.fft.irfft(spectrum.sum(axis=0), n=width) / total
+        return ring
+
+    def toward(self, lamp: StyleLamp, turn_deg: float) -> float:
+        """Mean radiance in the lobe around a style's lamp when the sitter has turned."""
+        width = self.luminance.shape[1]
+        column = ((turn_deg - lamp.azimuth_deg) / 360.0 + 0.5) * width - 0.5
+        return float(self.around(lamp)[round(column) % width])
+
+    def around(self, lamp: StyleLamp) -> Float64:
+        """(W,) mean radiance of the best lobe at about a lamp's height, one per column."""
+        heights = [lamp.elevation_deg + step for step in (-_TALL_DEG, 0.0, _TALL_DEG)]
+        rings = [self.ring(height) for height in heights if abs(height) <= 90.0]
+        best: Float64 = np.max(rings, axis=0)
+        return best
+
+    @cached_property
+    def _spectrum(self) -> NDArray[np.complex128]:
+        return np.fft.rfft(self.luminance, axis=1)
+
+
+@lru_cache(maxsize=32)
+def _lobe(
+    height: int, width: int, elevation_deg: float
+) -> tuple[NDArray[np.complex128], np.float64]:
+    """Spectrum (H, M) of the lobe around an elevation, and the sum of its weights."""
+    elevation = math.radians(elevation_deg)
+    row = np.pi * (0.5 - (np.arange(height) + 0.5) / height)
+    away = 2 * np.pi * np.arange(width) / width
+    cosine = math.sin(elevation) * np.sin(row)[:, None] + math.cos(elevation) * np.outer(
+        np.cos(row), np.cos(away)
+    )
+    lobe = np.maximum(cosine, 0.0) ** _LOBE_POWER * _bands(height)[:, None]
+    # The lobe is even in azimuth, so correlation and convolution are the same.
+    return np.fft.rfft(lobe, axis=1), lobe.sum()
+
+
+@lru_cache(maxsize=4)
+def _bands(height: int) -> Float64:
+    """(H,) share of the sphere that each row covers."""
+    edges = np.sin(np.pi * (0.5 - np.arange(height + 1) / height))
+    bands: Float64 = edges[:-1] - edges[1:]
+    return bands
+
+
+def reason(
+    style: Style | None,
+    match: float,
+    strength: float,
+    limits: Limits,
+    light: LightMap,
+    turn_deg: float,
+) -> str | None:
+    """Say in a few words why a style is unattainable.
+
+    Parameters
+    ----------
+    style : Style or None
+        None for painted weights, which have no lamps.
+    turn_deg : float
+        The chosen turn, deg.
+
+    Returns
+    -------
+    str or None
+        Without a full stop; None when the style is attainable.
+    """
+    if limits.met(match, strength):
+        return None
+    weak = strength < limits.strength
+    if light.is_even:
+        return f"The light here is too even: {_number(match, strength, weak)}"
+    weak = weak and match >= limits.match
+    cause = _cause(style, light, turn_deg, weak) if style else "No turn gives this pattern here"
+    return f"{cause}: {_number(match, strength, weak)}"
+
+
+def _number(match: float, strength: float, weak: bool) -> str:
+    """Round down, so that a number under its limit never reads as the limit."""
+    value = max(math.floor(strength if weak else match), 0)
+    return f"{'strength' if weak else 'match'} {value} of 100"
+
+
+def _cause(style: Style, light: LightMap, turn_deg: float, weak: bool) -> str:
+    least = _MISSING * light.brightest
+    absent = [lamp for lamp in style.lamps if light.around(lamp).max() < least]
+    if absent and (len(style.lamps) == 1 or len(absent) == len(style.lamps)):
+        return f"No strong light from {_place(absent[0])} here"
+    dark = [lamp for lamp in style.lamps if light.toward(lamp, turn_deg) < least]
+    if len(style.lamps) == 2 and len(dark) == 1:
+        if _opposite(*style.lamps):
+            return "Light only from one side"
+        return f"Only one of its two lights is here, none from {_place(dark[0])}"
+    if dark and len(style.lamps) > 1:
+        return "Not all of its lights are here at one turn"
+    return "Other light fills the shadows" if weak else "Other light spoils the pattern"
+
+
+def _opposite(one: StyleLamp, other: StyleLamp) -> bool:
+    apart = abs(math.remainder(one.azimuth_deg - other.azimuth_deg, 360.0))
+    return apart >= _OPPOSITE_DEG
+
+
+def _place(lamp: StyleLamp) -> str:
+    side = abs(lamp.azimuth_deg)
+    if lamp.elevation_deg <= -20:
+        return "below"
+    if lamp.elevation_deg >= 60:
+        return "above"
+    if side >= 110:
+        return "behind"
+    if side >= 60:
+        return "the side"
+    return "high in front" if lamp.elevation_deg >= 20 else "the front"
+
 
 Bool: TypeAlias = NDArray[np.bool_]
 Float64: TypeAlias = NDArray[np.float64]

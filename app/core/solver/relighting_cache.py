@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from app.core.base import colour
 from app.core.base.angles import TURNS, wrap
 from app.core.base.errors import EnvironmentFileError
-from app.core.solver.reasons import LightMap
+from app.core.solver.reach import LightMap
 from app.core.solver.search_light import luminance_of
 
 if TYPE_CHECKING:

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS, direction, wrap
 from app.core.solver.peaks import Peak, best_index, find_peaks, shift
-from app.core.solver.reach import LIMITS, Limits, Measured, Objective, choose
-from app.core.solver.reasons import LightMap, reason
+from app.core.solver.reach import LIMITS, LightMap, Limits, Measured, Objective, choose, reason
 from app.core.solver.relighting_cache import light_table, normalised, painted_curves
 from app.core.solver.search import Curves, curves
 from app.core.solver.search_light import luminance_of

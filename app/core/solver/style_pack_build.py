@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeAlias
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.errors import StyleError
 from app.core.solver.lamps import mirror_index, split_lamps
-from app.core.solver.search_basis import build_basis
 from app.core.solver.search_light import find_colours
 from app.core.solver.style_pack import PackHeader, StylePack
 from app.core.solver.transport import to_image
@@ -18,8 +18,139 @@ from app.core.solver.weights import target_weights
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.solver.search_light import SearchColours
     from app.core.solver.styles import Style
     from app.core.solver.transport import Transport
+
+
+_MAX_RANK: Final = 256
+_TOLERANCE: Final = 0.003  # of the contrast under any single texel that matters
+_RELEVANT: Final = 0.02  # texels that give less than this share of the strongest contrast do not
+_PURE: Final = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class SearchBasis:
+    """Rows whose squared products with an environment sum to the squared contrast of the face.
+
+    Attributes
+    ----------
+    even, odd : (E, Q, W / 2), (O, Q, W / 2) float32
+        Left halves of the rows that are even and odd under mirroring.
+    paired : bool
+        Whether even row r and odd row r are the parts of one row (a head without symmetry).
+    """
+
+    even: Float32
+    odd: Float32
+    paired: bool
+    error: float
+
+
+def build_basis(transport: Transport, colours: SearchColours, weights: Float64) -> SearchBasis:
+    """Build the search basis of a head.
+
+    The weights of the targets are in its span, so that match never exceeds 100. What is kept is
+    chosen by grey light; coloured light is held by the same basis pictures.
+
+    Parameters
+    ----------
+    weights : (S, P) float64
+        Target weights, zero-mean over the face and 0 elsewhere.
+    """
+    face = transport.face
+    grey, tint = (_centred(basis[face]) for basis in colours.bases)
+    texels = transport.texel_basis.astype(np.float64)
+    mixed = colours.mixed.reshape(len(texels), -1).astype(np.float64)
+    parity = _parity(transport)
+    # Even and odd pictures of a symmetric head are orthogonal: treated apart, rounding and
+    # nearly equal eigenvalues cannot mix them.
+    parts = [np.ones(len(texels), bool)] if parity is None else [parity > 0, parity < 0]
+    pictures, tinted, wishes = [], [], []
+    for part in parts:
+        values, vectors = np.linalg.eigh(grey[:, part].T @ grey[:, part])
+        keep = values > 1e-12 * values[-1]
+        root, vectors = np.sqrt(values[keep]), vectors[:, keep]
+        # The part's pictures, as coordinates in an orthonormal basis of the face.
+        face_basis = grey[:, part] @ vectors / root
+        pictures.append((vectors.T @ texels[part]) * root[:, None])
+        tinted.append((face_basis.T @ tint[:, part]) @ mixed[part])
+        wishes.append((weights[:, face] @ face_basis).T)
+    rows, error = _compress(pictures, tinted, wishes)
+    shape = colours.rows, transport.environment_shape[1]
+    return _halves(rows, shape, parity is not None, error)
+
+
+def _centred(pixels: Float32) -> Float64:
+    centred = pixels.astype(np.float64)
+    centred -= centred.mean(axis=0)
+    return centred
+
+
+def _parity(transport: Transport) -> Float64 | None:
+    """(R,) +1 and -1 for even and odd texel rows of a symmetric head; None for any other."""
+    height, width = transport.environment_shape
+    rows = transport.texel_basis.reshape(-1, height, width)
+    flipped = np.einsum("rhw,rhw->r", rows, rows[:, :, ::-1])
+    norms = np.einsum("rhw,rhw->r", rows, rows) + 1e-30
+    parity = np.sign(flipped)
+    pure = bool((np.abs(np.abs(flipped) / norms - 1) < _PURE).all())
+    return parity.astype(np.float64) if pure and transport.header.symmetric else None
+
+
+def _compress(
+    pictures: list[Float64], tinted: list[Float64], wishes: list[Float64]
+) -> tuple[Float64, float]:
+    """Keep the directions in picture space that hold the contrast of every single texel.
+
+    Per parity part, `pictures` is (K, T), one column per texel, `tinted` (K, U) the same for the
+    second part of coloured light, and `wishes` (K, S). Returns the kept rows (rank, T + U) and
+    the largest share of a relevant texel's contrast that they miss.
+    """
+    exact = np.sqrt(sum((part**2).sum(axis=0) for part in pictures))
+    relevant = exact > _RELEVANT * exact.max()
+    rows: list[Float64] = []
+    merits: list[Float64] = []
+    for part, tint, wish in zip(pictures, tinted, wishes, strict=True):
+        # Split into parity parts, a left and a right style ask for the same directions.
+        first = _orthonormal(wish)
+        scaled = part[:, relevant] / exact[relevant]
+        u, s, _ = np.linalg.svd(scaled - first @ (first.T @ scaled), full_matrices=False)
+        both = np.concatenate([part, tint], axis=1)
+        rows += [first.T @ both, u.T @ both]
+        merits += [np.full(first.shape[1], np.inf), s]
+    merit = np.concatenate(merits)
+    kept = np.concatenate(rows)[np.argsort(-merit, kind="stable")[:_MAX_RANK]]
+    grey = kept[:, : len(exact)][:, relevant]
+    held = np.sqrt(np.cumsum((grey / exact[relevant]) ** 2, axis=0))
+    missing = 1 - held.min(axis=1)
+    enough = np.flatnonzero(missing <= _TOLERANCE)
+    rank = int(enough[0]) + 1 if enough.size else len(kept)
+    rank = min(max(rank, int(np.isinf(merit).sum())), len(kept))
+    return kept[:rank], float(max(missing[rank - 1], 0.0))
+
+
+def _orthonormal(columns: Float64) -> Float64:
+    u, s, _ = np.linalg.svd(columns, full_matrices=False)
+    result: Float64 = u[:, s > 1e-6 * max(float(s[0]), 1e-30)]
+    return result
+
+
+def _halves(rows: Float64, shape: tuple[int, int], symmetric: bool, error: float) -> SearchBasis:
+    grid = rows.reshape(-1, *shape)
+    half = shape[1] // 2
+    left, right = grid[:, :, :half], grid[:, :, : half - 1 : -1]
+    even, odd = 0.5 * (left + right), 0.5 * (left - right)
+    if symmetric:
+        is_even = (even**2).sum(axis=(1, 2)) >= (odd**2).sum(axis=(1, 2))
+        even, odd = even[is_even], odd[~is_even]
+    return SearchBasis(
+        even=np.ascontiguousarray(even, np.float32),
+        odd=np.ascontiguousarray(odd, np.float32),
+        paired=not symmetric,
+        error=error,
+    )
+
 
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]

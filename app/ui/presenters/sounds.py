@@ -18,7 +18,7 @@ class Sounds(Protocol):
         Parameters
         ----------
         samples : (n,) int16
-            Mono at `app.core.localization.tones.RATE`.
+            Mono at `app.core.guidance.tones.RATE`.
         volume : float, optional
             0 to 1.
         """

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, Literal
 
 from app.core.base.angles import wrap
 from app.core.base.errors import Cancelled
-from app.core.localization.tones import chime
+from app.core.guidance.tones import chime
 from app.devices.capture.status import SEEKING, Stage
 from app.ui.presenters.capturing import (
     Captured,

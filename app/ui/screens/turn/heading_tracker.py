@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.errors import CoreError
-from app.core.localization.align import align
+from app.core.localization.align import BARE, Overlay, align, laid
 from app.core.localization.heading import UNSURE, Heading, HeadingIndex, build_index, find_heading
-from app.core.localization.overlay import BARE, Overlay, laid
 from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.localization.tracking import LOST, Seeing, Track, missed, track
 

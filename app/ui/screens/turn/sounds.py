@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core.localization.tones import Cue, Sound, cue, samples
+from app.core.guidance.tones import Cue, Sound, cue, samples
 
 if TYPE_CHECKING:
     from app.core.guidance.guide import Guide

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from app.core.guidance.guide import Goal, Reading, Source, guide
-from app.core.localization.tones import RATE, Cue, Sound, chime, cue, samples
+from app.core.guidance.tones import RATE, Cue, Sound, chime, cue, samples
 
 GOAL = Goal(96.0, (79.0, 111.0))
 
