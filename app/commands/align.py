@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Final
 from app.commands.outputs import check_ending, check_outputs
 from app.core.base.errors import CoreError
 from app.core.base.images import write_png
-from app.core.guidance.words import direction_of
 from app.core.localization.align import align, laid_over
 from app.core.localization.picture_file import read_picture
 from app.core.localization.sitter import background_mask, find_sitter
+from app.core.text.turns import direction_of
 
 if TYPE_CHECKING:
     import argparse

@@ -17,8 +17,8 @@ from shiboken6 import isValid
 
 from app.core.base.angles import wrap
 from app.core.base.paths import resources
-from app.core.guidance.words import whole
 from app.core.localization.photo_check import Taken
+from app.core.text.turns import whole
 from app.devices.webcam import SimulatedWebcam
 from app.ui.presenters.model import Step
 from app.ui.screens.turn import shots

@@ -16,7 +16,7 @@ from pytestqt.qtbot import QtBot
 
 from app.core.base.angles import wrap
 from app.core.base.paths import resources
-from app.core.guidance.words import whole
+from app.core.text.turns import whole
 from app.ui.frame.drop import DropVeil
 from app.ui.presenters.model import Step
 from app.ui.screens.turn.view.shots import ShotsLine, ShotsSheet

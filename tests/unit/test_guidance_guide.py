@@ -20,7 +20,7 @@ from app.core.guidance.guide import (
     Source,
     guide,
 )
-from app.core.guidance.words import Mode
+from app.core.text.turns import Mode
 
 REMBRANDT = Goal(95.6, (79.2, 110.6))
 TURN = st.floats(-360.0, 360.0)

@@ -13,12 +13,12 @@ import pytest
 
 from app.core.base.angles import difference, wrap
 from app.core.base.progress import Token
-from app.core.guidance.words import whole
 from app.core.painting import DamagedStyle
 from app.core.portrait.glare import glare
 from app.core.portrait.ratio import lighting_ratio
 from app.core.solver.place_light import picture_at
 from app.core.storage.places import Location, Place
+from app.core.text.turns import whole
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.gallery import look, question_of
 from app.ui.screens.styles.state import Filter, Sizes, Sort, StylesState, StylesView

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from app.core.base.angles import difference, wrap
 from app.core.base.paths import resources
 from app.core.guidance.guide import Phase
-from app.core.guidance.words import whole
 from app.core.solver.environment import read_environment
 from app.core.solver.place_light import prepare
 from app.core.solver.reach import Limits
 from app.core.solver.solve import solve_all
+from app.core.text.turns import whole
 from app.devices.clock import SystemClock
 from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamState
 from app.ui.presenters.model import Step

@@ -11,9 +11,9 @@ import pytest
 
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
-from app.core.guidance.words import whole
 from app.core.localization.photo_check import Taken
 from app.core.storage.places.shots import read_shots
+from app.core.text.turns import whole
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.screens.turn import shots
 from app.ui.screens.turn.shots import DROP_WORDS

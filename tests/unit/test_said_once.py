@@ -11,9 +11,9 @@ from unittest.mock import MagicMock
 import pytest
 
 from app.core.base.angles import wrap
-from app.core.guidance.words import direction_of, whole
 from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import plan
+from app.core.text.turns import direction_of, whole
 from app.devices.capture import shooting
 from app.devices.capture.status import Stage, Status
 from app.devices.profiles import PROFILES, ModelProfile, profile_for

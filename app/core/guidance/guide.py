@@ -17,8 +17,8 @@ from enum import StrEnum
 from typing import Final
 
 from app.core.base.angles import wrap
-from app.core.guidance import words
-from app.core.guidance.words import Direction, Mode
+from app.core.text import turns
+from app.core.text.turns import Direction, Mode
 
 HOLD_DEG: Final = 2
 """So near to the goal there is nothing to correct."""
@@ -251,11 +251,11 @@ def _target(goal: Goal) -> _Target:
 
 
 def _place(goal: Goal) -> _Target:
-    middle = words.whole(goal.turn_deg)
+    middle = turns.whole(goal.turn_deg)
     if goal.arc_deg is None:
         return _Target(middle, HOLD_DEG, HOLD_DEG, "")
-    ends = words.ends_of(goal.arc_deg)
-    text = words.strip_arc_words(goal.arc_deg)
+    ends = turns.ends_of(goal.arc_deg)
+    text = turns.strip_arc_words(goal.arc_deg)
     if ends is None:
         return _Target(middle, 180, 180, text)
     before, after = (middle - ends[0]) % 360, (ends[1] - middle) % 360
@@ -268,7 +268,7 @@ def _settled(turn_deg: float, shown: int | None) -> int:
     """Round, but do not flicker between two numbers when the heading lies between them."""
     if shown is not None and abs(wrap(turn_deg - shown)) <= _SETTLE_DEG:
         return shown
-    return words.whole(turn_deg)
+    return turns.whole(turn_deg)
 
 
 def _way(clockwise: int, before: int) -> int:
@@ -303,7 +303,7 @@ def _turning(target: _Target, memory: Memory, now: int, mode: Mode) -> tuple[Gui
         number=str(left),
         number_words="to go",
         direction=_named(way),
-        clock=words.clock_words(target.goal),
+        clock=turns.clock_words(target.goal),
         arc=target.words,
         inside=inside,
         hold=phase is Phase.HOLD,
@@ -345,7 +345,7 @@ def _arrow(to_go: int) -> float:
 
 def _worded(shown: Guide, mode: Mode) -> Guide:
     """Fill in the words of a guide that has its numbers."""
-    walk, company = ("", "") if shown.hold else words.walking_words(shown.direction, mode)
+    walk, company = ("", "") if shown.hold else turns.walking_words(shown.direction, mode)
     left = shown.number
     # A goal without an arc, of a style out of reach or one's own, is no light to be in.
     here, to_there, again = _AT_GOAL if not shown.arc else _IN_LIGHT
@@ -382,7 +382,7 @@ def _silent(target: _Target, phase: Phase, sentence: str) -> Guide:
         phase=phase,
         goal=target.goal,
         headline=sentence,
-        clock=words.clock_words(target.goal),
+        clock=turns.clock_words(target.goal),
         arc=target.words,
         spoken=sentence,
         lamp=target.lamp,
@@ -394,9 +394,9 @@ def _without(target: _Target, source: Source, mode: Mode) -> Guide:
         return _silent(target, Phase.AWAY, _AWAY)
     if source is Source.STARTING:
         return _silent(target, Phase.STARTING, _STARTING)
-    direction = words.direction_of(target.goal)
-    walk, company = words.walking_words(direction, mode)
-    sentence = f"No webcam. {words.goal_words(target.goal)}"
+    direction = turns.direction_of(target.goal)
+    walk, company = turns.walking_words(direction, mode)
+    sentence = f"No webcam. {turns.goal_words(target.goal)}"
     then = f"Then {target.lamp}" if target.lamp else ""
     return replace(
         _silent(target, Phase.NO_WEBCAM, sentence),

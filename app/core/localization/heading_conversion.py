@@ -17,7 +17,7 @@ from enum import StrEnum
 from typing import Final
 
 from app.core.base.angles import wrap
-from app.core.guidance.words import Mode
+from app.core.text.turns import Mode
 
 CAMERA_M: Final = 1.5
 """How far a camera stands from the sitter when nobody says: a head-and-shoulders portrait."""

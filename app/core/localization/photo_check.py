@@ -19,7 +19,6 @@ from app.core.base.angles import difference, wrap
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token, silent
 from app.core.guidance.guide import Goal, Reading, guide
-from app.core.guidance.words import whole
 from app.core.localization.field_of_view import ASSUMED_DEG
 from app.core.localization.heading import (
     FINE,
@@ -36,6 +35,7 @@ from app.core.localization.heading_conversion import offset_angle, turn_of_headi
 from app.core.localization.picture_file import PictureFile, picture_size, read_picture
 from app.core.localization.sitter import background_mask, find_sitter
 from app.core.solver.portraits import value_at
+from app.core.text.turns import whole
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -22,13 +22,13 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import difference, wrap
 from app.core.base.errors import CoreError
-from app.core.guidance.words import Mode
 from app.core.localization.camera_calibration import Company, Width, assumed_fov, kept, read
 from app.core.localization.heading import Heading, HeadingIndex, find_heading
 from app.core.localization.heading_conversion import Looks, offset_angle, turn_of_heading
 from app.core.localization.motion_detection import STILL, Stillness, watch
 from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.localization.smoothing import Leash, Steady, steadied
+from app.core.text.turns import Mode
 
 if TYPE_CHECKING:
     from collections.abc import Callable

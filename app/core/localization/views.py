@@ -17,7 +17,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.guidance.words import Mode
 from app.core.localization.heading_conversion import (
     BACKGROUND_M,
     CAMERA_M,
@@ -27,6 +26,7 @@ from app.core.localization.heading_conversion import (
     sees_sitter,
     widened_fov,
 )
+from app.core.text.turns import Mode
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Final
 import cv2
 import numpy as np
 
-from app.core.guidance.words import (
+from app.core.solver import pictures
+from app.core.solver.pictures import WELL
+from app.core.text.turns import (
     Mode,
     arc_words,
     clock_words,
@@ -20,8 +22,6 @@ from app.core.guidance.words import (
     turn_words,
     walking_words,
 )
-from app.core.solver import pictures
-from app.core.solver.pictures import WELL
 from app.export.result_sheet.canvas import Canvas
 from app.export.result_sheet.lettering import Lettering
 from app.export.set_sheet import marks, plan, strip

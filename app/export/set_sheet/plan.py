@@ -10,7 +10,7 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import difference, wrap
-from app.core.guidance.words import direction_of, whole
+from app.core.text.turns import direction_of, whole
 from app.export.result_sheet.canvas import circle_points
 from app.export.set_sheet import marks
 from app.export.set_sheet.theme import AMBER, AMBER_FILL, DIM, INK, LINE, MIDDLE, TINT

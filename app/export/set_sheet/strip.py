@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
-from app.core.guidance.words import direction_of, signed, whole
 from app.core.localization.views import BACKGROUND_TALL_DEG, Lens, bearings, look
+from app.core.text.turns import direction_of, signed, whole
 from app.export.set_sheet import marks
 from app.export.set_sheet.plan import overlap
 from app.export.set_sheet.theme import AMBER_FILL, DIM, INK, ON_TAG, TAG

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from app.core.base.errors import CoreError
 from app.core.base.image_input import picture_bytes
 from app.core.base.images import write_exr
-from app.core.guidance.words import turn_words
 from app.core.hdr.pipeline import MergeOptions, measure
 from app.core.portrait.recapture_registration import Registered, register_again
 from app.core.solver.environment import reduce
@@ -30,6 +29,7 @@ from app.core.storage.places import (
     new_capture_folder,
     read_place,
 )
+from app.core.text.turns import turn_words
 from app.devices.capture.debts import FILE as OWED
 from app.devices.capture.debts import Debts
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from app.core.guidance.words import arc_words, direction_of, direction_words, signed, size_words
 from app.core.painting import target_picture
 from app.core.solver.portraits import framing, portraits
+from app.core.text.turns import arc_words, direction_of, direction_words, signed, size_words
 from app.ui.screens.paint.state import LiveState
 
 if TYPE_CHECKING:

@@ -13,15 +13,6 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
 from app.core.evaluation.certainty import caution
-from app.core.guidance.words import (
-    arc_words,
-    clock_words,
-    direction_of,
-    direction_words,
-    side_words,
-    signed,
-    size_words,
-)
 from app.core.localization.views import background_view
 from app.core.portrait.glare import Glare, eye_light, face_direction_words, glare
 from app.core.portrait.ratio import (
@@ -33,6 +24,15 @@ from app.core.portrait.ratio import (
 )
 from app.core.solver.place_light import picture_at
 from app.core.solver.portraits import framing, portraits, value_at
+from app.core.text.turns import (
+    arc_words,
+    clock_words,
+    direction_of,
+    direction_words,
+    side_words,
+    signed,
+    size_words,
+)
 from app.ui.screens.styles.gallery import verdict_of, whole_of
 from app.ui.screens.styles.state import DetailState, Sizes
 

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
-from app.core.guidance.words import direction_of, size_words, turn_words, whole
 from app.core.painting import prepare_user_style
 from app.core.solver.place_light import pictures_at
 from app.core.solver.portraits import framing, greyed, portraits
 from app.core.solver.reach import Limits
+from app.core.text.turns import direction_of, size_words, turn_words, whole
 from app.ui.screens.styles.state import CardState, Filter, Sort
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import difference, wrap
 from app.core.guidance.guide import FRESH, Guide, Reading, Source, guide
-from app.core.guidance.words import Mode
 from app.core.localization.heading_conversion import Looks, sees_sitter, turn_of_heading
+from app.core.text.turns import Mode
 
 if TYPE_CHECKING:
     from app.core.guidance.guide import Goal, Phase

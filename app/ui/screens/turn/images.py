@@ -19,9 +19,9 @@ from app.ui.screens.turn.state import Pictures
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from app.core.guidance.words import Mode
     from app.core.painting import UserStyle
     from app.core.solver.place_light import PlaceLight
+    from app.core.text.turns import Mode
     from app.ui.presenters.model import Head
     from app.ui.presenters.services import Services
     from app.ui.screens.light.pictures import LampPlan

@@ -9,13 +9,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.guidance.words import Mode
 from app.core.localization.align import laid_over
 from app.core.localization.heading_conversion import Looks, heading_of_turn
 from app.core.localization.views import Lens, goal_lens, goal_view, strip_view
 from app.core.painting import prepare_user_style
 from app.core.solver.place_light import picture_at
 from app.core.solver.portraits import framing, portraits
+from app.core.text.turns import Mode
 from app.ui.screens.light.pictures import portrait_with
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import wrap
 from app.core.guidance.guide import Guide, Phase, Source
-from app.core.guidance.words import Mode, whole
+from app.core.text.turns import Mode, whole
 from app.ui.presenters.model import Step
 from app.ui.presenters.sounds import sound_words
 from app.ui.screens.turn.actions import turn_actions

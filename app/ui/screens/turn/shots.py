@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
-from app.core.guidance.words import taken_words, whole
 from app.core.localization.heading import build_index
 from app.core.localization.photo_check import (
     PHOTO_ENDINGS,
@@ -29,6 +28,7 @@ from app.core.storage.places.shots import (
     read_shots,
     thumbnail_of,
 )
+from app.core.text.turns import taken_words, whole
 from app.ui.presenters.frame import time_words
 from app.ui.presenters.serial_queue import SerialQueue
 from app.ui.presenters.undo import Undoable

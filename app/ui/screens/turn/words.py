@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from app.core.base.angles import difference, lies_on_arc
 from app.core.guidance.guide import Goal, Guide, Phase, Source
-from app.core.guidance.words import arc_words, goal_words, signed, turn_words, whole
 from app.core.localization.sitter import background_mask
 from app.core.solver.portraits import value_at
+from app.core.text.turns import arc_words, goal_words, signed, turn_words, whole
 from app.ui.screens.turn.state import Guidance, LiveWords, Scale, Sign, StyleWords
 
 if TYPE_CHECKING:

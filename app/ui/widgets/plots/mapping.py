@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from app.core.base.angles import difference, wrap
-from app.core.guidance.words import signed
+from app.core.text.turns import signed
 from app.ui.widgets.plots.geometry import arc_extent
 
 ZOOMS: Final = (1.0, 8.0)

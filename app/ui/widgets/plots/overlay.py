@@ -12,7 +12,7 @@ from PySide6.QtGui import QImage, QPainter, QPainterPath, QPen
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import wrap
-from app.core.guidance.words import turn_words
+from app.core.text.turns import turn_words
 from app.ui.theme import theme
 from app.ui.widgets.plots.base import TurnPlot, draw_label, label_area, snap
 from app.ui.widgets.plots.mapping import Viewport

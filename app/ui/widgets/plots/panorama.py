@@ -11,7 +11,7 @@ from PySide6.QtGui import QNativeGestureEvent
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import difference, wrap
-from app.core.guidance.words import turn_words
+from app.core.text.turns import turn_words
 from app.ui.theme import theme
 from app.ui.widgets.plots.base import Plot
 from app.ui.widgets.plots.grip import MarkerGrip

@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import wrap
-from app.core.guidance.words import arc_words, turn_words
+from app.core.text.turns import arc_words, turn_words
 from app.ui.theme import theme
 from app.ui.widgets.plots.base import TurnPlot, closed_path, draw_text, polygon
 from app.ui.widgets.plots.geometry import (

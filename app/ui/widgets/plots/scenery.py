@@ -10,7 +10,7 @@ from PySide6.QtCore import QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPainterPath, QPen, QPixmap
 
 from app.core.base.angles import difference
-from app.core.guidance.words import signed
+from app.core.text.turns import signed
 from app.ui.theme import theme
 from app.ui.widgets.plots.base import draw_text, outlined_line, polygon, snap
 from app.ui.widgets.plots.mapping import label_step

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from app.core.guidance.words import signed
+from app.core.text.turns import signed
 from app.ui.screens.turn.sources import NO_WEBCAMS
 from app.ui.screens.turn.state import ASPECT
 from app.ui.screens.turn.view.question import LEAST_HEIGHT, Question

@@ -16,6 +16,7 @@ from enum import StrEnum
 from typing import Final, Literal, TypeAlias
 
 from app.core.base.angles import wrap
+from app.core.text.catalogue import tr
 
 Direction: TypeAlias = Literal["clockwise", "counter-clockwise", "none"]
 """Of a turn, seen from above."""
@@ -23,8 +24,8 @@ Direction: TypeAlias = Literal["clockwise", "counter-clockwise", "none"]
 _FAR_DEG: Final = 90  # further off, nobody has stopped short or gone too far
 
 _SIDES: Final = {
-    "left": "Light from the sitter’s left (camera right)",
-    "right": "Light from the sitter’s right (camera left)",
+    "left": tr("Light from the sitter’s left (camera right)"),
+    "right": tr("Light from the sitter’s right (camera left)"),
 }
 
 
@@ -36,8 +37,41 @@ class Mode(StrEnum):
 
 
 _WALKING: Final = {
-    Mode.WALK: ("Walk to your left", "Walk to your right", "The sitter turns with you."),
-    Mode.SELFIE: ("Turn to your right", "Turn to your left", "The camera turns with you."),
+    Mode.WALK: (
+        tr("Walk to your left"),
+        tr("Walk to your right"),
+        tr("The sitter turns with you."),
+    ),
+    Mode.SELFIE: (
+        tr("Turn to your right"),
+        tr("Turn to your left"),
+        tr("The camera turns with you."),
+    ),
+}
+
+
+_DIRECTIONS: Final[dict[Direction, str]] = {
+    "clockwise": tr("clockwise"),
+    "counter-clockwise": tr("counter-clockwise"),
+    "none": tr("no turn needed"),
+}
+_TURNS: Final[dict[Direction, str]] = {
+    "clockwise": tr("{size} clockwise"),
+    "counter-clockwise": tr("{size} counter-clockwise"),
+    "none": tr("no turn needed"),
+}
+_Beside: TypeAlias = Literal["short", "past", "clockwise", "counter-clockwise"]
+_BESIDE_LIGHT: Final[dict[_Beside, str]] = {
+    "short": tr("{off} short of the light"),
+    "past": tr("{off} past the light"),
+    "clockwise": tr("{off} clockwise of the light"),
+    "counter-clockwise": tr("{off} counter-clockwise of the light"),
+}
+_BESIDE_BEST: Final[dict[_Beside, str]] = {
+    "short": tr("in the light, {off} short of the best"),
+    "past": tr("in the light, {off} past the best"),
+    "clockwise": tr("in the light, {off} clockwise of the best"),
+    "counter-clockwise": tr("in the light, {off} counter-clockwise of the best"),
 }
 
 
@@ -117,8 +151,7 @@ def direction_words(turn_deg: float) -> str:
     turn_deg : float
         Deg, positive clockwise.
     """
-    direction = direction_of(turn_deg)
-    return "no turn needed" if direction == "none" else direction
+    return _DIRECTIONS[direction_of(turn_deg)]
 
 
 def turn_words(turn_deg: float) -> str:
@@ -134,9 +167,7 @@ def turn_words(turn_deg: float) -> str:
     >>> turn_words(96.2), turn_words(-45.0), turn_words(0.3)
     ('96° clockwise', '45° counter-clockwise', 'no turn needed')
     """
-    if direction_of(turn_deg) == "none":
-        return "no turn needed"
-    return f"{size_words(turn_deg)} {direction_of(turn_deg)}"
+    return _TURNS[direction_of(turn_deg)].format(size=size_words(turn_deg))
 
 
 def clock_words(turn_deg: float) -> str:
@@ -155,7 +186,7 @@ def clock_words(turn_deg: float) -> str:
     ('toward 3 o’clock', 'toward 11 o’clock', 'toward 12 o’clock', 'toward 6 o’clock')
     """
     hour = round(whole(turn_deg) / 30.0) % 12
-    return f"toward {hour or 12} o’clock"
+    return tr("toward {hour} o’clock", hour=hour or 12)
 
 
 def goal_words(turn_deg: float) -> str:
@@ -172,8 +203,8 @@ def goal_words(turn_deg: float) -> str:
     ('Turn 45° counter-clockwise, toward 10 o’clock', 'No turn needed')
     """
     if direction_of(turn_deg) == "none":
-        return "No turn needed"
-    return f"Turn {turn_words(turn_deg)}, {clock_words(turn_deg)}"
+        return tr("No turn needed")
+    return tr("Turn {turn}, {clock}", turn=turn_words(turn_deg), clock=clock_words(turn_deg))
 
 
 def ends_of(arc_deg: tuple[float, float]) -> tuple[int, int] | None:
@@ -209,7 +240,9 @@ def arc_words(arc_deg: tuple[float, float]) -> str:
     ('79° to 111°', '170° to −170°', 'any turn')
     """
     ends = ends_of(arc_deg)
-    return "any turn" if ends is None else f"{signed(ends[0])} to {signed(ends[1])}"
+    if ends is None:
+        return tr("any turn")
+    return tr("{first} to {last}", first=signed(ends[0]), last=signed(ends[1]))
 
 
 def strip_arc_words(arc_deg: tuple[float, float]) -> str:
@@ -220,8 +253,9 @@ def strip_arc_words(arc_deg: tuple[float, float]) -> str:
     arc_deg : tuple of float
         (from, to), deg, going clockwise.
     """
-    words = arc_words(arc_deg)
-    return "in the light at any turn" if words == "any turn" else f"in the light from {words}"
+    if ends_of(arc_deg) is None:
+        return tr("in the light at any turn")
+    return tr("in the light from {arc}", arc=arc_words(arc_deg))
 
 
 def side_words(side: str, place: str = "") -> str:
@@ -237,8 +271,8 @@ def side_words(side: str, place: str = "") -> str:
     if side in _SIDES:
         return _SIDES[side]
     if place.startswith("both sides"):
-        return f"Light from {place}"
-    return f"Light {place}" if place else ""
+        return tr("Light from {place}", place=place)
+    return tr("Light {place}", place=place) if place else ""
 
 
 def walking_words(direction: Direction, mode: Mode) -> tuple[str, str]:
@@ -285,18 +319,24 @@ def taken_words(
     """
     to_go = int(wrap(goal - turn))
     if to_go == 0:
-        where = "in the best light"
+        where = tr("in the best light")
     elif outside:
-        where = f"{outside}° {_beside(to_go, goal)} the light"
+        where = _BESIDE_LIGHT[_beside(to_go, goal)].format(off=f"{outside}°")
     else:
-        where = f"in the light, {abs(to_go)}° {_beside(to_go, goal)} the best"
-    # Where another turn than the best is the better likeness, but its light is too flat.
-    than = f"match {match} of best {best}" if match <= best else f"match {match}, chosen {best}"
-    return f"Taken at {'about ' if rough else ''}{signed(turn)}, {where}: {than}"
+        where = _BESIDE_BEST[_beside(to_go, goal)].format(off=f"{abs(to_go)}°")
+    told = {"turn": signed(turn), "where": where, "match": match, "best": best}
+    if match > best:
+        # Another turn than the best is the better likeness, but its light is too flat.
+        if rough:
+            return tr("Taken at about {turn}, {where}: match {match}, chosen {best}", **told)
+        return tr("Taken at {turn}, {where}: match {match}, chosen {best}", **told)
+    if rough:
+        return tr("Taken at about {turn}, {where}: match {match} of best {best}", **told)
+    return tr("Taken at {turn}, {where}: match {match} of best {best}", **told)
 
 
-def _beside(to_go: int, goal: int) -> str:
+def _beside(to_go: int, goal: int) -> _Beside:
     """Say on which side of the goal a turn is: before it, past it, or far from it."""
     if goal == 0 or abs(to_go) > _FAR_DEG:
-        return "counter-clockwise of" if to_go > 0 else "clockwise of"
-    return "short of" if (to_go > 0) == (goal > 0) else "past"
+        return "counter-clockwise" if to_go > 0 else "clockwise"
+    return "short" if (to_go > 0) == (goal > 0) else "past"

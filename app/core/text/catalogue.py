@@ -1,0 +1,125 @@
+"""Translate whole sentences with placeholders, through gettext's catalogues.
+
+English is in the source: a sentence is its own key. A translation is a `turnlight.mo` under
+`resources/locale/LANGUAGE/LC_MESSAGES/`; none ships yet, and `pybabel extract` writes the
+template that translators start from. The language `test` is made of the English sentences:
+accented, 40 % longer and in brackets, so that what is cut off, put together from pieces or not
+translated at all is seen.
+
+The language is the one thing in core that is set once for the whole program, by the command line
+before anything is shown. Tables of words may therefore be translated when their module is imported.
+"""
+
+from __future__ import annotations
+
+import gettext
+import re
+from typing import TYPE_CHECKING, Final
+
+from app.core.base.errors import CoreError
+from app.core.base.paths import resources
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+DOMAIN: Final = "turnlight"
+LANGUAGES: Final = ("en", "test")
+"""The languages that the program speaks."""
+
+_LONGER: Final = 0.4
+_ACCENTS: Final = str.maketrans(
+    "ACDEGHIJKLNORSTUWYZacdeghijklnorstuwyz",
+    "ÅÇĐÉĜĤÎĴĶĻÑÖŔŠŢÛŴÝŽåçđéĝĥîĵķļñöŕšţûŵýž",
+)
+_KEPT: Final = re.compile(r"(\{[^{}]*\}|<[^<>]*>|&\w+;)")  # placeholders, tags and entities
+
+
+class TextError(CoreError):
+    """A language that the program does not speak."""
+
+
+class PseudoLanguage(gettext.NullTranslations):
+    """English with accents, in brackets, and longer: what a translation does to a layout."""
+
+    def gettext(self, message: str) -> str:
+        """Return the message as a foreign one of the same meaning."""
+        return stretched(message)
+
+    def ngettext(self, msgid1: str, msgid2: str, n: int) -> str:
+        """Return the form for `n` as a foreign one."""
+        return stretched(msgid1 if n == 1 else msgid2)
+
+
+def stretched(message: str) -> str:
+    """Return English as the language `test` writes it; placeholders and tags stay as they are.
+
+    Examples
+    --------
+    >>> stretched("Turn {turn} clockwise")
+    '[Ţûŕñ {turn} çļöçķŵîšé ~~~]'
+    """
+    if not any(letter.isalpha() for letter in _KEPT.sub("", message)):
+        return message
+    parts = _KEPT.split(message)
+    parts[::2] = [part.translate(_ACCENTS) for part in parts[::2]]
+    more = round(_LONGER * len(_KEPT.sub("", message)))
+    return f"[{''.join(parts)} {'~' * max(more - 3, 0)}]" if more > 3 else f"[{''.join(parts)}]"
+
+
+_speaks: gettext.NullTranslations = gettext.NullTranslations()
+
+
+def set_language(language: str) -> None:
+    """Speak a language from now on.
+
+    Raises
+    ------
+    TextError
+        When there is no catalogue of it.
+    """
+    global _speaks
+    if language == "en":
+        _speaks = gettext.NullTranslations()
+    elif language == "test":
+        _speaks = PseudoLanguage()
+    else:
+        try:
+            _speaks = gettext.translation(DOMAIN, resources() / "locale", [language])
+        except OSError as error:
+            raise TextError(
+                f"Turnlight does not speak {language!r}.", f"Choose one of {', '.join(LANGUAGES)}."
+            ) from error
+
+
+def tr(sentence: str, /, **values: object) -> str:
+    """Translate a sentence, and put values in the places of its names.
+
+    Examples
+    --------
+    >>> tr("Turn {turn} {direction}", turn="96°", direction="clockwise")
+    'Turn 96° clockwise'
+    """
+    return _filled(_speaks.gettext(sentence), sentence, values)
+
+
+def tr_plural(one: str, many: str, count: int, /, **values: object) -> str:
+    """Translate a sentence in the form that goes with a number, which is its `{count}`.
+
+    Examples
+    --------
+    >>> tr_plural("{count} frame", "{count} frames", 3)
+    '3 frames'
+    """
+    english = one if count == 1 else many
+    return _filled(_speaks.ngettext(one, many, count), english, {"count": count, **values})
+
+
+def _filled(translated: str, english: str, values: dict[str, object]) -> str:
+    """Fill in the values; a translation that names others than the English gives way to it."""
+    if not values:
+        return translated
+    fill: Callable[..., str] = translated.format
+    try:
+        return fill(**values)
+    except (KeyError, IndexError, ValueError, AttributeError):
+        return english.format(**values)
