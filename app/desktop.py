@@ -44,7 +44,7 @@ def start(wishes: LaunchOptions) -> int:
             raise
         raise missing_library(str(error)) from error
     from app.devices.clock import SystemClock
-    from app.devices.real_devices import DevicesAtHand
+    from app.devices.demo import DevicesAtHand
 
     clock = SystemClock()
     if wishes.demo:

@@ -27,7 +27,7 @@ from app.core.base.progress import Token  # noqa: E402
 from app.core.hdr import pipeline as measuring  # noqa: E402
 from app.core.hdr.arriving import ArrivingFrames  # noqa: E402
 from app.core.solver.style_pack import load_named_pack  # noqa: E402
-from app.devices.capture import check, fetching, machine, shooting  # noqa: E402
+from app.devices.capture import fetching, file_integrity, machine, shooting  # noqa: E402
 from app.devices.capture.machine import Capture  # noqa: E402
 from app.devices.capture.session import Session  # noqa: E402
 from app.devices.clock import SystemClock  # noqa: E402
@@ -48,7 +48,7 @@ PARTS: tuple[tuple[str, Any, str], ...] = (
     ("thumbnails", fetching, "fetch_thumbnails"),
     ("files", fetching, "fetch_file"),
     ("last decoding", ArrivingFrames, "problem"),
-    ("exif check", check, "check_frames"),
+    ("exif check", file_integrity, "check_frames"),
     ("frames handed over", measuring, "open_frames"),
     ("aligning", measuring, "_align"),
     ("merging", measuring, "merge"),

@@ -35,14 +35,14 @@ from app.core.solver.environment import read_environment  # noqa: E402
 from app.devices.clock import SystemClock  # noqa: E402
 from app.devices.mailbox import Mailbox  # noqa: E402
 from app.devices.mjpeg import MjpegParser  # noqa: E402
-from app.devices.preview import LOST_S, PreviewFrame, PreviewStream, decode  # noqa: E402
 from app.devices.simulated.camera import SimulatedCamera  # noqa: E402
-from app.devices.simulated.live import LOOP, LivePicture, preview_pieces, read_number  # noqa: E402
+from app.devices.simulated.preview import LOOP, LivePicture, preview_pieces, read_number  # noqa: E402
 from app.devices.simulated.scene import Scene  # noqa: E402
 from app.devices.simulated.server import CameraServer  # noqa: E402
 from app.devices.theta.client import OscClient  # noqa: E402
 from app.devices.theta.endpoint import Endpoint  # noqa: E402
 from app.devices.theta.link import Link, Timeouts  # noqa: E402
+from app.devices.theta.preview import LOST_S, PreviewFrame, PreviewStream, decode  # noqa: E402
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator

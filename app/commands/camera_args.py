@@ -7,10 +7,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from app.core.base.errors import CoreError
-from app.devices.discovery import check_address, discover, look_at
 from app.devices.errors import DeviceError, PasswordNeeded
-from app.devices.last_camera import remember
 from app.devices.passwords import Passwords, default_password_hint, read_password_file
+from app.devices.theta.discovery import check_address, discover, look_at
+from app.devices.theta.found import remember
 from app.devices.theta.link import Credentials
 
 if TYPE_CHECKING:
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     from app.core.base.progress import Token
     from app.devices.clock import Clock
-    from app.devices.found import FoundCamera
     from app.devices.theta.endpoint import Endpoint
+    from app.devices.theta.found import FoundCamera
     from app.devices.theta.messages import Info
 
 

@@ -18,10 +18,9 @@ from app.core.base.progress import Token
 from app.core.solver.environment import reduce
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
-from app.devices.capture.debts import FILE as OWED
-from app.devices.capture.debts import Debts
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
-from app.devices.capture.session import JOURNAL, Session
+from app.devices.capture.session import FILE as OWED
+from app.devices.capture.session import JOURNAL, Debts, Session
 from app.devices.clock import SystemClock
 from app.devices.errors import DeviceError
 from app.devices.theta.client import OscClient
@@ -36,7 +35,7 @@ if TYPE_CHECKING:
     from app.core.solver.style_pack import StylePack
     from app.devices.capture.status import Status
     from app.devices.clock import Clock
-    from app.devices.found import FoundCamera
+    from app.devices.theta.found import FoundCamera
     from app.devices.theta.link import Credentials
 
 _STOPPING: Final = "Stopping; the camera gets its settings back. Once more to end at once."

@@ -19,14 +19,14 @@ from app.core.base.progress import Token
 from app.core.hdr.arriving import ArrivingFrames
 from app.core.hdr.metadata import ENDINGS
 from app.core.solver.style_pack import load_named_pack
+from app.devices.capture.watch import WatchedFolder
 from app.devices.clock import SystemClock
-from app.devices.watch import WatchedFolder
 
 if TYPE_CHECKING:
     import argparse
 
     from app.core.hdr.pipeline import Probe
-    from app.devices.watch import IncomingBracket
+    from app.devices.capture.watch import IncomingBracket
 
 _NAME: Final = "environment.exr"
 

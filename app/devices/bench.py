@@ -12,8 +12,8 @@ from app.core.bench.rows import Case
 from app.core.solver.environment import read_environment
 from app.devices.clock import SystemClock
 from app.devices.mjpeg import MjpegParser
-from app.devices.preview import PreviewFrame, decode
-from app.devices.simulated.live import LivePicture, preview_pieces
+from app.devices.simulated.preview import LivePicture, preview_pieces
+from app.devices.theta.preview import PreviewFrame, decode
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

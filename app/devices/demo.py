@@ -13,10 +13,11 @@ import sys
 import threading
 from typing import TYPE_CHECKING, Final
 
-from app.devices.discovery import Discovery
 from app.devices.errors import Unreachable
-from app.devices.real_devices import DevicesAtHand
-from app.devices.webcam import SimulatedWebcam
+from app.devices.passwords import Passwords
+from app.devices.theta.discovery import Discovery, check_address, discover, look_at
+from app.devices.theta.link import Credentials, Link
+from app.devices.webcam import OpenCvWebcam, SimulatedWebcam, list_webcams
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,8 +25,43 @@ if TYPE_CHECKING:
 
     from app.core.base.progress import Token
     from app.devices.clock import Clock
-    from app.devices.found import FoundCamera
+    from app.devices.theta.found import FoundCamera
     from app.devices.webcam import Webcam
+
+
+class DevicesAtHand:
+    """What is really there."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+
+    def discover(self, token: Token) -> Discovery:
+        """Look for 360 cameras for some seconds; see `app.devices.theta.discovery.discover`."""
+        return discover(self._clock, token=token)
+
+    def look_at(self, address: str) -> FoundCamera:
+        """Ask one address that was typed; see `app.devices.theta.discovery.look_at`."""
+        return look_at(check_address(address), self._clock)
+
+    def link(self, camera: FoundCamera, credentials: Credentials | None) -> Link:
+        """Make a link; nothing is sent yet."""
+        return Link(camera.endpoint, self._clock, credentials)
+
+    def passwords(self) -> Passwords:
+        """Give the system's keyring."""
+        return Passwords()
+
+    def webcams(self) -> Sequence[tuple[int, str]]:
+        """Index and name of every webcam. Takes a while: opens each of them."""
+        return list_webcams()
+
+    def webcam(self, index: int) -> Webcam:
+        """Make a webcam that is not yet opened."""
+        return OpenCvWebcam(index, self._clock)
+
+    def close(self) -> None:
+        """Nothing is held."""
+
 
 _TICK_S: Final = 0.05
 _START_S: Final = 20.0

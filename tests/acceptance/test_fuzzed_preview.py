@@ -20,7 +20,7 @@ from app.core.simulation.exif import with_segments
 from app.core.simulation.exposure_maker import jpeg
 from app.devices.errors import BadReply
 from app.devices.mjpeg import MAX_FRAME_BYTES, MjpegParser, boundary_of
-from app.devices.preview import PreviewFrame, decode
+from app.devices.theta.preview import PreviewFrame, decode
 
 QUICK = 400
 LONG = 12_000

@@ -34,8 +34,8 @@ from app.devices.capture.session import Session
 from app.devices.capture.status import Status
 from app.devices.clock import VirtualClock
 from app.devices.errors import Unreachable
-from app.devices.found import FoundCamera
 from app.devices.theta.endpoint import ACCESS_POINT
+from app.devices.theta.found import FoundCamera
 from app.devices.theta.link import Credentials
 
 ROOT = Path(__file__).resolve().parents[2]

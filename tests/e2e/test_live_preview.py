@@ -12,7 +12,15 @@ import pytest
 from app.devices.clock import Clock, ScaledClock, SystemClock
 from app.devices.errors import PasswordNeeded
 from app.devices.mailbox import Mailbox
-from app.devices.preview import (
+from app.devices.profiles import profile_named
+from app.devices.simulated.camera import SimulatedCamera
+from app.devices.simulated.preview import LOOP, read_number
+from app.devices.simulated.scene import Scene
+from app.devices.simulated.server import CameraServer
+from app.devices.theta.client import OscClient
+from app.devices.theta.endpoint import Endpoint
+from app.devices.theta.link import Credentials, Link, Timeouts
+from app.devices.theta.preview import (
     LOST_S,
     PreviewFrame,
     PreviewState,
@@ -20,17 +28,9 @@ from app.devices.preview import (
     decode,
     opened_preview,
 )
-from app.devices.preview import (
+from app.devices.theta.preview import (
     Incoming as Pieces,
 )
-from app.devices.profiles import profile_named
-from app.devices.simulated.camera import SimulatedCamera
-from app.devices.simulated.live import LOOP, read_number
-from app.devices.simulated.scene import Scene
-from app.devices.simulated.server import CameraServer
-from app.devices.theta.client import OscClient
-from app.devices.theta.endpoint import Endpoint
-from app.devices.theta.link import Credentials, Link, Timeouts
 
 SHAPE = (64, 128)
 

@@ -6,8 +6,7 @@ import random
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from app.devices.simulated.exchange import Drop, Pause, Reply, Request
-from app.devices.simulated.replies import NO_ANSWER, text_reply
+from app.devices.simulated.exchange import NO_ANSWER, Drop, Pause, Reply, Request, text_reply
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

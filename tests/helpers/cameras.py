@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.devices.capture.status import Status
-    from app.devices.simulated.replies import JsonValue
+    from app.devices.simulated.exchange import JsonValue
     from app.devices.simulated.storage import StoredFile
 
 SMALL = (128, 256)

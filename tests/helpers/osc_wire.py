@@ -15,12 +15,12 @@ from typing import Any
 import requests
 import urllib3
 
+from app.devices.bounded_socket import Transport, Watch
 from app.devices.clock import VirtualClock
 from app.devices.simulated.exchange import Drop, Pause, Piece
 from app.devices.theta.client import OscClient
 from app.devices.theta.endpoint import Endpoint
 from app.devices.theta.link import Credentials, Link, Timeouts
-from app.devices.theta.transport import Transport, Watch
 
 FOLDER = "http://192.168.1.1/files/0123456789abcdef0123456789abcdef/100RICOH/"
 

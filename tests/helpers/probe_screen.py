@@ -14,11 +14,11 @@ from app.core.base.progress import Token
 from app.core.solver.environment import from_radiance
 from app.core.solver.place_light import prepare
 from app.core.storage.places import Place
-from app.devices.discovery import Discovery
 from app.devices.errors import Unreachable
-from app.devices.found import FoundCamera, described
 from app.devices.simulated.adapter import CameraAdapter
+from app.devices.theta.discovery import Discovery
 from app.devices.theta.endpoint import Endpoint
+from app.devices.theta.found import FoundCamera, described
 from app.devices.theta.link import Credentials, Link
 from app.devices.theta.messages import Info
 from app.ui.presenters.model import Model

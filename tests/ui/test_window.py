@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit
 from app.core.base.paths import resources
 from app.core.storage.places import create_place, delete_place, list_trash
 from app.devices.clock import SystemClock
-from app.devices.discovery import Discovery
+from app.devices.theta.discovery import Discovery
 from app.ui.frame.drop import DropVeil
 from app.ui.launch_options import LaunchOptions
 from app.ui.presenters.model import Step

@@ -14,8 +14,7 @@ from pathlib import Path
 import pytest
 
 from app.devices.capture.status import SEEKING
-from app.devices.simulated.exchange import Reply, Request
-from app.devices.simulated.replies import json_reply
+from app.devices.simulated.exchange import Reply, Request, json_reply
 from tests.helpers.bad_line import KINDS, BadLine
 from tests.helpers.cameras import Rig
 from tests.helpers.captures import (

@@ -8,11 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from app.devices.capture.debts import FILE, Debts
-from app.devices.capture.session import Session
+from app.devices.capture.session import FILE, Debts, Session
 from app.devices.errors import DeviceError
-from app.devices.simulated.exchange import Reply, Request
-from app.devices.simulated.replies import NO_ANSWER
+from app.devices.simulated.exchange import NO_ANSWER, Reply, Request
 from tests.helpers.cameras import Rig
 from tests.helpers.captures import (
     Weather,

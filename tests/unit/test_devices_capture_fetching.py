@@ -14,8 +14,7 @@ from app.devices.capture import fetching
 from app.devices.capture.recovery import Contact
 from app.devices.capture.session import Session
 from app.devices.errors import CaptureFailed, DeviceError, DownloadFailed
-from app.devices.simulated.exchange import Reply, Request
-from app.devices.simulated.replies import text_reply
+from app.devices.simulated.exchange import Reply, Request, text_reply
 from tests.helpers.cameras import Rig
 from tests.helpers.captures import rig, without_merging, without_waiting_for_the_disk
 

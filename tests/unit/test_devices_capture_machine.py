@@ -15,7 +15,7 @@ import pytest
 
 from app.core.base.errors import Cancelled, CoreError
 from app.core.solver.environment import read_environment, reduce_radiance
-from app.devices.capture import settings, shooting
+from app.devices.capture import preparation, shooting
 from app.devices.capture.machine import ENVIRONMENT
 from app.devices.capture.session import Session
 from app.devices.capture.status import Stage
@@ -426,7 +426,7 @@ def test_what_could_not_be_put_back_is_not_changed(
 ) -> None:
     made = rig(tmp_path)
     before = copy.deepcopy(made.camera.options)
-    read = settings.read
+    read = preparation.read
 
     def spoiled(contact: Any, names: Any) -> dict[str, Any]:
         found = read(contact, names)
@@ -434,7 +434,7 @@ def test_what_could_not_be_put_back_is_not_changed(
             found |= stated
         return found
 
-    monkeypatch.setattr(settings, "read", spoiled)
+    monkeypatch.setattr(preparation, "read", spoiled)
     made.shoot()
     sent = [request.body for request in made.camera.log if b"setOptions" in request.body]
     assert sent
@@ -447,9 +447,9 @@ def test_lists_that_are_no_exposures_give_way_to_the_known_ones(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stated: list[float]
 ) -> None:
     made = rig(tmp_path)
-    read = settings.read
+    read = preparation.read
     monkeypatch.setattr(
-        settings,
+        preparation,
         "read",
         lambda contact, names: {
             name: stated if name == "apertureSupport" else value

@@ -14,12 +14,6 @@ import pytest
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
 from app.devices.clock import SystemClock, VirtualClock
-from app.devices.discovery import (
-    Discovery,
-    check_address,
-    discover,
-    look_at,
-)
 from app.devices.errors import (
     BadReply,
     CameraRefused,
@@ -28,12 +22,16 @@ from app.devices.errors import (
     PasswordNeeded,
     Unreachable,
 )
-from app.devices.found import described, is_near, merged
-from app.devices.last_camera import remember
-from app.devices.mdns_discovery import Advert
 from app.devices.simulated.adapter import CameraAdapter
 from app.devices.simulated.server import CameraServer
+from app.devices.theta.discovery import (
+    Discovery,
+    check_address,
+    discover,
+    look_at,
+)
 from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
+from app.devices.theta.found import Advert, described, is_near, merged, remember
 from app.devices.theta.link import Link, Timeouts
 from app.devices.theta.messages import Info
 from tests.helpers.simulated import Talker

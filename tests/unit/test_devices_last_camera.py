@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from app.devices.found import FoundCamera, described
-from app.devices.last_camera import FILE, last_camera, remember
 from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
+from app.devices.theta.found import FILE, FoundCamera, described, last_camera, remember
 from app.devices.theta.messages import Info
 
 

@@ -25,8 +25,8 @@ from app.devices.errors import (
     PasswordNeeded,
     Unreachable,
 )
+from app.devices.passwords import Digest
 from app.devices.simulated.exchange import Drop, Pause
-from app.devices.theta.digest import Digest
 from app.devices.theta.endpoint import Endpoint
 from app.devices.theta.link import Credentials, Link, Timeouts
 from app.devices.theta.untrusted import MAX_BYTES

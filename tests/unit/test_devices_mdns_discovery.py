@@ -10,7 +10,7 @@ import pytest
 from zeroconf import Error, ServiceInfo, Zeroconf
 
 from app.devices.errors import Unreachable
-from app.devices.mdns_discovery import SERVICE, Advert, browse_network
+from app.devices.theta.found import SERVICE, Advert, browse_network
 
 
 def test_real_announcements_on_this_machine() -> None:

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from app.devices.errors import BadReply, CameraRefused, NotACamera
 from app.devices.theta.endpoint import Endpoint
+from app.devices.theta.errors import REFUSALS, code_of_status, refusal
 from app.devices.theta.messages import (
     parse_command,
     parse_entries,
@@ -16,7 +17,6 @@ from app.devices.theta.messages import (
     parse_state,
     safe_name,
 )
-from app.devices.theta.refusals import REFUSALS, code_of_status, refusal
 from app.devices.theta.untrusted import (
     MAX_BYTES,
     MAX_DEPTH,

@@ -18,7 +18,7 @@ from app.core.simulation.exposure_maker import jpeg
 from app.devices.clock import ScaledClock, VirtualClock
 from app.devices.errors import BadReply, CameraRefused, DeviceError, PasswordNeeded, Unreachable
 from app.devices.mailbox import Mailbox
-from app.devices.preview import PreviewFrame, PreviewState, PreviewStream, decode
+from app.devices.theta.preview import PreviewFrame, PreviewState, PreviewStream, decode
 
 RICOH = "---osclivepreview---"
 SPEED = 50.0

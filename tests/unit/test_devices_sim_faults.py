@@ -8,10 +8,9 @@ from typing import Any
 
 import pytest
 
-from app.devices.simulated.exchange import Drop, Reply
+from app.devices.simulated.exchange import NO_ANSWER_S, Drop, Reply
 from app.devices.simulated.faults import FAULTS, LASTING, Faults, faults_named
 from app.devices.simulated.personality import PERSONALITIES, personality_named
-from app.devices.simulated.replies import NO_ANSWER_S
 from tests.helpers.simulated import Talker, bracket, content, path_of
 
 SEEDS = range(8)

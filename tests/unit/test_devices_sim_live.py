@@ -11,7 +11,7 @@ import pytest
 
 from app.devices.clock import VirtualClock
 from app.devices.simulated.exchange import Pause
-from app.devices.simulated.live import (
+from app.devices.simulated.preview import (
     LOOP,
     PREVIEW_HEADERS,
     LivePicture,

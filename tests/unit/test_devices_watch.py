@@ -21,10 +21,10 @@ from app.core.base.progress import Token
 from app.core.hdr.frame import Exposure
 from app.core.simulation.bracket_maker import write_bracket
 from app.core.simulation.cameras import THETA_V, THETA_Z1, CameraModel
-from app.devices import incoming, watch
+from app.devices.capture import incoming, watch
+from app.devices.capture.watch import IncomingBracket, WatchedFolder
 from app.devices.clock import VirtualClock
 from app.devices.errors import CaptureFailed, Unreachable
-from app.devices.watch import IncomingBracket, WatchedFolder
 
 LIGHT = np.full((16, 32, 3), 200.0, np.float32)
 SHUTTERS = (1 / 60, 1 / 15, 1 / 250)
@@ -403,7 +403,7 @@ def test_a_file_that_may_not_be_read_is_taken_when_it_may(
             raise PermissionError(13, "Permission denied", str(path))
         return open_file(path)
 
-    monkeypatch.setattr("app.devices.incoming.open_file", opened)
+    monkeypatch.setattr("app.devices.capture.incoming.open_file", opened)
     scenario = Scenario(folder).at(1.0, lambda: shot(folder)).at(1.0, lambda: shut.chmod(0))
     scenario.at(12.0, lambda: shut.chmod(0o644))
     ((_, bracket),) = scenario.run()

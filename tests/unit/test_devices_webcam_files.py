@@ -16,9 +16,16 @@ from numpy.typing import NDArray
 
 from app.devices.clock import ScaledClock, VirtualClock
 from app.devices.webcam import WebcamError, WebcamState
-from app.devices.webcam.rtsp import open_url
-from app.devices.webcam.stills import EVERY_S, StillsFolder, _Pile, stills_in
-from app.devices.webcam.video_file import VideoFile, _Player, check_video
+from app.devices.webcam.files import (
+    EVERY_S,
+    StillsFolder,
+    VideoFile,
+    _Pile,
+    _Player,
+    check_video,
+    stills_in,
+)
+from app.devices.webcam.opencv import open_url
 
 Bytes = NDArray[np.uint8]
 PATIENCE_S: Final = 15.0

@@ -19,11 +19,10 @@ import pytest
 
 from app.devices.clock import ScaledClock, SystemClock
 from app.devices.mjpeg import MAX_FRAME_BYTES
-from app.devices.theta.digest import Credentials
+from app.devices.passwords import Credentials
 from app.devices.webcam import WebcamError, WebcamState
-from app.devices.webcam.address import Address
 from app.devices.webcam.network import MjpegWebcam, _Stream, no_keys
-from app.devices.webcam.wire import CONNECT_S, Wire, unreachable
+from app.devices.webcam.wire import CONNECT_S, Address, Wire, unreachable
 from tests.helpers.live_server import Answer, LiveServer, head, jpegs, part, stream
 
 PICTURES: Final = jpegs(4)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from app.core.localization.views import Lens, look
 from app.devices.clock import ScaledClock, VirtualClock
 from app.devices.webcam import PanoramaWebcam, WebcamError, WebcamState
-from app.devices.webcam.panorama_webcam import FPS, _Aim, _Scene
+from app.devices.webcam.simulated import PANORAMA_FPS, _Aim, _PanoramaScene
 from tests.helpers.demo_place import demo_panorama
 
 Bytes = NDArray[np.uint8]
@@ -27,8 +27,8 @@ def panorama() -> Bytes:
     return np.asarray(cv2.resize(demo_panorama(), (1024, 512)), np.uint8)
 
 
-def scene(panorama: Bytes | Path, shake: float = 0.0, noise: float = 0.0) -> _Scene:
-    made = _Scene(panorama, VirtualClock(), Lens(60.0, SIZE), shake, noise)
+def scene(panorama: Bytes | Path, shake: float = 0.0, noise: float = 0.0) -> _PanoramaScene:
+    made = _PanoramaScene(panorama, VirtualClock(), Lens(60.0, SIZE), shake, noise)
     made.open()
     return made
 
@@ -80,7 +80,7 @@ def test_noise_is_new_in_each_picture(panorama: Bytes) -> None:
 def test_it_keeps_its_pace(panorama: Bytes) -> None:
     made = scene(panorama)
     start = made._clock.now()
-    for _ in range(round(FPS)):
+    for _ in range(round(PANORAMA_FPS)):
         made.read()
     assert made._clock.now() - start == pytest.approx(1.0)
 
@@ -113,7 +113,9 @@ def test_what_is_no_panorama(tmp_path: Path) -> None:
         with pytest.raises(WebcamError) as caught:
             scene(given)
         assert caught.value.code == "bad-file"
-    unplugged = _Scene(np.zeros((64, 128, 3), np.uint8), VirtualClock(), Lens(60.0, SIZE), 0.0, 0.0)
+    unplugged = _PanoramaScene(
+        np.zeros((64, 128, 3), np.uint8), VirtualClock(), Lens(60.0, SIZE), 0.0, 0.0
+    )
     unplugged.plugged = False
     with pytest.raises(WebcamError, match="No webcam"):
         unplugged.open()

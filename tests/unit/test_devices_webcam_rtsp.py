@@ -18,11 +18,11 @@ import numpy as np
 import pytest
 
 from app.devices.clock import ScaledClock, SystemClock, VirtualClock
-from app.devices.theta.digest import Credentials
+from app.devices.passwords import Credentials
 from app.devices.webcam import WebcamError, WebcamState
-from app.devices.webcam.address import Address
-from app.devices.webcam.network import no_keys
-from app.devices.webcam.rtsp import OPEN_S, RtspWebcam, _Stream, open_url
+from app.devices.webcam.network import RtspWebcam, _RtspStream, no_keys
+from app.devices.webcam.opencv import OPEN_S, open_url
+from app.devices.webcam.wire import Address
 from tests.helpers.live_server import Answer, LiveServer
 from tests.helpers.rtsp_server import RtspServer
 
@@ -67,7 +67,7 @@ def opened(server: LiveServer, plug: Plug, keys: Credentials | None = None) -> l
         return plug
 
     address = Address.parse(server.url("/live", "rtsp"))
-    source = _Stream(address, SystemClock(), lambda: keys, 0, make)
+    source = _RtspStream(address, SystemClock(), lambda: keys, 0, make)
     source.open()
     source.close()
     source.close()
@@ -123,7 +123,9 @@ def test_one_that_ffmpeg_cannot_open() -> None:
         def fails(url: str) -> Plug:
             raise cv2.error(url)
 
-        source = _Stream(Address.parse(server.url("/", "rtsp")), SystemClock(), no_keys, 0, fails)
+        source = _RtspStream(
+            Address.parse(server.url("/", "rtsp")), SystemClock(), no_keys, 0, fails
+        )
         with pytest.raises(WebcamError, match="cannot be opened"):
             source.open()
 
@@ -136,7 +138,7 @@ def test_one_that_says_nothing_is_given_up() -> None:
 
     with LiveServer(silent) as server:
         address = Address.parse(server.url("/", "rtsp"))
-        source = _Stream(address, ScaledClock(10.0), no_keys, 0, lambda _: Plug())
+        source = _RtspStream(address, ScaledClock(10.0), no_keys, 0, lambda _: Plug())
         began = time.monotonic()
         with pytest.raises(WebcamError, match="does not answer"):
             source.open()
@@ -174,10 +176,10 @@ def test_a_camera_that_stands_still_for_some_seconds_is_not_hung_up_on() -> None
 LEAVING = """
 import sys, time
 from app.devices.clock import SystemClock
-from app.devices.webcam import rtsp
-from app.devices.webcam.address import Address
-rtsp.READ_S = 1.0
-webcam = rtsp.RtspWebcam(Address.parse(sys.argv[1]), SystemClock())
+from app.devices.webcam import network, opencv
+from app.devices.webcam.wire import Address
+opencv.READ_S = 1.0
+webcam = network.RtspWebcam(Address.parse(sys.argv[1]), SystemClock())
 webcam.open()
 end = time.monotonic() + 30.0
 while webcam.count < 30 and time.monotonic() < end:
@@ -202,7 +204,7 @@ def test_the_program_can_end_while_the_camera_is_frozen(wait_s: str) -> None:
 def test_pictures_and_their_end() -> None:
     shot = np.random.default_rng(0).integers(40, 256, (96, 128, 3), np.uint8)
     plug = Plug(shot, None, shot, cv2.error("broken"), None, None)
-    source = _Stream(Address.parse("rtsp://cam/"), VirtualClock(), no_keys, 64, lambda _: plug)
+    source = _RtspStream(Address.parse("rtsp://cam/"), VirtualClock(), no_keys, 64, lambda _: plug)
     with pytest.raises(WebcamError, match="disconnected"):
         source.read()
     source._reader.begin(plug)

@@ -10,12 +10,10 @@ import pytest
 
 from app.devices.clock import VirtualClock
 from app.devices.webcam import LiveSource, PanoramaWebcam, SourceView, SourceViews, WebcamError
-from app.devices.webcam.network import MjpegWebcam
+from app.devices.webcam.files import StillsFolder, VideoFile
+from app.devices.webcam.network import MjpegWebcam, RtspWebcam
 from app.devices.webcam.opencv import linux_names, shown_names
-from app.devices.webcam.rtsp import RtspWebcam
 from app.devices.webcam.sources import make_source
-from app.devices.webcam.stills import StillsFolder
-from app.devices.webcam.video_file import VideoFile
 
 
 def test_sources_are_written_and_read_again(tmp_path: Path) -> None:

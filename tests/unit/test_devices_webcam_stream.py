@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from app.devices.clock import SystemClock, VirtualClock
 from app.devices.errors import DeviceError
 from app.devices.webcam import WebcamError, WebcamState
-from app.devices.webcam.stream import LOST_S, Manner, WebcamStream
+from app.devices.webcam.protocol import LOST_S, Manner, WebcamStream
 
 Bytes = NDArray[np.uint8]
 PATIENCE_S: Final = 10.0

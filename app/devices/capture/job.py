@@ -18,9 +18,8 @@ if TYPE_CHECKING:
     from app.core.hdr.pipeline import MergeOptions, Probe
     from app.core.hdr.planner import Plan
     from app.core.solver.style_pack import StylePack
-    from app.devices.capture.debts import Debts
     from app.devices.capture.recovery import Contact
-    from app.devices.capture.session import Session
+    from app.devices.capture.session import Debts, Session
     from app.devices.capture.status import Board
     from app.devices.clock import Clock
     from app.devices.profiles import ModelProfile

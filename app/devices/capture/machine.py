@@ -18,7 +18,7 @@ from app.core.base.images import write_exr
 from app.core.base.progress import span
 from app.core.hdr.arriving import ArrivingFrames
 from app.core.hdr.finish import MergeOptions
-from app.devices.capture import check, fetching, metering, ready, settings, shooting
+from app.devices.capture import fetching, file_integrity, preparation, shooting, single
 from app.devices.capture.job import Job
 from app.devices.capture.recovery import Contact
 from app.devices.capture.status import Board, Stage
@@ -34,8 +34,7 @@ if TYPE_CHECKING:
     from app.core.hdr.pipeline import Probe
     from app.core.hdr.planner import Plan
     from app.core.solver.style_pack import StylePack
-    from app.devices.capture.debts import Debts
-    from app.devices.capture.session import Session
+    from app.devices.capture.session import Debts, Session
     from app.devices.capture.status import Status
     from app.devices.clock import Clock
     from app.devices.profiles import ModelProfile
@@ -136,7 +135,7 @@ class Capture:
                 _end(job, Stage.CANCELLED, error)
                 raise
             except DeviceError as error:
-                reason = ready.explained(job, error)
+                reason = preparation.explained(job, error)
                 _end(job, Stage.FAILED, reason)
                 if reason is error:
                     raise
@@ -168,12 +167,12 @@ class Capture:
         """
         job = self._job
         with job.arriving:
-            ready.connect(job)
-            ready.wait_until_idle(job, _IDLE_S)
-            untaken = settings.restore(job.contact, job.session)
-            metering.delete_picture(job.contact, job.session)
+            preparation.connect(job)
+            preparation.wait_until_idle(job, _IDLE_S)
+            untaken = preparation.restore(job.contact, job.session)
+            single.delete_picture(job.contact, job.session)
             _settle(job, job.session)
-            return settings.untaken_words(untaken)
+            return preparation.untaken_words(untaken)
 
 
 def _stages(job: Job) -> tuple[Callable[[Job], None], ...]:
@@ -188,7 +187,7 @@ def _stages(job: Job) -> tuple[Callable[[Job], None], ...]:
 
 def _connect(job: Job) -> None:
     with job.timed("metering"):
-        ready.connect(job)
+        preparation.connect(job)
 
 
 def _restore_first(job: Job) -> None:
@@ -196,9 +195,9 @@ def _restore_first(job: Job) -> None:
     others = [] if job.debts is None else job.debts.of(job.contact.serial, job.session)
     for session in (*others, job.session):
         if session.owes:
-            ready.wait_until_idle(job, _IDLE_S)
-            job.warn(settings.restore_or_say(job.contact, session))
-            metering.delete_picture(job.contact, session)
+            preparation.wait_until_idle(job, _IDLE_S)
+            job.warn(preparation.restore_or_say(job.contact, session))
+            single.delete_picture(job.contact, session)
             _settle(job, session)
     if job.debts is not None:
         job.debts.note(job.session)
@@ -212,8 +211,8 @@ def _settle(job: Job, session: Session) -> None:
 def _meter(job: Job) -> None:
     with job.timed("metering"):
         job.session.update(stage=Stage.METERING.value, plan=None, frames=(), exposed=False)
-        ready.check_ready(job)
-        metering.make_plan(job)
+        preparation.check_ready(job)
+        single.make_plan(job)
 
 
 def _expose(job: Job) -> None:
@@ -256,9 +255,9 @@ def _merge(job: Job) -> None:
     job.board.show(Stage.MERGING, "Checking the frames")
     job.session.update(stage=Stage.MERGING.value)
     with job.timed("merge"):
-        for sentence in check.check_frames(job.paths, job.plan):
+        for sentence in file_integrity.check_frames(job.paths, job.plan):
             job.warn(sentence)
-        times = check.planned_times(job.paths, job.plan)
+        times = file_integrity.planned_times(job.paths, job.plan)
         wishes = job.wishes if times is None else replace(job.wishes, times=times)
 
         def report(fraction: float, message: str) -> None:
@@ -289,9 +288,9 @@ def _give_back(job: Job) -> str:
         return ""
     try:
         contact = job.contact.unstoppable(_LAST_REJOIN_S)
-        unrestored = settings.restore_or_say(contact, job.session)
+        unrestored = preparation.restore_or_say(contact, job.session)
         if not job.session.journal.settings_to_restore:
-            metering.delete_picture(contact, job.session)
+            single.delete_picture(contact, job.session)
         _settle(job, job.session)
     except CoreError as error:
         # The camera has them, only the journal does not know; they may be put back twice.

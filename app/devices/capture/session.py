@@ -11,9 +11,11 @@ So whatever happens in between, opening the folder again finds every file that w
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import re
 import threading
+from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -31,11 +33,69 @@ from app.devices.capture.journal import (
     journal_of,
     text_of,
 )
+from app.devices.errors import BadReply
+from app.devices.theta.untrusted import parse_json, table, words
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from app.devices.theta.messages import FileEntry
+
+
+FILE: Final = "owed-cameras.json"
+"""Name of the file in the user's folder."""
+
+_MOST: Final = 50
+_MOST_BYTES: Final = 1 << 18
+_LONGEST: Final = 4000
+
+
+class Debts:
+    """A file with the folders of such captures, the oldest first."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def note(self, session: Session) -> None:
+        """Add a capture; a file that cannot be written is no reason not to capture."""
+        folder = str(session.folder.resolve())
+        self._write([*(each for each in self._read() if each != folder), folder])
+
+    def settle(self, session: Session) -> None:
+        """Take a capture out that owes nothing any more."""
+        folder, known = str(session.folder.resolve()), self._read()
+        if not session.owes and folder in known:
+            self._write([each for each in known if each != folder])
+
+    def of(self, serial: str, besides: Session) -> list[Session]:
+        """Open the other sessions that owe this camera something, the newest first."""
+        found: list[Session] = []
+        for folder in reversed(self._read()):
+            if Path(folder) == besides.folder.resolve() or not (Path(folder) / JOURNAL).is_file():
+                continue
+            with suppress(CoreError):
+                session = Session.open(folder)
+                if session.owes and session.journal.serial == serial:
+                    found.append(session)
+        return found
+
+    def _read(self) -> list[str]:
+        try:
+            with open_file(self._path) as stream:
+                listed = table(parse_json(stream.read(_MOST_BYTES))).get("sessions")
+        except (OSError, BadReply):
+            return []
+        if not isinstance(listed, list):
+            return []
+        texts = [words(each, _LONGEST) for each in listed[-_MOST:]]
+        return [each for each in texts if each and Path(each).is_absolute()]
+
+    def _write(self, folders: list[str]) -> None:
+        with suppress(OSError, CoreError):
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            text = json.dumps({"format": 1, "sessions": folders[-_MOST:]}, indent=1)
+            atomic_write_text(self._path, text + "\n")
+
 
 __all__ = ["JOURNAL", "Session", "SessionFrame", "SessionJournal"]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from app.core.base.errors import CoreError
-from app.devices.capture import settings
+from app.devices.capture import preparation
 from app.devices.capture.recovery import NOT_NOW, find_frames, newest_address
 from app.devices.capture.single import (
     FRAME_S,
@@ -228,7 +228,7 @@ def _shoot(job: Job, plan: Plan) -> tuple[str, ...]:
         except _NoBracket:
             job.board.say("The camera does not bracket by itself; taking single pictures")
     if job.profile.needs_method:
-        settings.change_if_known(job.contact, {"_shootingMethod": "normal"})
+        preparation.change_if_known(job.contact, {"_shootingMethod": "normal"})
     return shoot_singly(job, plan.shots)
 
 
@@ -238,11 +238,11 @@ def _by_itself(job: Job, plan: Plan) -> tuple[str, ...]:
     for _ in range(STARTS):
         if job.contact.forgotten != prepared:
             prepared = job.contact.forgotten
-            settings.prepare(job.contact, job.profile)
+            preparation.prepare(job.contact, job.profile)
         _arm(job, plan)
         if job.contact.forgotten != prepared:
             continue
-        settings.settle(job.contact, job.profile)
+        preparation.settle(job.contact, job.profile)
         run = Run(job.clock.now(), job.clock.now() + deadline_s(plan, job.delay_s))
         with suppress(*LOSSES):
             command = _start(job)
@@ -259,7 +259,7 @@ def _arm(job: Job, plan: Plan) -> None:
         set_timer(job)
     for white in (True, False):
         try:
-            settings.change(job.contact, bracket_options(job.profile, plan, white=white))
+            preparation.change(job.contact, bracket_options(job.profile, plan, white=white))
         except CameraRefused as error:
             if error.code not in _REFUSED:
                 raise

@@ -13,12 +13,7 @@ import threading
 from typing import TYPE_CHECKING, Final
 
 from app.devices.simulated.commands import COMMANDS, OLD_COMMANDS, command_status
-from app.devices.simulated.dates import CameraDate
-from app.devices.simulated.faults import Faults
-from app.devices.simulated.options import OptionStore
-from app.devices.simulated.personality import personality_named
-from app.devices.simulated.preview_gate import PreviewGate
-from app.devices.simulated.replies import (
+from app.devices.simulated.exchange import (
     NO_ANSWER,
     CommandRefused,
     file_reply,
@@ -26,18 +21,20 @@ from app.devices.simulated.replies import (
     refusal,
     text_reply,
 )
+from app.devices.simulated.faults import Faults
+from app.devices.simulated.options import OptionStore
+from app.devices.simulated.personality import personality_named
+from app.devices.simulated.preview import PreviewGate
 from app.devices.simulated.shooting import Shooter
-from app.devices.simulated.storage import Storage
+from app.devices.simulated.storage import CameraDate, Storage, info_of, state_of
 from app.devices.simulated.trouble import Trouble
-from app.devices.simulated.words import info_of, state_of
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
     from app.devices.clock import Clock
-    from app.devices.simulated.exchange import Reply, Request
+    from app.devices.simulated.exchange import JsonValue, Reply, Request
     from app.devices.simulated.personality import Personality
-    from app.devices.simulated.replies import JsonValue
     from app.devices.simulated.scene import Scene
     from app.devices.simulated.storage import StoredFile
 

@@ -6,18 +6,17 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from app.devices.simulated.replies import NO_ANSWER, CommandRefused, json_reply, refusal
-from app.devices.simulated.shots import begin_capture, begin_picture, finished, started
-from app.devices.simulated.words import live_options
+from app.devices.simulated.exchange import NO_ANSWER, CommandRefused, json_reply, refusal
+from app.devices.simulated.shooting import begin_capture, begin_picture, finished, started
+from app.devices.simulated.storage import live_options
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from app.core.hdr.frame import Exposure
     from app.devices.simulated.camera import SimulatedCamera
-    from app.devices.simulated.exchange import Reply
+    from app.devices.simulated.exchange import JsonValue, Reply
     from app.devices.simulated.personality import Personality
-    from app.devices.simulated.replies import JsonValue
     from app.devices.simulated.storage import StoredFile
 
 

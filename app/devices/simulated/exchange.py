@@ -7,11 +7,16 @@ HTTP, `adapter` hands them to `requests` in the same process, on virtual time.
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
+
+
+JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, JsonValue] | None"
+"""What JSON can hold."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,3 +60,163 @@ class Reply:
     headers: tuple[tuple[str, str], ...] = ()
     pieces: Iterable[Piece] = ()
     delay_s: float = 0.0
+
+
+LATENCY_S: Final = 0.012
+"""Time that every answer takes; it also keeps virtual time going."""
+
+NO_ANSWER_S: Final = 600.0
+"""A delay that outlasts any client's patience."""
+
+NO_ANSWER: Final = Reply(0, delay_s=NO_ANSWER_S)
+"""Nobody is there: not even the connection is taken."""
+
+_STATUS: Final = {
+    "unknownCommand": 400,
+    "missingParameter": 400,
+    "invalidParameterName": 400,
+    "invalidParameterValue": 400,
+    "cameraInExclusiveUse": 400,
+    "tooManyParameters": 403,
+    "disabledCommand": 403,
+    "corruptedFile": 403,
+    "powerOffSequenceRunning": 403,
+    "invalidFileFormat": 403,
+    "invalidSessionId": 403,
+    "canceledShooting": 403,
+    "notFound": 404,
+    "serviceUnavailable": 503,
+    "unexpected": 503,
+}
+_SENTENCES: Final = {
+    "unknownCommand": "There is no such command.",
+    "missingParameter": "A parameter is missing.",
+    "invalidParameterName": "A parameter or option is not known.",
+    "invalidParameterValue": "A value is not allowed.",
+    "disabledCommand": "This cannot be done in the camera's present state.",
+    "canceledShooting": "Shooting was cancelled.",
+    "serviceUnavailable": "Not now.",
+    "notFound": "There is nothing here.",
+}
+_LEAST_CHUNK: Final = 16384
+_MOST_CHUNK: Final = 65536
+_CHUNK_S: Final = 0.01
+
+
+class CommandRefused(Exception):
+    """The camera answers with an error; its code is one of OSC's.
+
+    Parameters
+    ----------
+    code : str
+        Error code.
+    message : str, optional
+        For humans; the usual sentence of the code where it is empty.
+    """
+
+    def __init__(self, code: str, message: str = "") -> None:
+        super().__init__(code, message)
+        self.code = code
+        self.message = message or _SENTENCES.get(code, "Something is wrong.")
+
+
+def json_reply(value: JsonValue, status: int = 200, *, delay_s: float = LATENCY_S) -> Reply:
+    """Answer with JSON."""
+    body = json.dumps(value).encode()
+    return text_reply(body, "application/json;charset=utf-8", status, delay_s=delay_s)
+
+
+def text_reply(body: bytes, kind: str, status: int = 200, *, delay_s: float = LATENCY_S) -> Reply:
+    """Answer with a short body at once."""
+    return Reply(status, (*_headers(kind), ("Content-Length", str(len(body)))), (body,), delay_s)
+
+
+def refusal(name: str, code: str, message: str = "", *, status: int | None = None) -> Reply:
+    """Answer with an error as OSC words it.
+
+    Parameters
+    ----------
+    code : str
+        Error code.
+    status : int, optional
+        HTTP status; that of the code unless given.
+    """
+    words = message or _SENTENCES.get(code, "Something is wrong.")
+    body: dict[str, JsonValue] = {
+        "name": name or "unknown",
+        "state": "error",
+        "error": {"code": code, "message": words},
+    }
+    return json_reply(body, _STATUS.get(code, 400) if status is None else status)
+
+
+def file_reply(
+    data: bytes,
+    asked: str,
+    rate_mbit: float | None,
+    *,
+    ranges: bool,
+    extra: Mapping[str, str] | None = None,
+) -> Reply:
+    """Answer with a file, or the part of it that is asked for.
+
+    Parameters
+    ----------
+    rate_mbit : float or None
+        Transfer rate in megabits per second; None for no limit.
+    """
+    headers = [*_headers("image/jpeg"), *(extra or {}).items()]
+    if ranges:
+        headers.append(("Accept-Ranges", "bytes"))
+    start, stop = 0, len(data)
+    status = 200
+    if asked and ranges:
+        span = _span(asked, len(data))
+        if span is None:
+            headers += [("Content-Range", f"bytes */{len(data)}"), ("Content-Length", "0")]
+            return Reply(416, tuple(headers), (), LATENCY_S)
+        start, stop = span
+        status = 206
+        headers.append(("Content-Range", f"bytes {start}-{stop - 1}/{len(data)}"))
+    headers.append(("Content-Length", str(stop - start)))
+    return Reply(status, tuple(headers), paced(data[start:stop], rate_mbit), LATENCY_S)
+
+
+def paced(data: bytes, rate_mbit: float | None) -> Iterator[Piece]:
+    """Cut a body into chunks with pauses, so that the transfer rate holds.
+
+    Parameters
+    ----------
+    rate_mbit : float or None
+        Megabits per second; None for no limit.
+
+    Yields
+    ------
+    bytes or Pause
+        Chunks of 16 to 64 kB, each after the time that it takes.
+    """
+    rate = None if rate_mbit is None else rate_mbit * 125_000.0
+    size = _MOST_CHUNK
+    if rate is not None:
+        size = min(max(int(rate * _CHUNK_S), _LEAST_CHUNK), _MOST_CHUNK)
+    for start in range(0, len(data), size):
+        chunk = data[start : start + size]
+        if rate is not None:
+            yield Pause(len(chunk) / rate)
+        yield chunk
+
+
+def _headers(kind: str) -> tuple[tuple[str, str], ...]:
+    return ("Content-Type", kind), ("X-Content-Type-Options", "nosniff")
+
+
+def _span(asked: str, size: int) -> tuple[int, int] | None:
+    """Understand ``bytes=first-`` and ``bytes=first-last``; None for anything else."""
+    unit, _, span = asked.partition("=")
+    first, dash, last = span.strip().partition("-")
+    if unit.strip() != "bytes" or not dash or not (first.isdecimal() and len(span) < 64):
+        return None
+    start = int(first)
+    stop = int(last) + 1 if last.isdecimal() else size
+    stop = min(stop, size)
+    return (start, stop) if start < stop else None

@@ -7,13 +7,13 @@ import math
 import re
 from typing import TYPE_CHECKING, Final
 
-from app.devices.simulated.replies import CommandRefused
+from app.devices.simulated.exchange import CommandRefused
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
+    from app.devices.simulated.exchange import JsonValue
     from app.devices.simulated.personality import Personality
-    from app.devices.simulated.replies import JsonValue
 
 MANUAL: Final = 1
 _AUTO_MOST_S: Final = 8.0

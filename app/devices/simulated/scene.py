@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
     from app.core.base.colour import FloatImage
     from app.core.simulation.cameras import CameraModel
+    from app.devices.simulated.exchange import JsonValue
     from app.devices.simulated.personality import Personality
-    from app.devices.simulated.replies import JsonValue
 
 
 _ALPHA, _BETA = 0.6692, 0.7515

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from app.devices.clock import wait
 from app.devices.errors import BadReply, CameraNotReady, CameraRefused, DeviceError, Unreachable
-from app.devices.theta.failures import timeout
+from app.devices.theta.errors import BUSY, refusal, timeout
 from app.devices.theta.messages import (
     Command,
     FileEntry,
@@ -19,7 +19,6 @@ from app.devices.theta.messages import (
     parse_info,
     parse_state,
 )
-from app.devices.theta.refusals import BUSY, refusal
 from app.devices.theta.untrusted import JsonValue, table, whole, words
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Literal
 
 from app.devices.errors import BadReply
-from app.devices.theta.failures import no_camera
+from app.devices.theta.errors import no_camera, refused
 from app.devices.theta.untrusted import (
     JsonValue,
     flag,
@@ -22,7 +22,6 @@ from app.devices.theta.untrusted import (
     whole,
     words,
 )
-from app.devices.theta.verdict import refused
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

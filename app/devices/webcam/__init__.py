@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from app.devices.webcam.opencv import OpenCvWebcam, list_webcams
-from app.devices.webcam.panorama_webcam import PanoramaWebcam
 from app.devices.webcam.protocol import (
     GUESS_FOV_DEG,
     Webcam,
@@ -11,7 +10,7 @@ from app.devices.webcam.protocol import (
     WebcamFrame,
     WebcamState,
 )
-from app.devices.webcam.simulated import SimulatedWebcam
+from app.devices.webcam.simulated import PanoramaWebcam, SimulatedWebcam
 from app.devices.webcam.sources import LiveSource, SourceView, SourceViews, make_source
 
 __all__ = [

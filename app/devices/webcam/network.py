@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import base64
+import re
 from typing import TYPE_CHECKING, Final, TypeAlias
+from urllib.parse import quote
 
 from app.devices.errors import DeviceError
 from app.devices.mjpeg import MjpegParser, boundary_of
-from app.devices.preview import PreviewFrame, decode
-from app.devices.theta.digest import Credentials, Digest, wants_digest
-from app.devices.webcam.pictures import fitted
-from app.devices.webcam.protocol import WebcamError
-from app.devices.webcam.stream import Manner, WebcamStream
+from app.devices.passwords import Credentials, Digest, wants_digest
+from app.devices.theta.preview import PreviewFrame, decode
+from app.devices.webcam.opencv import Reader, open_url, opened
+from app.devices.webcam.protocol import Manner, WebcamError, WebcamStream, fitted
 from app.devices.webcam.wire import FAILURES, Wire, gone, unreachable
 
 if TYPE_CHECKING:
@@ -19,8 +20,10 @@ if TYPE_CHECKING:
     from http.client import HTTPResponse
 
     from app.devices.clock import Clock
-    from app.devices.webcam.address import Address
+    from app.devices.webcam.opencv import Capture
     from app.devices.webcam.protocol import Bytes
+    from app.devices.webcam.wire import Address
+
 
 Keys: TypeAlias = "Callable[[], Credentials | None]"
 """Looks user name and password up; called in the webcam's own thread, since a keyring may wait."""
@@ -231,3 +234,129 @@ def password_error(*, refused: bool) -> WebcamError:
     return WebcamError(
         "The camera wants a user name and password.", "Both are set in its app.", "password"
     )
+
+
+_FAILED_READS: Final = 3
+_STATUS: Final = re.compile(rb"RTSP/1\.\d ([1-5]\d\d)(?: |\r|\n)")
+_LONGEST_LINE: Final = 1024
+
+
+class RtspWebcam(WebcamStream):
+    """A camera at an rtsp address.
+
+    Parameters
+    ----------
+    width : int, optional
+        Most columns of its pictures; 0 takes them as they come.
+    fov_deg : float, optional
+        Horizontal field of view, deg, where it is known.
+    """
+
+    def __init__(
+        self,
+        address: Address,
+        clock: Clock,
+        *,
+        keys: Keys = no_keys,
+        width: int = 0,
+        fov_deg: float | None = None,
+        capture: Callable[[str], Capture] | None = None,
+    ) -> None:
+        source = _RtspStream(address, clock, keys, width, capture or open_url)
+        name = f"Network camera {address.host}"
+        super().__init__(source, name, fov_deg, clock, manner=NETWORK)
+
+
+class _RtspStream:
+    """The source of an `RtspWebcam`."""
+
+    def __init__(
+        self,
+        address: Address,
+        clock: Clock,
+        keys: Keys,
+        width: int,
+        capture: Callable[[str], Capture],
+    ) -> None:
+        self._address = address
+        self._clock = clock
+        self._keys = keys
+        self._width = width
+        self._make = capture
+        self._reader = Reader()
+
+    def open(self) -> None:
+        """Ask the camera, then let FFmpeg open it."""
+        status = self._asked()
+        keys = self._keys() if status == _UNAUTHORIZED else None
+        if status == _UNAUTHORIZED and keys is None:
+            raise password_error(refused=False)
+        capture = opened(self._make, _url(self._address, keys))
+        if capture is None:
+            raise (
+                password_error(refused=True)
+                if keys is not None
+                else no_stream(
+                    "The network camera’s stream cannot be opened.",
+                    "Look at the address in its app, or choose H.264 there.",
+                )
+            )
+        self._reader.begin(capture)
+
+    def read(self) -> Bytes | None:
+        """Give the next picture."""
+        if not self._reader.on:
+            raise gone()
+        picture = self._reader.read()
+        if self._reader.failed >= _FAILED_READS:
+            raise gone()
+        return None if picture is None else fitted(picture, self._width)
+
+    def close(self) -> None:
+        """Hang up."""
+        self._reader.end()
+
+    def _asked(self) -> int:
+        """Ask what is at the address: 200 or 401; anything else is an error."""
+        wire = Wire(self._address, self._clock)
+        wire.connect()
+        try:
+            wire.send(
+                [
+                    f"DESCRIBE {self._address} RTSP/1.0",
+                    "CSeq: 1",
+                    "Accept: application/sdp",
+                    "User-Agent: Turnlight",
+                ]
+            )
+            found = _STATUS.match(wire.readline(_LONGEST_LINE))
+        except TimeoutError as error:
+            raise unreachable(error) from None
+        except FAILURES:
+            found = None
+        finally:
+            wire.close()
+        if found is None:
+            raise no_stream(
+                "What answers at this address is no RTSP camera.", "Look at the address in its app."
+            )
+        return _rtsp_status(int(found[1]))
+
+
+def _rtsp_status(status: int) -> int:
+    if status in (_OK, _UNAUTHORIZED):
+        return status
+    if status == _NOT_FOUND:
+        raise no_stream(
+            "The camera has no stream at this address.", "Look at the address in its app."
+        )
+    if 300 <= status < 400:
+        raise no_stream("This address leads to another one.", "Type that address.")
+    raise no_stream(f"The camera answers with error {status}.", "Start its app again.")
+
+
+def _url(address: Address, keys: Credentials | None) -> str:
+    if keys is None:
+        return str(address)
+    who = f"{quote(keys.user, safe='')}:{quote(keys.password, safe='')}"
+    return str(address).replace("://", f"://{who}@", 1)

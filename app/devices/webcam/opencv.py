@@ -3,23 +3,143 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 import cv2
 
-from app.devices.webcam.capture import Capture, Reader, opened
-from app.devices.webcam.protocol import WebcamError
-from app.devices.webcam.quiet import quiet
-from app.devices.webcam.stream import WebcamStream
+from app.devices.webcam.protocol import WebcamError, WebcamStream, as_rgb
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from app.devices.clock import Clock
     from app.devices.webcam.protocol import Bytes
+
+
+OPEN_S: Final = 6.0
+"""Longest time that FFmpeg may take to open a stream, real seconds."""
+
+READ_S: Final = 6.5
+"""Longest time that FFmpeg may wait for a picture, real seconds."""
+
+
+_SAYS_NOTHING: Final = "-8"  # FFmpeg's own number for it
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keep OpenCV from writing to the terminal that something cannot be opened."""
+    logging = cv2.utils.logging
+    before = logging.getLogLevel()
+    logging.setLogLevel(logging.LOG_LEVEL_SILENT)
+    try:
+        yield
+    finally:
+        logging.setLogLevel(before)
+
+
+Name = TypeVar("Name")
+
+
+class Capture(Protocol):
+    """`cv2.VideoCapture` as far as it is used."""
+
+    def isOpened(self) -> bool:
+        """Whether there is something to read."""
+
+    def read(self) -> tuple[bool, Any]:
+        """Give whether a picture came, and it."""
+
+    def set(self, propId: int, value: float) -> bool:
+        """Ask for a property; whether it is known at all."""
+
+    def get(self, propId: int) -> float:
+        """Give a property; 0 where it is not known."""
+
+    def release(self) -> None:
+        """Let go of it."""
+
+
+def opened(make: Callable[[Name], Capture], name: Name) -> Capture | None:
+    """Open what has a name.
+
+    Returns
+    -------
+    Capture or None
+        None where it did not open; what was begun is let go of.
+    """
+    try:
+        capture = make(name)
+    except cv2.error:
+        return None
+    if capture.isOpened():
+        return capture
+    capture.release()
+    return None
+
+
+def open_url(url: str) -> Capture:
+    """Let FFmpeg open a URL or a file, with a limit for opening and for each picture."""
+    # Read by OpenCV when FFmpeg is first used; without it, it talks to the terminal.
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", _SAYS_NOTHING)
+    limits = [
+        cv2.CAP_PROP_OPEN_TIMEOUT_MSEC,
+        round(OPEN_S * 1000),
+        cv2.CAP_PROP_READ_TIMEOUT_MSEC,
+        round(READ_S * 1000),
+    ]
+    # Not even that a read took too long is for the terminal.
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
+    with quiet():
+        return cv2.VideoCapture(url, cv2.CAP_FFMPEG, limits)
+
+
+class Reader:
+    """Reads one capture after the other, and counts what fails."""
+
+    def __init__(self) -> None:
+        self._capture: Capture | None = None
+        self.failed = 0
+
+    @property
+    def on(self) -> bool:
+        """Whether there is something to read from."""
+        return self._capture is not None
+
+    def begin(self, capture: Capture) -> None:
+        """Read from this one."""
+        self._capture, self.failed = capture, 0
+
+    def read(self) -> Bytes | None:
+        """Give the next picture.
+
+        Returns
+        -------
+        (H, W, 3) uint8 or None
+            sRGB; None where nothing came, which counts as failed, or what is no picture.
+        """
+        if self._capture is None:
+            return None
+        try:
+            done, picture = self._capture.read()
+        except cv2.error:
+            done, picture = False, None
+        if done and picture is not None:
+            self.failed = 0
+            return as_rgb(picture)
+        self.failed += 1
+        return None
+
+    def end(self) -> None:
+        """Let go of it."""
+        capture, self._capture = self._capture, None
+        if capture is not None:
+            capture.release()
 
 
 LINUX: Final = Path("/sys/class/video4linux")

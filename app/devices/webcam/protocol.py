@@ -2,17 +2,394 @@
 
 from __future__ import annotations
 
+import atexit
+import contextlib
+import threading
+import time
+from collections import deque
+from collections.abc import Callable  # noqa: TC003 - of a table at run time
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Protocol, TypeAlias
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.errors import Cancelled
+from app.core.base.progress import Token
+from app.devices.clock import wait
 from app.devices.errors import DeviceError
+from app.devices.mailbox import Mailbox
 
 if TYPE_CHECKING:
-    from app.devices.mailbox import Mailbox
+    from app.devices.clock import Clock
+
+
+LOST_S: Final = 2.0
+"""A webcam counts as lost after so many seconds without a picture."""
+
+_OVER_S: Final = 2.0  # pictures are counted over so long
+_MOST: Final = 400
+_NOTHING_S: Final = 0.02
+_FROZEN_S: Final = 4.0
+_BLACK: Final = 12
+_SLOW_FPS: Final = 5.0
+_SLOW_AFTER_S: Final = 4.0
+_FINAL: Final = frozenset({"password", "password-refused"})
+_LEAVING_S: Final = 12.0
+
+
+@dataclass(frozen=True, slots=True)
+class Manner:
+    """What a kind of source is called, and how patient one is with it.
+
+    Attributes
+    ----------
+    pauses_s : tuple of float
+        Seconds before it is opened again: after pictures had come, after the first failure, and
+        so on; the last one from then on.
+    silence_s : float
+        Seconds without a picture after which it is closed and opened again. It counts as lost
+        before; but a camera that serves one client may not let the next one in at once.
+    """
+
+    noun: str = "webcam"
+    revive: str = "Unplug it and plug it in again"
+    quicken: str = "More light makes it quicker; so does another USB socket."
+    pauses_s: tuple[float, ...] = (0.5, 1.0, 2.0)
+    still: bool = False
+    silence_s: float = LOST_S
+
+
+WEBCAM: Final = Manner()
+"""Of what is plugged into this computer."""
+
+
+class WebcamStream:
+    """A webcam over a source of pictures; see `app.devices.webcam.protocol.Webcam`.
+
+    Parameters
+    ----------
+    fov_deg : float or None
+        Horizontal field of view, deg; None where nobody knows it.
+    still : bool, optional
+        Whether one and the same picture over and over is as it should be; else as `manner` says.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        name: str,
+        fov_deg: float | None,
+        clock: Clock,
+        *,
+        still: bool = False,
+        manner: Manner = WEBCAM,
+        cut: Callable[[], None] = lambda: None,
+    ) -> None:
+        self._source = source
+        self._name = name
+        self._fov_deg = fov_deg
+        self._clock = clock
+        self._still = still or manner.still
+        self._manner = manner
+        self._cut = cut
+        self._frames: Mailbox[WebcamFrame] = Mailbox()
+        self._lock = threading.Lock()  # of what the properties tell
+        self._switching = threading.Lock()  # of opening and closing
+        self._using = threading.Lock()  # of the source: an old thread may still hold it
+        self._thread: threading.Thread | None = None
+        self._token = Token()
+        self._state = WebcamState.OFF
+        self._error: WebcamError | None = None
+        self._times: deque[float] = deque(maxlen=_MOST)
+        self._count = 0
+        self._last_s = 0.0
+        self._live_s = 0.0
+        self._print = b""
+        self._print_s = 0.0
+
+    @property
+    def name(self) -> str:
+        """Name to show."""
+        return self._name
+
+    @property
+    def fov_deg(self) -> float | None:
+        """Horizontal field of view of its pictures, deg; None where nobody knows it."""
+        return self._fov_deg
+
+    @property
+    def frames(self) -> Mailbox[WebcamFrame]:
+        """Where its pictures come; only the newest is kept."""
+        return self._frames
+
+    @property
+    def state(self) -> WebcamState:
+        """What it is doing now; lost too when a read hangs."""
+        with self._lock:
+            silent = self._clock.now() - self._last_s > LOST_S
+            return WebcamState.LOST if self._state is WebcamState.LIVE and silent else self._state
+
+    @property
+    def error(self) -> WebcamError | None:
+        """What is wrong, until it is mended."""
+        if self.state is WebcamState.LOST and self._error is None:
+            return self._silent()
+        return self._error
+
+    @property
+    def fps(self) -> float:
+        """Pictures per second over the last two seconds."""
+        with self._lock:
+            return self._rate(self._clock.now())
+
+    @property
+    def count(self) -> int:
+        """How many pictures have come."""
+        return self._count
+
+    def open(self) -> None:
+        """Begin; does nothing while it runs."""
+        with self._switching:
+            if self._thread is not None and self._thread.is_alive():
+                return
+            self._token = Token()
+            self._frames.get()  # an old picture is no news
+            self._note(self._token, WebcamState.CONNECTING)
+            self._thread = threading.Thread(
+                target=self._run, args=(self._token,), name="webcam", daemon=True
+            )
+            _RUNNING[self._thread] = (self._token, self._cut)
+            self._thread.start()
+
+    def close(self, wait_s: float = 0.5) -> None:
+        """End; no picture comes after it, even where the device hangs in a read.
+
+        Parameters
+        ----------
+        wait_s : float, optional
+            Real seconds to wait for the device; one that hangs is left to its thread.
+        """
+        with self._switching:
+            thread, self._thread = self._thread, None
+            self._token.cancel()
+            self._cut()
+            if thread is not None and thread is not threading.current_thread():
+                thread.join(wait_s)
+            with self._lock:
+                self._state, self._error = WebcamState.OFF, None
+                self._times.clear()
+
+    def _run(self, token: Token) -> None:
+        try:
+            self._serve(token)
+        finally:
+            _RUNNING.pop(threading.current_thread(), None)
+
+    def _serve(self, token: Token) -> None:
+        failures = 0
+        with contextlib.suppress(Cancelled), self._using:
+            while True:
+                before = self._count
+                error = self._attempt(token)
+                failures = 0 if self._count > before else failures + 1
+                if error.code in _FINAL:
+                    # Asking again and again with a wrong password locks some cameras for all.
+                    self._note(token, WebcamState.RETRYING, error)
+                    return
+                lost = failures == 0 or (failures == 1 and before > 0)
+                self._note(token, WebcamState.LOST if lost else WebcamState.RETRYING, error)
+                pauses = self._manner.pauses_s
+                wait(self._clock, pauses[min(failures, len(pauses) - 1)], token)
+                self._note(token, WebcamState.RETRYING, error)
+
+    def _attempt(self, token: Token) -> WebcamError:
+        """Deliver pictures until something fails, and say what."""
+        token.check()
+        try:
+            self._source.open()
+            self._deliver(token)
+        except WebcamError as error:
+            return error
+        finally:
+            self._source.close()
+        raise Cancelled
+
+    def _deliver(self, token: Token) -> None:
+        last = self._clock.now()
+        while not token.cancelled:
+            picture = self._source.read()
+            now = self._clock.now()
+            if picture is not None:
+                last = now
+                self._put(picture, now, token)
+                continue
+            if now - last > self._manner.silence_s:
+                raise self._silent()
+            wait(self._clock, _NOTHING_S, token)
+
+    def _put(self, picture: Bytes, now: float, token: Token) -> None:
+        picture.setflags(write=False)
+        with self._lock:
+            if token.cancelled:
+                return
+            number, self._count = self._count, self._count + 1
+            if self._state is not WebcamState.LIVE:
+                self._times.clear()
+                self._live_s, self._print_s, self._print = now, now, b""
+            self._times.append(now)
+            self._last_s, self._state = now, WebcamState.LIVE
+            self._error = self._trouble(picture, now)
+            self._frames.put(WebcamFrame(picture, number, now))
+
+    def _trouble(self, picture: Bytes, now: float) -> WebcamError | None:
+        """Look whether a picture is of any use."""
+        manner = self._manner
+        few = picture[8::16, 8::16]
+        mark = few.tobytes()
+        if mark != self._print:
+            self._print, self._print_s = mark, now
+        if int(np.max(few)) <= _BLACK:
+            return WebcamError(
+                f"The {manner.noun}’s picture is black.",
+                "Open its cover, or make some light.",
+                "black",
+            )
+        if not self._still and now - self._print_s > _FROZEN_S:
+            return WebcamError(
+                f"The {manner.noun}’s picture stands still.", f"{manner.revive}.", "frozen"
+            )
+        if now - self._live_s > _SLOW_AFTER_S and self._rate(now) < _SLOW_FPS:
+            return WebcamError(
+                f"The {manner.noun} sends only {max(self._rate(now), 0.5):.0f} pictures a second.",
+                manner.quicken,
+                "slow",
+            )
+        return None
+
+    def _rate(self, now: float) -> float:
+        return sum(time > now - _OVER_S for time in self._times) / _OVER_S
+
+    def _note(self, token: Token, state: WebcamState, error: WebcamError | None = None) -> None:
+        with self._lock:
+            if not token.cancelled:
+                self._state, self._error = state, error
+
+    def _silent(self) -> WebcamError:
+        return WebcamError(
+            f"The {self._manner.noun} has sent no picture for {LOST_S:.0f} seconds.",
+            f"{self._manner.revive}. It resumes automatically.",
+            "silent",
+        )
+
+
+_RUNNING: dict[threading.Thread, tuple[Token, Callable[[], None]]] = {}
+
+
+@atexit.register
+def _leave() -> None:
+    """Wait for threads in a read: one that comes back while the program ends would abort it."""
+    running = dict(_RUNNING)
+    for token, cut in running.values():
+        token.cancel()
+        cut()
+    until = time.monotonic() + _LEAVING_S
+    for thread in running:
+        thread.join(max(until - time.monotonic(), 0.0))
+
+
+_SMALLEST: Final = 16  # pixels a side
+_LARGEST: Final = 8192
+_SEED: Final = 7
+_SHIFT: Final = 64  # pixels that the grain is shifted about
+
+
+def as_rgb(picture: Any) -> Bytes | None:
+    """Turn what OpenCV gives into sRGB.
+
+    Parameters
+    ----------
+    picture : array, (H, W), (H, W, 1) or (H, W, 3) uint8
+        Grey, or blue first.
+
+    Returns
+    -------
+    (H, W, 3) uint8 or None
+        sRGB, red first; None for what is no picture, or one of less than 16 or more than 8,192
+        pixels a side.
+    """
+    given = np.asarray(picture)
+    if given.dtype != np.uint8 or given.ndim not in (2, 3) or min(given.shape[:2]) < _SMALLEST:
+        return None
+    if max(given.shape[:2]) > _LARGEST:
+        return None
+    if given.ndim == 2 or given.shape[2] == 1:
+        return np.asarray(cv2.cvtColor(given, cv2.COLOR_GRAY2RGB), np.uint8)
+    if given.shape[2] != 3:
+        return None
+    return np.asarray(cv2.cvtColor(given, cv2.COLOR_BGR2RGB), np.uint8)
+
+
+def fitted(picture: Bytes, width: int) -> Bytes:
+    """Make a picture smaller where it is wider than is wanted.
+
+    Parameters
+    ----------
+    picture : (H, W, 3) uint8
+        sRGB.
+    width : int
+        Most columns; 0 for any.
+
+    Returns
+    -------
+    (h, w, 3) uint8
+        In the same proportions; the same array where it fits.
+    """
+    rows, columns = picture.shape[:2]
+    if width <= 0 or columns <= width:
+        return picture
+    size = (width, max(round(rows * width / columns), 1))
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+
+
+class Grain:
+    """Noise of a sensor, new in each picture: made once, and then only shifted about.
+
+    Parameters
+    ----------
+    size : tuple[int, int]
+        Columns and rows of the pictures.
+    """
+
+    def __init__(self, size: tuple[int, int], noise: float) -> None:
+        self._chance = np.random.default_rng(_SEED)
+        shape = (size[1] + _SHIFT, size[0] + _SHIFT, 3)
+        values = np.round(self._chance.normal(0.0, noise, shape))
+        self._plus = np.clip(values, 0, 255).astype(np.uint8)
+        self._minus = np.clip(-values, 0, 255).astype(np.uint8)
+
+    def on(self, picture: Bytes) -> Bytes:
+        """Return a noisy copy of a picture.
+
+        Parameters
+        ----------
+        picture : (H, W, 3) uint8
+            Of the size it was made for.
+
+        Returns
+        -------
+        (H, W, 3) uint8
+            A new array.
+        """
+        left, top = (int(n) for n in self._chance.integers(0, _SHIFT, 2))
+        rows, columns = picture.shape[:2]
+        box = (slice(top, top + rows), slice(left, left + columns))
+        return np.asarray(
+            cv2.subtract(cv2.add(picture, self._plus[box]), self._minus[box]), np.uint8
+        )
+
 
 Bytes: TypeAlias = NDArray[np.uint8]
 

@@ -8,13 +8,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, cast
 
-from app.devices.webcam.address import Address
-from app.devices.webcam.network import Keys, MjpegWebcam, no_keys
-from app.devices.webcam.panorama_webcam import PanoramaWebcam
+from app.devices.webcam.files import StillsFolder, VideoFile
+from app.devices.webcam.network import Keys, MjpegWebcam, RtspWebcam, no_keys
 from app.devices.webcam.protocol import WebcamError
-from app.devices.webcam.rtsp import RtspWebcam
-from app.devices.webcam.stills import StillsFolder
-from app.devices.webcam.video_file import VideoFile
+from app.devices.webcam.simulated import PanoramaWebcam
+from app.devices.webcam.wire import Address
 
 if TYPE_CHECKING:
     from app.devices.clock import Clock

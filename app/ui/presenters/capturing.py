@@ -30,15 +30,16 @@ from app.core.storage.places import (
     read_place,
 )
 from app.core.text.turns import turn_words
-from app.devices.capture.debts import FILE as OWED
-from app.devices.capture.debts import Debts
+from app.devices.capture.session import FILE as OWED
+from app.devices.capture.session import Debts
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
-from app.devices.capture.session import Session
-from app.devices.found import described
+from app.devices.capture.session import FILE as OWED
+from app.devices.capture.session import Debts, Session
 from app.devices.mailbox import Mailbox
 from app.devices.profiles import profile_for
 from app.devices.theta.client import OscClient
 from app.devices.theta.endpoint import ACCESS_POINT
+from app.devices.theta.found import described
 from app.devices.theta.messages import Info
 from app.ui.presenters.place_from_probe import capture_facts, location_of, merged_light
 
@@ -56,7 +57,7 @@ if TYPE_CHECKING:
     from app.devices.capture.journal import SessionJournal
     from app.devices.capture.status import Status
     from app.devices.clock import Clock
-    from app.devices.found import FoundCamera
+    from app.devices.theta.found import FoundCamera
     from app.devices.theta.link import Credentials
     from app.ui.presenters.services import Devices
 

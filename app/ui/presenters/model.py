@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from app.core.solver.style_pack import StylePack
     from app.core.solver.transport import Transport
     from app.core.storage.places import Place
-    from app.devices.found import FoundCamera
+    from app.devices.theta.found import FoundCamera
     from app.ui.screens.light.pictures import LampPlan
 
 _SAME_DEG: Final = 1e-6

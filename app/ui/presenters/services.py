@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
     from app.core.base.progress import Report
     from app.devices.clock import Clock
-    from app.devices.discovery import Discovery
-    from app.devices.found import FoundCamera
     from app.devices.passwords import Passwords
+    from app.devices.theta.discovery import Discovery
+    from app.devices.theta.found import FoundCamera
     from app.devices.theta.link import Credentials, Link
     from app.devices.webcam import Webcam
     from app.ui.presenters.model import Model

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import CoreError
 from app.devices.errors import DeviceError, PasswordNeeded
-from app.devices.found import same_camera
-from app.devices.last_camera import remember
 from app.devices.passwords import default_password_hint
 from app.devices.theta.client import OscClient
+from app.devices.theta.found import remember, same_camera
 from app.devices.theta.link import Credentials
 from app.ui.presenters.model import CameraSeen
 from app.ui.screens.probe.state import CameraBlock, CameraRow
@@ -21,8 +20,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from app.core.base.progress import Token
-    from app.devices.discovery import Discovery
-    from app.devices.found import FoundCamera
+    from app.devices.theta.discovery import Discovery
+    from app.devices.theta.found import FoundCamera
     from app.ui.presenters.services import Services
 
 _NONE: Final = "No camera found. Switch its Wi-Fi on and join it, or type its address."

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.progress import Token
-from app.devices.watch import WatchedFolder
+from app.devices.capture.watch import WatchedFolder
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
     from app.core.base.progress import Report
-    from app.devices.watch import IncomingBracket
+    from app.devices.capture.watch import IncomingBracket
     from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final
 
 from app.core.guidance.guide import Source
-from app.devices.theta.digest import Credentials
+from app.devices.passwords import Credentials
 from app.devices.webcam import GUESS_FOV_DEG, LiveSource, SourceViews, WebcamError, WebcamState
 from app.devices.webcam.sources import FOV_RANGE_DEG, WIDTHS, make_source
 

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
 
 from app.core.guidance.guide import Source
 from app.devices.webcam import LiveSource, WebcamError
-from app.devices.webcam.address import LONGEST_ADDRESS
+from app.devices.webcam.files import VIDEO_ENDINGS, check_video, stills_in
 from app.devices.webcam.sources import FOV_RANGE_DEG, WIDTHS
-from app.devices.webcam.stills import stills_in
-from app.devices.webcam.video_file import ENDINGS, check_video
+from app.devices.webcam.wire import LONGEST_ADDRESS
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
 Item: TypeAlias = tuple[str, str, str, str]
 """Key, words, second line, icon: a line of a list field."""
 
-VIDEO_FILES: Final = f"Videos ({' '.join('*' + ending for ending in ENDINGS)})"
+VIDEO_FILES: Final = f"Videos ({' '.join('*' + ending for ending in VIDEO_ENDINGS)})"
 """Which files the dialog offers."""
 
 _ITEMS: Final[tuple[Item, ...]] = (

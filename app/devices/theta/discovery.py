@@ -23,13 +23,21 @@ from app.devices.errors import (
     PasswordNeeded,
     Unreachable,
 )
-from app.devices.found import FoundCamera, Source, described, is_near, merged, same_camera
-from app.devices.last_camera import last_camera
-from app.devices.mdns_discovery import Advert, browse_network
 from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
+from app.devices.theta.errors import BUSY
+from app.devices.theta.found import (
+    Advert,
+    FoundCamera,
+    Source,
+    browse_network,
+    described,
+    is_near,
+    last_camera,
+    merged,
+    same_camera,
+)
 from app.devices.theta.link import Link, Timeouts
 from app.devices.theta.messages import Info, parse_info
-from app.devices.theta.refusals import BUSY
 
 if TYPE_CHECKING:
     from collections.abc import Callable

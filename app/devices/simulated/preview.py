@@ -1,13 +1,9 @@
-"""The live preview of a simulated camera: a loop of pictures of its scene, as Ricoh sends them.
-
-Every picture carries its number as a row of black and white blocks at the bottom, and a bright dot
-that goes round the horizon, so that anyone who looks at one knows how old it is. The loop is
-encoded once, hence sending costs next to nothing.
-"""
+"""The one live preview of a simulated camera: whether it is open, and when it ends."""
 
 from __future__ import annotations
 
 import threading
+from random import Random
 from typing import TYPE_CHECKING, Final
 
 import cv2
@@ -15,7 +11,7 @@ import numpy as np
 
 from app.core.base.colour import luminance, panorama_exposure, to_bytes, tone_map
 from app.core.simulation.exposure_maker import jpeg
-from app.devices.simulated.exchange import Pause
+from app.devices.simulated.exchange import LATENCY_S, Pause, Reply
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,7 +20,9 @@ if TYPE_CHECKING:
 
     from app.core.base.colour import FloatImage
     from app.devices.clock import Clock
+    from app.devices.simulated.camera import SimulatedCamera
     from app.devices.simulated.exchange import Piece
+
 
 LOOP: Final = 32
 """How many different pictures there are; numbers count from 0 to 31 and begin again."""
@@ -146,3 +144,77 @@ def _pattern(number: int) -> list[int]:
 
 def _edge(index: int, columns: int) -> int:
     return index * columns // _BLOCKS
+
+
+class PreviewBody:
+    """The body of one preview; it ends when the camera wants it to."""
+
+    def __init__(self, gate: PreviewGate, pieces: Iterator[Piece], most: int | None) -> None:
+        self._gate = gate
+        self._pieces = pieces
+        self._most = most
+        self._sent = 0
+
+    def __iter__(self) -> Iterator[Piece]:
+        return self
+
+    def __next__(self) -> Piece:
+        if self._gate.body is not self or (self._most is not None and self._sent >= self._most):
+            self.close()
+            raise StopIteration
+        self._sent += 1
+        return next(self._pieces)
+
+    def close(self) -> None:
+        """Give the preview back."""
+        self._gate.closed(self)
+        close = getattr(self._pieces, "close", None)
+        if close is not None:
+            close()
+
+    def __del__(self) -> None:
+        self._gate.closed(self)
+
+
+class PreviewGate:
+    """Keeps the preview of a camera to one at a time."""
+
+    def __init__(self, camera: SimulatedCamera) -> None:
+        self._camera = camera
+        self._dice = Random(f"{camera.personality.name}/preview")  # noqa: S311
+        self.body: PreviewBody | None = None
+        self._pictures: dict[tuple[int, int], LivePicture] = {}
+        self.closed_at = float("-inf")
+
+    def open(self) -> Reply:
+        """Begin a preview."""
+        camera = self._camera
+        size = camera.options["previewFormat"]
+        assert isinstance(size, dict)
+        width, height, rate = (_whole(size[key]) for key in ("width", "height", "framerate"))
+        if not width:
+            width, height, rate = 1024, 512, 30
+        picture = self._pictures.get((height, width))
+        if picture is None:
+            picture = LivePicture(camera.scene.environment, (height, width))
+            self._pictures[height, width] = picture
+        pieces = preview_pieces(picture, rate, camera.clock)
+        # An SC2 ends its preview when it likes.
+        most = None if camera.personality.keeps_settings else self._dice.randint(300, 1500)
+        self.body = PreviewBody(self, pieces, most)
+        return Reply(200, PREVIEW_HEADERS, self.body, LATENCY_S)
+
+    def close(self) -> None:
+        """End the preview, if there is one."""
+        if self.body is not None:
+            self.closed(self.body)
+
+    def closed(self, body: PreviewBody) -> None:
+        """Note that a preview is over."""
+        if self.body is body:
+            self.body = None
+            self.closed_at = self._camera.clock.now()
+
+
+def _whole(value: object) -> int:
+    return int(value) if isinstance(value, int | float) else 0

@@ -16,9 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from app.core.base.progress import Token
-from app.devices.clock import wait
-from app.devices.errors import CaptureFailed, Unreachable
-from app.devices.incoming import (
+from app.devices.capture.incoming import (
     Arrival,
     Grouping,
     IncomingBracket,
@@ -26,6 +24,8 @@ from app.devices.incoming import (
     passed_over,
     read_arrival,
 )
+from app.devices.clock import wait
+from app.devices.errors import CaptureFailed, Unreachable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
