@@ -28,11 +28,8 @@ _FPS: Final = 30.0
 def preview_case() -> Case:
     """One picture of 1,024 x 512 out of a stream cut into packets, decoded.
 
-    Returns
-    -------
-    Case
-        ``preview.decode``. Plain code gathers bytes and looks for a picture's first and last; its
-        limit is decoding alone.
+    ``preview.decode``. Plain code gathers bytes and looks for a picture's first and last; its limit
+    is decoding alone.
     """
     scene = read_environment(resources() / "demo" / "scenes" / f"{_SCENE}.exr").radiance
     pieces = preview_pieces(LivePicture(scene, _SHAPE), _FPS, SystemClock())

@@ -25,11 +25,8 @@ _STEP_S: Final = 0.1  # of real time: a closed stream ends within this
 class Watch:
     """Until when a connection may keep its reader waiting.
 
-    Parameters
-    ----------
-    clock : Clock
-        Whose time counts. Real time counts as well, since a virtual clock stands still while a
-        real connection is waited for.
+    `clock`: whose time counts. Real time counts as well, since a virtual clock stands still while a
+    real connection is waited for.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -59,17 +56,9 @@ class Watch:
     def wait_for(self, connection: socket.socket, silence_s: float | None) -> None:
         """Wait until something can be read.
 
-        Parameters
-        ----------
-        silence_s : float or None
-            Longest silence in seconds of either time; None for no limit but the deadline.
-
-        Raises
-        ------
-        ConnectionAbortedError
-            When the watch was closed.
-        TimeoutError
-            When the deadline or the longest silence is over.
+        `silence_s`: longest silence in seconds of either time; None for no limit but the deadline.
+        Raises `ConnectionAbortedError` when the watch was closed; `TimeoutError` when the deadline
+        or the longest silence is over.
         """
         start, real_start = self._clock.now(), time.monotonic()
         while True:

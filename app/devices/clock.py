@@ -42,10 +42,7 @@ class SystemClock:
 class ScaledClock:
     """A clock that runs faster than the machine's, for trials over real connections.
 
-    Parameters
-    ----------
-    speed : float
-        Seconds of this clock in one real second, > 0.
+    `speed`: seconds of this clock in one real second, > 0.
     """
 
     def __init__(self, speed: float) -> None:
@@ -66,10 +63,7 @@ class ScaledClock:
 class VirtualClock:
     """Time that passes only when somebody sleeps.
 
-    Parameters
-    ----------
-    start : float, optional
-        First reading in seconds.
+    `start`: first reading in seconds.
 
     Examples
     --------
@@ -97,10 +91,7 @@ class VirtualClock:
 def wait(clock: Clock, seconds: float, token: Token | None = None) -> None:
     """Wait in short steps, so that cancelling is felt.
 
-    Raises
-    ------
-    Cancelled
-        When the token was cancelled.
+    Raises `Cancelled` when the token was cancelled.
     """
     end = clock.now() + seconds
     while True:

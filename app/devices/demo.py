@@ -99,10 +99,7 @@ class CameraProcess:
     def url(self, clock: Clock, token: Token) -> str:
         """Wait for the camera's address.
 
-        Raises
-        ------
-        Unreachable
-            When it does not start.
+        Raises `Unreachable` when it does not start.
         """
         end = clock.now() + _START_S
         while not self._read.is_set() and clock.now() < end:

@@ -17,13 +17,9 @@ if TYPE_CHECKING:
 class DeviceError(Exception):
     """A camera or the way to it fails, and what to do about it.
 
-    Parameters
-    ----------
-    hint : str, optional
-        What to do next, as a second sentence.
-    code : str, optional
-        Stable word for programs: the camera's own error code where it gave one
-        ("disabledCommand"), else ours ("timeout", "not-a-camera").
+    * `hint`: what to do next, as a second sentence.
+    * `code`: stable word for programs: the camera's own error code where it gave one
+      ("disabledCommand"), else ours ("timeout", "not-a-camera").
 
     Examples
     --------
@@ -65,10 +61,7 @@ class PasswordNeeded(DeviceError):
 class CameraRefused(DeviceError):
     """The camera answered with an error.
 
-    Parameters
-    ----------
-    message, hint, code : str
-        As in `DeviceError`; `code` is the camera's.
+    `message`, `hint`, `code`: as in `DeviceError`; `code` is the camera's.
     """
 
     default_code = "refused"

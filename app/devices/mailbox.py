@@ -46,16 +46,9 @@ class Mailbox(Generic[T]):
     def get(self, timeout_s: float = 0.0) -> T | None:
         """Take the newest item.
 
-        Parameters
-        ----------
-        timeout_s : float, optional
-            How long to wait for one where there is none, in real seconds; 0 looks only.
-
-        Returns
-        -------
-        T or None
-            None when nothing came in time or the mailbox was closed. What was in it when it was
-            closed can still be taken.
+        `timeout_s`: how long to wait for one where there is none, in real seconds; 0 looks only.
+        None when nothing came in time or the mailbox was closed. What was in it when it was closed
+        can still be taken.
         """
         with self._changed:
             if timeout_s > 0.0:

@@ -94,10 +94,7 @@ class MjpegParser:
     def feed(self, data: bytes) -> list[bytes]:
         """Take what the connection gave.
 
-        Returns
-        -------
-        list of bytes
-            The JPEG pictures that became whole with it, oldest first.
+        Returns the JPEG pictures that became whole with it, oldest first.
         """
         frames: list[bytes] = []
         view = memoryview(data)
@@ -258,15 +255,8 @@ class _Walk:
     def advance(self, data: bytearray, limit: int) -> int:
         """Go on.
 
-        Parameters
-        ----------
-        data : bytearray
-            Starts with the picture's first byte.
-
-        Returns
-        -------
-        int
-            Length of the picture; 0 when more is needed, -1 when this is none.
+        `data`: starts with the picture's first byte. Length of the picture; 0 when more is needed,
+        -1 when this is none.
         """
         while self.place + 2 <= limit:
             if self._packed:
@@ -304,16 +294,9 @@ class _Walk:
 def jpeg_size(jpeg: bytes) -> tuple[int, int]:
     """Read the size of a picture without decoding it, and refuse kinds that no camera streams.
 
-    Returns
-    -------
-    tuple[int, int]
-        Rows and columns, both at least 1.
-
-    Raises
-    ------
-    BadReply
-        When it is not a sequential Huffman-coded JPEG with 8 bits and one or three channels. A
-        progressive one of many scans would take minutes to decode.
+    Rows and columns, both at least 1. Raises `BadReply` when it is not a sequential Huffman-coded
+    JPEG with 8 bits and one or three channels. A progressive one of many scans would take minutes
+    to decode.
     """
     place = 2 if jpeg.count(b"\xff\xda") <= _MAX_SCANS else len(jpeg)
     for _ in range(_MAX_SEGMENTS):

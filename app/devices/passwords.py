@@ -73,15 +73,8 @@ class Digest(HTTPDigestAuth):
     def take(self, header: str) -> bool:
         """Keep a challenge.
 
-        Returns
-        -------
-        bool
-            Whether it says that only the last nonce was too old, and not the password wrong.
-
-        Raises
-        ------
-        PasswordNeeded
-            When it is no challenge that can be answered.
+        Returns whether it says that only the last nonce was too old, and not the password wrong.
+        Raises `PasswordNeeded` when it is no challenge that can be answered.
         """
         self._challenge = {}
         found = _SCHEME.search(header[:_LONGEST_CHALLENGE])
@@ -100,10 +93,7 @@ class Digest(HTTPDigestAuth):
     def answer(self, method: str, url: str) -> str:
         """Give the Authorization header for a request.
 
-        Raises
-        ------
-        PasswordNeeded
-            When the camera wants an algorithm that nobody speaks.
+        Raises `PasswordNeeded` when the camera wants an algorithm that nobody speaks.
         """
         self.init_per_thread_state()
         self._thread_local.chal = self._challenge
@@ -139,10 +129,8 @@ _T = TypeVar("_T")
 class Passwords:
     """Passwords by the camera's user name or serial number.
 
-    Parameters
-    ----------
-    patience_s : float, optional
-        Real seconds that a keyring may take, for instance while it asks the user to unlock it.
+    `patience_s`: real seconds that a keyring may take, for instance while it asks the user to
+    unlock it.
     """
 
     def __init__(
@@ -154,10 +142,7 @@ class Passwords:
     def get(self, account: str) -> str | None:
         """Look a password up.
 
-        Returns
-        -------
-        str or None
-            None where none is kept or the keyring cannot be used.
+        None where none is kept or the keyring cannot be used.
         """
 
         def look() -> str | None:
@@ -224,11 +209,8 @@ class Passwords:
 def read_password_file(path: Path | str, warn: Callable[[str], None] | None = None) -> str:
     """Read a password from the first line of a file.
 
-    Raises
-    ------
-    CoreError
-        When the file cannot be read, is empty, or holds no password that can be typed. Its content
-        is never part of the sentence.
+    Raises `CoreError` when the file cannot be read, is empty, or holds no password that can be
+    typed. Its content is never part of the sentence.
     """
     file = Path(path)
     try:
@@ -259,10 +241,7 @@ def read_password_file(path: Path | str, warn: Callable[[str], None] | None = No
 def default_password_hint(model: str, serial: str) -> str:
     """Say which password a camera has that nobody has set one for.
 
-    Returns
-    -------
-    str
-        One or two sentences; the password itself is not in them.
+    Returns one or two sentences; the password itself is not in them.
     """
     name = model.strip().upper()
     digits = serial.strip().upper().removeprefix("THETA").lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ")

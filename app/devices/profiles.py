@@ -53,32 +53,20 @@ _STITCHED: Final = (*_THETA, "_imageStitching", "_topBottomCorrection")
 class ModelProfile:
     """One model, or one model with one kind of firmware.
 
-    Attributes
-    ----------
-    name : str
-        Short: "S", "V-old", "generic".
-    bracket : {"native", "watched", "single", "insta-hdr"}
-        How it brackets: by itself and says when it is done; by itself without ever saying so; not
-        at all; or in a way that is of no use here. The last two are shot as single pictures.
-    overhead_s : float
-        Time a frame takes besides its exposure, in seconds.
-    asks_support : bool
-        Whether the camera is asked for its picture sizes, apertures and shooting methods: a Theta
-        that is not known here.
-    picture : tuple[int, int] or None
-        Columns and rows of the JPEG to ask for; None leaves it to the camera.
-    rest_s : float
-        Rest between single pictures, in seconds.
-    settle_s : float
-        Rest between changing options and taking a picture, in seconds.
-    poll_s : float
-        Time between two questions how far it is, in seconds.
-    previews : tuple[tuple[int, int, int], ...]
-        Width, height and frames per second that `previewFormat` accepts, the best for looking
-        first; empty where it must not be set.
-    user_prefix : str
-        Letters between "THETA" and the serial number in the digest user name; "" where there is
-        no password or the letters are not known.
+    * `name`: short: "S", "V-old", "generic".
+    * `bracket`: how it brackets: by itself and says when it is done; by itself without ever saying
+      so; not at all; or in a way that is of no use here. The last two are shot as single pictures.
+    * `overhead_s`: time a frame takes besides its exposure, in seconds.
+    * `asks_support`: whether the camera is asked for its picture sizes, apertures and shooting
+      methods: a Theta that is not known here.
+    * `picture`: columns and rows of the JPEG to ask for; None leaves it to the camera.
+    * `rest_s`: rest between single pictures, in seconds.
+    * `settle_s`: rest between changing options and taking a picture, in seconds.
+    * `poll_s`: time between two questions how far it is, in seconds.
+    * `previews`: width, height and frames per second that `previewFormat` accepts, the best for
+      looking first; empty where it must not be set.
+    * `user_prefix`: letters between "THETA" and the serial number in the digest user name; "" where
+      there is no password or the letters are not known.
     """
 
     name: str
@@ -273,15 +261,8 @@ _NEW_V: Final = (3, 0, 1)
 def profile_named(name: str) -> ModelProfile:
     """Find a profile by its short name.
 
-    Parameters
-    ----------
-    name : str
-        "S", "SC", "SC2", "V", "V-old", "Z1", "X", "A1", "theta", "generic" or "insta360".
-
-    Returns
-    -------
-    ModelProfile
-        The profile; that of any OSC camera where there is none of that name.
+    `name`: "S", "SC", "SC2", "V", "V-old", "Z1", "X", "A1", "theta", "generic" or "insta360".
+    Returns the profile; that of any OSC camera where there is none of that name.
 
     Examples
     --------
@@ -294,11 +275,8 @@ def profile_named(name: str) -> ModelProfile:
 def profile_for(info: Info) -> ModelProfile:
     """Choose the profile of a camera by what it says of itself.
 
-    Returns
-    -------
-    ModelProfile
-        That of any OSC camera where the model is not known. A model whose firmware is too old for
-        a bracket of its own has "single" for its style.
+    That of any OSC camera where the model is not known. A model whose firmware is too old for a
+    bracket of its own has "single" for its style.
     """
     if "THETA" not in info.model.upper():
         return profile_named("insta360" if "insta360" in info.model.lower() else "generic")

@@ -75,10 +75,7 @@ class FileSource(Protocol):
 class FileProgress:
     """How far a file has come.
 
-    Attributes
-    ----------
-    bytes_per_s : float
-        Rate since the first byte of this attempt, on the clock; 0 before there is one.
+    `bytes_per_s`: rate since the first byte of this attempt, on the clock; 0 before there is one.
     """
 
     name: str
@@ -115,25 +112,15 @@ def fetch_file(
 ) -> Path:
     """Bring a picture over whole.
 
-    Parameters
-    ----------
-    report : Callable[[FileProgress], None], optional
-        Told some ten times a second.
-    check : Callable[[Path], bool], optional
-        Whether a file is whole; decodes it by default. The structure of the JPEG and its size
-        are looked at before in any case.
+    * `report`: told some ten times a second.
+    * `check`: whether a file is whole; decodes it by default. The structure of the JPEG and its
+      size are looked at before in any case.
 
-    Raises
-    ------
-    DownloadFailed
-        When it did not come whole after several attempts. The code is "interrupted" when the
-        link broke, "bad-answers" when the camera answered wrongly; "damaged",
-        "damaged-on-camera" or "too-long" when the file itself is at fault; "disk-full",
-        "disk" or "other-file" when it cannot be put where it belongs.
-    CameraRefused
-        At once, where trying again is of no use.
-    Cancelled
-        When the token was cancelled.
+    Raises `DownloadFailed` when it did not come whole after several attempts. The code is
+    "interrupted" when the link broke, "bad-answers" when the camera answered wrongly; "damaged",
+    "damaged-on-camera" or "too-long" when the file itself is at fault; "disk-full", "disk" or
+    "other-file" when it cannot be put where it belongs; `CameraRefused` at once, where trying again
+    is of no use; `Cancelled` when the token was cancelled.
     """
     token.check()
     whole = check or (lambda path: whole_picture(path, token))
@@ -158,10 +145,7 @@ def fetch_thumbnails(
     They are only for looking at: what fails is left out and never stops a capture. `wanted` says
     where the small picture of each URL shall be; those that are there now are returned.
 
-    Raises
-    ------
-    Cancelled
-        When the token was cancelled.
+    Raises `Cancelled` when the token was cancelled.
     """
     found: dict[str, Path] = {}
     for url, path in wanted.items():

@@ -48,15 +48,9 @@ def fetch(job: Job) -> None:
     A file that cannot be had does not keep the others from coming. Where three with different
     exposures are whole, these are used and the user is told; the others stay open in the journal.
 
-    Raises
-    ------
-    DownloadFailed
-        When the link does not last, the disk refuses, or too few came whole; what came stays and
-        can be continued.
-    CameraRefused
-        When the camera does not give the files, and too few came whole.
-    Cancelled
-        When the token was cancelled.
+    Raises `DownloadFailed` when the link does not last, the disk refuses, or too few came whole;
+    what came stays and can be continued; `CameraRefused` when the camera does not give the files,
+    and too few came whole; `Cancelled` when the token was cancelled.
     """
     job.session.update(stage=Stage.DOWNLOADING.value)
     frames = job.session.journal.frames

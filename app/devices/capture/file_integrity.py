@@ -31,15 +31,9 @@ _NUMBERS: Final = ("no", "one", "two", "three", "four", "five", "six", "seven", 
 def check_frames(paths: Sequence[Path], plan: Plan) -> tuple[str, ...]:
     """Compare the frames with the plan.
 
-    Returns
-    -------
-    tuple[str, ...]
-        Sentences for the user about frames that were taken differently; their true values count.
-
-    Raises
-    ------
-    CaptureFailed
-        When they are no bracket: equal exposures, or compressed in the camera. The files stay.
+    Sentences for the user about frames that were taken differently; their true values count. Raises
+    `CaptureFailed` when they are no bracket: equal exposures, or compressed in the camera. The
+    files stay.
     """
     headers = [_header(path) for path in dict.fromkeys(paths)]
     _check_tone(headers)
@@ -50,10 +44,7 @@ def check_frames(paths: Sequence[Path], plan: Plan) -> tuple[str, ...]:
 def planned_times(paths: Sequence[Path], plan: Plan) -> tuple[float, ...] | None:
     """Exposure times of the plan, where files state none and each shot has its file.
 
-    Returns
-    -------
-    tuple[float, ...] or None
-        In seconds, in the order of `paths`; None where EXIF is to be used.
+    In seconds, in the order of `paths`; None where EXIF is to be used.
     """
     headers = [_header(path) for path in paths]
     silent = all(header.shutter_s is None for header in headers)
@@ -142,11 +133,8 @@ _STANDALONE: Final = frozenset({0x01, *range(0xD0, 0xD8)})
 def jpeg_end(data: bytes) -> int | None:
     """Find where a JPEG ends, by its structure.
 
-    Returns
-    -------
-    int or None
-        Number of bytes up to and with the end marker; None where the data is not a JPEG or stops
-        before it. That the picture in between can be decoded is not looked at.
+    Number of bytes up to and with the end marker; None where the data is not a JPEG or stops before
+    it. That the picture in between can be decoded is not looked at.
 
     Examples
     --------
@@ -177,11 +165,8 @@ def jpeg_end(data: bytes) -> int | None:
 def whole_file(path: Path) -> bool:
     """Whether a file has the structure of a whole JPEG, from its first to its last byte.
 
-    Parameters
-    ----------
-    path : Path
-        The file. Trailing bytes after the picture (a second, smaller picture, padding) are
-        allowed.
+    `path`: the file. Trailing bytes after the picture (a second, smaller picture, padding) are
+    allowed.
     """
     try:
         with open_file(path) as stream:
@@ -193,20 +178,8 @@ def whole_file(path: Path) -> bool:
 def whole_picture(path: Path, token: Token | None = None) -> bool:
     """Whether a JPEG can be decoded to its last row.
 
-    Parameters
-    ----------
-    token : Token, optional
-        Checked every few rows.
-
-    Returns
-    -------
-    bool
-        False for everything that is not a JPEG, is cut off or damaged.
-
-    Raises
-    ------
-    Cancelled
-        When the token was cancelled.
+    `token`: checked every few rows. False for everything that is not a JPEG, is cut off or damaged.
+    Raises `Cancelled` when the token was cancelled.
     """
     if not whole_file(path):
         return False

@@ -41,14 +41,9 @@ _DIGITS: Final = re.compile(r"(\d+)", re.ASCII)
 class Arrival:
     """A picture that has come whole.
 
-    Attributes
-    ----------
-    shape : tuple[int, int]
-        Rows and columns.
-    kind : str
-        How its pixels are stored.
-    taken_s : float or None
-        Time of EXIF in seconds; comparable only with that of the same camera.
+    * `shape`: rows and columns.
+    * `kind`: how its pixels are stored.
+    * `taken_s`: time of EXIF in seconds; comparable only with that of the same camera.
     """
 
     path: Path
@@ -78,10 +73,7 @@ def is_wanted(name: str) -> bool:
 def passed_over(name: str) -> str:
     """Say why a file of this name is passed over; "" where nobody needs to hear of it.
 
-    Returns
-    -------
-    str
-        A sentence, the same for all files of one kind.
+    Returns a sentence, the same for all files of one kind.
     """
     if not name.isprintable():
         return f"{words(name, 60)}: files with control characters in their names are passed over."
@@ -94,17 +86,11 @@ def passed_over(name: str) -> str:
 def read_arrival(path: Path, size: int, modified_s: float) -> Arrival | str:
     """Look into a file that has come.
 
-    Parameters
-    ----------
-    size : int
-        Its length in bytes.
-    modified_s : float
-        When it was changed last, in seconds, for files that do not say when they were taken.
+    * `size`: its length in bytes.
+    * `modified_s`: when it was changed last, in seconds, for files that do not say when they were
+      taken.
 
-    Returns
-    -------
-    Arrival or str
-        The picture, or a sentence why it cannot be a frame.
+    Returns the picture, or a sentence why it cannot be a frame.
     """
     try:
         _check_whole(path, size)
@@ -195,11 +181,8 @@ class _Open:
 class Grouping:
     """Sorts arrivals into brackets.
 
-    Parameters
-    ----------
-    quiet_s : float
-        A bracket is complete when nothing has come for so many seconds; frames that were taken
-        further apart, besides their exposures, are of different brackets.
+    `quiet_s`: a bracket is complete when nothing has come for so many seconds; frames that were
+    taken further apart, besides their exposures, are of different brackets.
     """
 
     def __init__(self, quiet_s: float) -> None:
@@ -211,10 +194,7 @@ class Grouping:
     def add(self, arrival: Arrival, now: float) -> None:
         """Take a picture in.
 
-        Parameters
-        ----------
-        now : float
-            Time in seconds.
+        `now`: time in seconds.
         """
         key = (arrival.camera, arrival.shape, arrival.kind)
         group = self._open.get(key)
@@ -245,10 +225,7 @@ class Grouping:
     def complete(self, now: float) -> Iterator[IncomingBracket]:
         """Give away what is complete.
 
-        Parameters
-        ----------
-        now : float
-            Time in seconds.
+        `now`: time in seconds.
         """
         for key, group in tuple(self._open.items()):
             if now - group.quiet_from_s >= self._quiet_s:

@@ -31,15 +31,10 @@ if TYPE_CHECKING:
 class Job:
     """One capture on its way: what was asked for, and what has come of it so far.
 
-    Attributes
-    ----------
-    client, session, clock, token, board, contact
-        The camera, where its files go, time, the wish to stop, the status, and the camera again
-        with patience.
-    debts : Debts or None
-        What earlier captures owe to cameras; None where nobody keeps it.
-    profile, info : ModelProfile, Info or None
-        Of the camera; `info` is None where it was not needed any more.
+    * `client`, `session`, `clock`, `token`, `board`, `contact`: the camera, where its files go,
+      time, the wish to stop, the status, and the camera again with patience.
+    * `debts`: what earlier captures owe to cameras; None where nobody keeps it.
+    * `profile`, `info`: of the camera; `info` is None where it was not needed any more.
     """
 
     client: OscClient
@@ -68,10 +63,7 @@ class Job:
     def plan(self) -> Plan:
         """The bracket that is shot.
 
-        Raises
-        ------
-        CaptureFailed
-            Before there is one.
+        Raises `CaptureFailed` before there is one.
         """
         plan = self.session.journal.plan
         if plan is None:

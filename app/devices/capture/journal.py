@@ -65,10 +65,7 @@ class SessionFrame:
 class SessionJournal:
     """How far a capture has come.
 
-    Attributes
-    ----------
-    exposed : bool
-        All exposures have been made.
+    `exposed`: all exposures have been made.
     """
 
     model: str = ""
@@ -99,16 +96,8 @@ class SessionJournal:
 def text_of(journal: SessionJournal) -> str:
     """Write a journal down.
 
-    Returns
-    -------
-    str
-        JSON that `journal_of` reads back to an equal journal.
-
-    Raises
-    ------
-    ValueError
-        When a value would be refused on reading, or is a password: nothing is ever written
-        that cannot be read again.
+    JSON that `journal_of` reads back to an equal journal. Raises `ValueError` when a value would be
+    refused on reading, or is a password: nothing is ever written that cannot be read again.
     """
     facts: dict[str, Any] = {"kind": _KIND, "version": VERSION}
     for name in SessionJournal.__slots__:
@@ -121,12 +110,8 @@ def text_of(journal: SessionJournal) -> str:
 def journal_of(text: str) -> SessionJournal:
     """Read a journal that may be damaged or forged.
 
-    Raises
-    ------
-    Newer
-        When its version is higher than `VERSION`.
-    Damaged
-        For everything else that is not a journal.
+    Raises `Newer` when its version is higher than `VERSION`; `Damaged` for everything else that is
+    not a journal.
     """
     try:
         facts = json.loads(text, parse_constant=_no_constant)

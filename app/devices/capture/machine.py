@@ -52,12 +52,8 @@ _IDLE_S: Final = 30.0
 class CaptureResult:
     """What a capture gave.
 
-    Attributes
-    ----------
-    info : Info or None
-        What it said of itself; None where a session was finished without it.
-    seconds : Mapping[str, float]
-        Time of "metering", "exposing", "download" and "merge", on the clock.
+    * `info`: what it said of itself; None where a session was finished without it.
+    * `seconds`: time of "metering", "exposing", "download" and "merge", on the clock.
     """
 
     profile: ModelProfile
@@ -115,14 +111,9 @@ class Capture:
     def run(self) -> CaptureResult:
         """Do what is still to be done; once only.
 
-        Raises
-        ------
-        DeviceError
-            When the camera or the way to it fails; what came stays in the session.
-        CoreError
-            When the files cannot be written or merged.
-        Cancelled
-            When the token was cancelled.
+        Raises `DeviceError` when the camera or the way to it fails; what came stays in the session;
+        `CoreError` when the files cannot be written or merged; `Cancelled` when the token was
+        cancelled.
         """
         job = self._job
         with job.arriving:
@@ -152,18 +143,9 @@ class Capture:
     def give_back(self) -> str:
         """Only put back the settings that an earlier capture could not put back.
 
-        Returns
-        -------
-        str
-            A sentence about those that the camera did not take, "" where it took all.
-
-        Raises
-        ------
-        DeviceError
-            When the camera does not answer, is busy or is another one: the session still owes it
-            its settings then.
-        Cancelled
-            When the token was cancelled.
+        Returns a sentence about those that the camera did not take, "" where it took all. Raises
+        `DeviceError` when the camera does not answer, is busy or is another one: the session still
+        owes it its settings then; `Cancelled` when the token was cancelled.
         """
         job = self._job
         with job.arriving:

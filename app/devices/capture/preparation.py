@@ -67,11 +67,8 @@ _BROKEN: Final = frozenset(
 def connect(job: Job) -> None:
     """Close the preview, ask who the camera is and choose its profile.
 
-    Raises
-    ------
-    DeviceError
-        When it does not answer, is no camera, is not the one of this session, or its firmware is
-        too old.
+    Raises `DeviceError` when it does not answer, is no camera, is not the one of this session, or
+    its firmware is too old.
     """
     job.board.show(Stage.CONNECTING, "Connecting to the camera")
     # A camera that shows a preview refuses most of what follows.
@@ -91,10 +88,7 @@ def connect(job: Job) -> None:
 def check_ready(job: Job) -> None:
     """Check that nothing keeps the camera from shooting.
 
-    Raises
-    ------
-    CameraNotReady
-        When something does: what, and what to do about it.
+    Raises `CameraNotReady` when something does: what, and what to do about it.
     """
     job.board.show(Stage.CONNECTING, "Checking the camera", 0.5)
     state = job.contact.ask(job.client.state)
@@ -114,10 +108,7 @@ def check_ready(job: Job) -> None:
 def wait_until_idle(job: Job, longest_s: float) -> None:
     """Wait until the camera is doing nothing.
 
-    Raises
-    ------
-    CameraNotReady
-        When it is busy for longer.
+    Raises `CameraNotReady` when it is busy for longer.
     """
     until = job.clock.now() + longest_s
     while True:
@@ -236,10 +227,7 @@ def read(contact: Contact, names: Sequence[str]) -> dict[str, Any]:
 def change(contact: Contact, options: Mapping[str, Any]) -> None:
     """Change options in one call.
 
-    Raises
-    ------
-    CameraRefused
-        When the camera does not know one of them or does not accept its value.
+    Raises `CameraRefused` when the camera does not know one of them or does not accept its value.
     """
     try:
         contact.ask(lambda: contact.client.set_options(options), NOT_NOW)
@@ -283,11 +271,8 @@ def save(contact: Contact, session: Session, profile: ModelProfile) -> ModelProf
 
     What stands there already is from before an interruption, and better.
 
-    Returns
-    -------
-    ModelProfile
-        The profile without the options that cannot be put back, since the camera does not state
-        them or states what cannot be kept: they are not to be changed.
+    Returns the profile without the options that cannot be put back, since the camera does not state
+    them or states what cannot be kept: they are not to be changed.
     """
     known = dict(session.journal.settings_to_restore)
     if "captureMode" not in known:
@@ -342,10 +327,7 @@ def _panorama(stated: Any) -> tuple[int, int] | None:
 def prepare(contact: Contact, profile: ModelProfile) -> None:
     """Make the camera take plain pictures and stay awake; what it does not know is left out.
 
-    Raises
-    ------
-    CameraRefused
-        When it cannot be set to still pictures.
+    Raises `CameraRefused` when it cannot be set to still pictures.
     """
     change(contact, {"captureMode": "image"})
     contact.pause(profile.settle_s)
@@ -382,10 +364,8 @@ def locked_white(profile: ModelProfile) -> dict[str, Any]:
 def restore(contact: Contact, session: Session) -> tuple[str, ...]:
     """Give the camera its settings back and take them out of the journal.
 
-    Raises
-    ------
-    DeviceError
-        When it cannot be reached or is busy; the journal keeps what is to be put back.
+    Raises `DeviceError` when it cannot be reached or is busy; the journal keeps what is to be put
+    back.
     """
     saved = dict(session.journal.settings_to_restore)
     if not saved:

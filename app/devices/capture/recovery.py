@@ -114,12 +114,8 @@ _T = TypeVar("_T")
 class Contact:
     """A camera that may be busy or out of reach for a while.
 
-    Parameters
-    ----------
-    say : Callable[[str, float or None], None]
-        Told when the connection is sought, with the seconds left for it, and when it is back.
-    rejoin_s : float, optional
-        How long a lost connection is sought, in seconds.
+    * `say`: told when the connection is sought, with the seconds left for it, and when it is back.
+    * `rejoin_s`: how long a lost connection is sought, in seconds.
     """
 
     def __init__(
@@ -153,10 +149,7 @@ class Contact:
     def pause(self, seconds: float) -> None:
         """Wait.
 
-        Raises
-        ------
-        Cancelled
-            When the token was cancelled.
+        Raises `Cancelled` when the token was cancelled.
         """
         wait(self.clock, seconds, self.token)
 
@@ -165,12 +158,8 @@ class Contact:
 
         `passing` are codes of refusals that pass, besides those of a busy camera.
 
-        Raises
-        ------
-        DeviceError
-            When the camera refuses, or does not answer even after a while.
-        Cancelled
-            When the token was cancelled.
+        Raises `DeviceError` when the camera refuses, or does not answer even after a while;
+        `Cancelled` when the token was cancelled.
         """
         lost = 0
         while True:
@@ -187,12 +176,8 @@ class Contact:
     def once(self, call: Callable[[], _T], passing: Collection[str] = ()) -> _T:
         """Do what must not be done twice; only a camera that is busy is asked again.
 
-        Raises
-        ------
-        DeviceError
-            Every one that the call raises, unless it passes.
-        Cancelled
-            When the token was cancelled.
+        Raises `DeviceError` every one that the call raises, unless it passes; `Cancelled` when the
+        token was cancelled.
         """
         began, number, switched = self.clock.now(), 0, 0
         while True:
@@ -218,16 +203,9 @@ class Contact:
     def reconnect(self) -> None:
         """Seek the camera until it answers, and make it speak API 2.1.
 
-        Raises
-        ------
-        Unreachable
-            When it does not answer in time.
-        CameraNotReady
-            When another camera answers.
-        PasswordNeeded
-            When it keeps asking for a password.
-        Cancelled
-            When the token was cancelled.
+        Raises `Unreachable` when it does not answer in time; `CameraNotReady` when another camera
+        answers; `PasswordNeeded` when it keeps asking for a password; `Cancelled` when the token
+        was cancelled.
         """
         if not self._met:
             self.meet()
@@ -241,10 +219,7 @@ class Contact:
     def hello(self) -> Info:
         """Ask who the camera is, and make it speak API 2.1.
 
-        Raises
-        ------
-        DeviceError
-            When it does not answer, or is another one than before.
+        Raises `DeviceError` when it does not answer, or is another one than before.
         """
         info = self.client.info()
         if self.serial and info.serial_number != self.serial:

@@ -134,10 +134,7 @@ class Session:
     def create(cls, folder: Path | str) -> Session:
         """Make a session in a folder that is missing or empty.
 
-        Raises
-        ------
-        CoreError
-            When the folder holds something, or cannot be made or written.
+        Raises `CoreError` when the folder holds something, or cannot be made or written.
         """
         place = Path(folder)
         entries = _entries(place)
@@ -159,10 +156,8 @@ class Session:
         without the journal knowing are taken up; files that the journal knows but that are gone
         or changed count as not there.
 
-        Raises
-        ------
-        CoreError
-            When there is no session in the folder, or a newer version of this program made it.
+        Raises `CoreError` when there is no session in the folder, or a newer version of this
+        program made it.
         """
         place = Path(folder)
         if not any(name == JOURNAL or _DAMAGED.fullmatch(name) for name in _entries(place)):
@@ -179,10 +174,8 @@ class Session:
     def open_or_create(cls, folder: Path | str) -> Session:
         """Go on with the session in a folder, or begin one in a missing or empty folder.
 
-        Raises
-        ------
-        CoreError
-            When the folder holds something that is not a session: it is not taken over.
+        Raises `CoreError` when the folder holds something that is not a session: it is not taken
+        over.
         """
         place = Path(folder)
         names = _entries(place)
@@ -230,18 +223,10 @@ class Session:
     def update(self, **changes: Any) -> None:
         """Change the journal, on disk first: call it before the act that it speaks of.
 
-        Parameters
-        ----------
-        **changes
-            Fields of `SessionJournal`. Texts that come from a camera are cleaned of control
-            characters and cut to a bearable length.
-
-        Raises
-        ------
-        CoreError
-            When the disk refuses; the journal in memory is as before then.
-        ValueError
-            When a value could not be read back, or holds a password.
+        `**changes`: fields of `SessionJournal`. Texts that come from a camera are cleaned of
+        control characters and cut to a bearable length. Raises `CoreError` when the disk refuses;
+        the journal in memory is as before then; `ValueError` when a value could not be read back,
+        or holds a password.
         """
         with self._lock:
             for name in _TEXTS:
@@ -302,11 +287,8 @@ class Session:
         number is added where even that is taken by another file. The same entry always gets the
         same name.
 
-        Parameters
-        ----------
-        entry : FileEntry
-            What the camera says of the file; only letters, digits, "_", "." and "-" of its name
-            are used.
+        `entry`: what the camera says of the file; only letters, digits, "_", "." and "-" of its
+        name are used.
         """
         with self._lock:
             for frame in self._journal.frames:

@@ -73,12 +73,8 @@ def deadline_s(plan: Plan, delay_s: float = 0.0) -> float:
 def expose(job: Job) -> None:
     """Take the planned bracket and find its files on the camera.
 
-    Raises
-    ------
-    DeviceError
-        When the camera does not take it; what it took stays on it and is noted in the journal.
-    Cancelled
-        When the token was cancelled.
+    Raises `DeviceError` when the camera does not take it; what it took stays on it and is noted in
+    the journal; `Cancelled` when the token was cancelled.
     """
     plan = job.plan
     job.board.show(Stage.EXPOSING, "Starting the bracket", shots=len(plan.shots))
@@ -93,10 +89,7 @@ def expose(job: Job) -> None:
 def gather(job: Job, urls: tuple[str, ...] = (), *, least: int | None = None) -> None:
     """Find the files of the bracket and write them into the journal.
 
-    Raises
-    ------
-    CaptureFailed
-        When there are fewer.
+    Raises `CaptureFailed` when there are fewer.
     """
     wanted = len(job.plan.shots)
     journal = job.session.journal
@@ -159,10 +152,7 @@ def watch(job: Job, run: Run) -> None:
 
     Idle counts when it is seen twice in a row: an SC2 says it once between two frames.
 
-    Raises
-    ------
-    CaptureFailed
-        When it goes on too long.
+    Raises `CaptureFailed` when it goes on too long.
     """
     began, idle, seen = job.clock.now(), 0, False
     while True:
@@ -311,10 +301,7 @@ def _follow(job: Job, command: Command, run: Run) -> tuple[str, ...]:
 def _after_silence(job: Job, run: Run) -> tuple[str, ...]:
     """Find out what the camera did while nobody heard it, and wait until it is done.
 
-    Raises
-    ------
-    _NotHeard
-        When it did nothing.
+    Raises `_NotHeard` when it did nothing.
     """
     watch(job, run)
     wanted = len(job.plan.shots)

@@ -59,10 +59,7 @@ def make_plan(job: Job) -> None:
 
     All of it is done again when the camera has forgotten its settings in between.
 
-    Raises
-    ------
-    DeviceError
-        When the camera does not allow it, or forgets again and again.
+    Raises `DeviceError` when the camera does not allow it, or forgets again and again.
     """
     for _ in range(_ROUNDS):
         forgotten = job.contact.forgotten
@@ -102,10 +99,7 @@ def meter(job: Job) -> Exposure:
     The picture is deleted on the camera afterwards, if the camera itself named it as its newest and
     it was not there before.
 
-    Raises
-    ------
-    DeviceError
-        When no picture comes, or it does not state its exposure.
+    Raises `DeviceError` when no picture comes, or it does not state its exposure.
     """
     delete_picture(job.contact, job.session)
     preparation.change(job.contact, {"exposureProgram": _AUTOMATIC})
@@ -159,10 +153,7 @@ def _listed(contact: Contact, url: str) -> SessionFrame | None:
 def read_limits(job: Job) -> CameraLimits:
     """Ask what the manual program accepts; the lists follow the program that is set.
 
-    Returns
-    -------
-    CameraLimits
-        The camera's own where it states them, else those known of the model.
+    Returns the camera's own where it states them, else those known of the model.
     """
     preparation.change(job.contact, {"exposureProgram": _MANUAL})
     stated = preparation.read(job.contact, tuple(_SUPPORT))
@@ -266,10 +257,7 @@ def as_sent(value: float) -> int | float:
 class Taken:
     """A picture on the camera.
 
-    Attributes
-    ----------
-    named : bool
-        The camera named it as the one just taken; else it was found in the list of files.
+    `named`: the camera named it as the one just taken; else it was found in the list of files.
     """
 
     url: str
@@ -286,19 +274,10 @@ def take_picture(job: Job, longest_s: float, previous: str) -> Taken:
     Where nobody knows whether the camera has heard it, its state and its files tell; only a picture
     that was not taken is asked for again.
 
-    Parameters
-    ----------
-    longest_s : float
-        Longest time the picture may need besides `FRAME_S`, in seconds.
-
-    Raises
-    ------
-    Unreachable
-        When the camera never hears it.
-    Forgotten
-        When it was not heard, and the settings must be made again first.
-    CaptureFailed
-        When it takes too long, or the camera was stopped.
+    `longest_s`: longest time the picture may need besides `FRAME_S`, in seconds. Raises
+    `Unreachable` when the camera never hears it; `Forgotten` when it was not heard, and the
+    settings must be made again first; `CaptureFailed` when it takes too long, or the camera was
+    stopped.
     """
     for _ in range(STARTS):
         forgotten = job.contact.forgotten
@@ -361,12 +340,8 @@ def _taken(job: Job, longest_s: float, previous: str) -> Taken:
 def ask_how_far(job: Job, command: Command) -> Command:
     """Ask for a command's state once; its id is that of the first reply.
 
-    Raises
-    ------
-    Unreachable
-        When the camera gave no id, or does not know the command any more.
-    CaptureFailed
-        When the shot was cancelled at the camera.
+    Raises `Unreachable` when the camera gave no id, or does not know the command any more;
+    `CaptureFailed` when the shot was cancelled at the camera.
     """
     number = command.id
     if number is None:
@@ -390,10 +365,7 @@ def shoot_singly(job: Job, shots: Sequence[PlannedShot]) -> tuple[str, ...]:
     Seam and level of the first are kept for the others where the camera can do that; the
     self-timer runs before the first only.
 
-    Raises
-    ------
-    DeviceError
-        When a picture cannot be taken.
+    Raises `DeviceError` when a picture cannot be taken.
     """
     urls: list[str] = []
     for number, shot in enumerate(shots):

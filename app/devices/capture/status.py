@@ -46,17 +46,13 @@ class FrameProgress:
 class Status:
     """How far a capture is.
 
-    Attributes
-    ----------
-    fraction : float
-        Share of the whole that is done, 0 to 1; never goes back, except after a failed start.
-    shot, shots : int
-        The exposure that is being made, counted from 1, and how many there will be; 0 before.
-    seconds_left : float or None
-        Until the last exposure while exposing, until the last byte while downloading, until the
-        end of the search while the camera is out of reach; None where that cannot be said.
-    may_move : bool
-        All exposures have been made: people may walk about again.
+    * `fraction`: share of the whole that is done, 0 to 1; never goes back, except after a failed
+      start.
+    * `shot`, `shots`: the exposure that is being made, counted from 1, and how many there will be;
+      0 before.
+    * `seconds_left`: until the last exposure while exposing, until the last byte while downloading,
+      until the end of the search while the camera is out of reach; None where that cannot be said.
+    * `may_move`: all exposures have been made: people may walk about again.
     """
 
     stage: Stage = Stage.IDLE
@@ -115,12 +111,8 @@ class Board:
     def show(self, stage: Stage, message: str, part: float = 0.0, **changes: Any) -> None:
         """Say what is being done.
 
-        Parameters
-        ----------
-        part : float, optional
-            Share of the stage that is done, 0 to 1.
-        **changes
-            Further fields of `Status`; `seconds_left` is None unless given.
+        * `part`: share of the stage that is done, 0 to 1.
+        * `**changes`: further fields of `Status`; `seconds_left` is None unless given.
         """
         low, high = _SPANS.get(stage, (self.status.fraction, self.status.fraction))
         fraction = low + (high - low) * min(max(part, 0.0), 1.0)

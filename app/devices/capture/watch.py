@@ -72,17 +72,10 @@ class WatchedFolder:
     What lies in it at the first look is left alone. Sub-folders are not looked into, links are not
     followed, hidden and temporary files are passed over without a word.
 
-    Parameters
-    ----------
-    quiet_s : float, optional
-        A bracket is complete when nothing has come for so many seconds.
-    still_s : float, optional
-        A file counts when size and time of change were the same for so many seconds.
+    * `quiet_s`: a bracket is complete when nothing has come for so many seconds.
+    * `still_s`: a file counts when size and time of change were the same for so many seconds.
 
-    Raises
-    ------
-    Unreachable
-        When there is no such folder or it cannot be read; the code is "no-folder".
+    Raises `Unreachable` when there is no such folder or it cannot be read; the code is "no-folder".
     """
 
     def __init__(
@@ -119,18 +112,10 @@ class WatchedFolder:
     def poll(self) -> tuple[Arrival, ...]:
         """Look at the folder once.
 
-        Returns
-        -------
-        tuple[Arrival, ...]
-            The pictures that have become complete since the last look, in the order in which they
-            were taken. A file that changes afterwards comes again.
-
-        Raises
-        ------
-        Unreachable
-            When the folder has not been readable for half a minute; the code is "no-folder".
-        CaptureFailed
-            When it holds more than `MAX_FILES` entries; the code is "too-many-files".
+        Returns the pictures that have become complete since the last look, in the order in which
+        they were taken. A file that changes afterwards comes again. Raises `Unreachable` when the
+        folder has not been readable for half a minute; the code is "no-folder"; `CaptureFailed`
+        when it holds more than `MAX_FILES` entries; the code is "too-many-files".
         """
         now = self._clock.now()
         try:
@@ -153,17 +138,8 @@ class WatchedFolder:
     def brackets(self, token: Token | None = None) -> Iterator[IncomingBracket]:
         """Wait for brackets; blocks on the clock and never ends by itself.
 
-        Yields
-        ------
-        IncomingBracket
-            Two or more frames with different exposures.
-
-        Raises
-        ------
-        Cancelled
-            When the token was cancelled.
-        DeviceError
-            As `poll`.
+        Two or more frames with different exposures. Raises `Cancelled` when the token was
+        cancelled; `DeviceError` as `poll`.
         """
         token = token or Token()
         while True:

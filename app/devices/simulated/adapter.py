@@ -70,10 +70,8 @@ class CameraAdapter(HTTPAdapter):
     ) -> Any:
         """Find a pool.
 
-        Raises
-        ------
-        requests.exceptions.ProxyError
-            When the request would go over a proxy, which would not find the camera.
+        Raises `requests.exceptions.ProxyError` when the request would go over a proxy, which would
+        not find the camera.
         """
         if select_proxy(str(request.url), dict(proxies or {})):
             raise requests.exceptions.ProxyError("a proxy does not find the camera")

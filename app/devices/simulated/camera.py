@@ -57,10 +57,7 @@ class Guard:
     def challenge(self, now: float, *, stale: bool = False) -> str:
         """Make the WWW-Authenticate header, with a new nonce.
 
-        Parameters
-        ----------
-        now : float
-            Time in seconds; a nonce is good for 300.
+        `now`: time in seconds; a nonce is good for 300.
         """
         nonce = _md5(f"{self._seed}:{len(self._issued)}:{now}:nonce")
         self._issued[nonce] = now
@@ -70,10 +67,7 @@ class Guard:
     def check(self, request: Request, now: float) -> str:
         """Judge a request.
 
-        Parameters
-        ----------
-        now : float
-            Time in seconds.
+        `now`: time in seconds.
         """
         header = request.headers.get("authorization", "")
         scheme, _, rest = header.partition(" ")
@@ -119,31 +113,17 @@ _MOST_BODY: Final = 1_000_000
 class SimulatedCamera:
     """One camera, from the moment its Wi-Fi is on.
 
-    Parameters
-    ----------
-    clock : Clock
-        Time. On a `VirtualClock` pictures are rendered when somebody first needs them, otherwise
-        in a thread from the start of the shooting on (`close` ends it).
-    user, password : str, optional
-        With a password the camera is in somebody's network and wants digest authentication; the
-        user is "THETA" and the serial number unless given.
-    rate_mbit : float, optional
-        Transfer rate of files in megabits per second; no limit unless given.
-    shape : tuple[int, int], optional
-        Rows and columns of all frames, for quick trials; else what the camera is set to.
-    battery : float, optional
-        Charge, 0 to 1.
+    * `clock`: time. On a `VirtualClock` pictures are rendered when somebody first needs them,
+      otherwise in a thread from the start of the shooting on (`close` ends it).
+    * `user`, `password`: with a password the camera is in somebody's network and wants digest
+      authentication; the user is "THETA" and the serial number unless given.
+    * `rate_mbit`: transfer rate of files in megabits per second; no limit unless given.
+    * `shape`: rows and columns of all frames, for quick trials; else what the camera is set to.
+    * `battery`: charge, 0 to 1.
 
-    Attributes
-    ----------
-    host, port : str, int
-        Where the last client asked for it: the address in its URLs. Else where it believes to be.
-
-    Raises
-    ------
-    ValueError
-        For a fault or personality that does not exist, or a password where the model can have
-        none.
+    `host`, `port`: where the last client asked for it: the address in its URLs. Else where it
+    believes to be. Raises `ValueError` for a fault or personality that does not exist, or a
+    password where the model can have none.
     """
 
     def __init__(
@@ -230,12 +210,9 @@ class SimulatedCamera:
     def answer(self, request: Request) -> Reply:
         """Answer a request.
 
-        Returns
-        -------
-        Reply
-            What to send; its pieces are made while they are sent. Whoever carries it closes
-            `pieces` where it has a `close`. Without a Content-Length the end of the body is to be
-            marked by chunked transfer or the end of the connection.
+        Returns what to send; its pieces are made while they are sent. Whoever carries it closes
+        `pieces` where it has a `close`. Without a Content-Length the end of the body is to be
+        marked by chunked transfer or the end of the connection.
         """
         with self._lock:
             self.host = request.host

@@ -23,10 +23,7 @@ if TYPE_CHECKING:
 def metadata_of(person: Personality, file: StoredFile) -> dict[str, JsonValue]:
     """Describe a file.
 
-    Raises
-    ------
-    CommandRefused
-        invalidParameterValue for a file that the camera did not take.
+    Raises `CommandRefused`: invalidParameterValue for a file that the camera did not take.
     """
     take = file.take
     if take is None:
@@ -92,11 +89,8 @@ def _on_ricohs(person: Personality) -> bool:
 class Command:
     """One command.
 
-    Attributes
-    ----------
-    act : callable
-        Takes the camera and the parameters; returns what is added to name and state, or a whole
-        reply. Raises `CommandRefused`.
+    `act`: takes the camera and the parameters; returns what is added to name and state, or a whole
+    reply. Raises `CommandRefused`.
     """
 
     act: Callable[[SimulatedCamera, Parameters], Parameters | Reply]
@@ -107,15 +101,8 @@ class Command:
 def command_status(camera: SimulatedCamera, body: Parameters) -> Reply:
     """Answer /osc/commands/status.
 
-    Returns
-    -------
-    Reply
-        inProgress, done, or the error that ended the command.
-
-    Raises
-    ------
-    CommandRefused
-        missingParameter without an id, invalidParameterValue for an unknown one.
+    inProgress, done, or the error that ended the command. Raises `CommandRefused`: missingParameter
+    without an id, invalidParameterValue for an unknown one.
     """
     number = body.get("id")
     if number is None:

@@ -23,10 +23,7 @@ JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, J
 class Request:
     """What a client asks.
 
-    Attributes
-    ----------
-    method : str
-        "GET" or "POST".
+    `method`: "GET" or "POST".
     """
 
     method: str
@@ -106,12 +103,8 @@ _CHUNK_S: Final = 0.01
 class CommandRefused(Exception):
     """The camera answers with an error; its code is one of OSC's.
 
-    Parameters
-    ----------
-    code : str
-        Error code.
-    message : str, optional
-        For humans; the usual sentence of the code where it is empty.
+    * `code`: error code.
+    * `message`: for humans; the usual sentence of the code where it is empty.
     """
 
     def __init__(self, code: str, message: str = "") -> None:
@@ -134,12 +127,8 @@ def text_reply(body: bytes, kind: str, status: int = 200, *, delay_s: float = LA
 def refusal(name: str, code: str, message: str = "", *, status: int | None = None) -> Reply:
     """Answer with an error as OSC words it.
 
-    Parameters
-    ----------
-    code : str
-        Error code.
-    status : int, optional
-        HTTP status; that of the code unless given.
+    * `code`: error code.
+    * `status`: HTTP status; that of the code unless given.
     """
     words = message or _SENTENCES.get(code, "Something is wrong.")
     body: dict[str, JsonValue] = {
@@ -160,10 +149,7 @@ def file_reply(
 ) -> Reply:
     """Answer with a file, or the part of it that is asked for.
 
-    Parameters
-    ----------
-    rate_mbit : float or None
-        Transfer rate in megabits per second; None for no limit.
+    `rate_mbit`: transfer rate in megabits per second; None for no limit.
     """
     headers = [*_headers("image/jpeg"), *(extra or {}).items()]
     if ranges:
@@ -185,15 +171,8 @@ def file_reply(
 def paced(data: bytes, rate_mbit: float | None) -> Iterator[Piece]:
     """Cut a body into chunks with pauses, so that the transfer rate holds.
 
-    Parameters
-    ----------
-    rate_mbit : float or None
-        Megabits per second; None for no limit.
-
-    Yields
-    ------
-    bytes or Pause
-        Chunks of 16 to 64 kB, each after the time that it takes.
+    `rate_mbit`: megabits per second; None for no limit. Chunks of 16 to 64 kB, each after the time
+    that it takes.
     """
     rate = None if rate_mbit is None else rate_mbit * 125_000.0
     size = _MOST_CHUNK

@@ -92,15 +92,8 @@ _TIMES: Final = {
 def faults_named(names: Iterable[str]) -> tuple[str, ...]:
     """Find faults by what a user writes: any case, and one word for two of a kind.
 
-    Parameters
-    ----------
-    names : iterable of str
-        Keys of `FAULTS`, "hostile-file-names-and-urls" or "disabledcommand".
-
-    Raises
-    ------
-    ValueError
-        For a name that is not known.
+    `names`: keys of `FAULTS`, "hostile-file-names-and-urls" or "disabledcommand". Raises
+    `ValueError` for a name that is not known.
 
     Examples
     --------
@@ -120,10 +113,7 @@ def faults_named(names: Iterable[str]) -> tuple[str, ...]:
 class Faults:
     """The troubles of one camera.
 
-    Raises
-    ------
-    ValueError
-        For a name that is not known.
+    Raises `ValueError` for a name that is not known.
     """
 
     def __init__(self, names: Collection[str], seed: int) -> None:

@@ -90,21 +90,15 @@ class OptionStore:
     def get(self, names: Sequence[str], live: Mapping[str, JsonValue]) -> dict[str, JsonValue]:
         """Read options.
 
-        Raises
-        ------
-        CommandRefused
-            invalidParameterName for one that this model does not have.
+        Raises `CommandRefused`: invalidParameterName for one that this model does not have.
         """
         return {name: self._one(name, live) for name in names}
 
     def set(self, wanted: Mapping[str, JsonValue]) -> None:
         """Change options, all or none.
 
-        Raises
-        ------
-        CommandRefused
-            invalidParameterName for an option that does not exist or cannot be set,
-            invalidParameterValue for a value that is not allowed.
+        Raises `CommandRefused`: invalidParameterName for an option that does not exist or cannot be
+        set, invalidParameterValue for a value that is not allowed.
         """
         self._check_company(wanted)
         before = copy.deepcopy(self.values), dict(self._manual)

@@ -37,10 +37,7 @@ _ALL_KEYS: Final = _OLD_KEYS | {"exposureCompensation"}
 class BracketRules:
     """What a model wants of `_autoBracket` and how its own bracket runs.
 
-    Attributes
-    ----------
-    programs : tuple[int, ...]
-        Exposure programs that `exposureProgram` may name.
+    `programs`: exposure programs that `exposureProgram` may name.
     """
 
     most: int
@@ -56,25 +53,15 @@ class BracketRules:
 class Personality:
     """One model with one firmware.
 
-    Attributes
-    ----------
-    api_levels : tuple[int, ...]
-        (1, 2) for models that wake up in API 2.0 and must be switched.
-    sizes : tuple[tuple[int, int], ...]
-        Rows and columns that it stores, the default first.
-    previews : tuple[tuple[int, int, int], ...]
-        Width, height and frames per second; empty where the camera reports zeros.
-    status_ids : bool
-        Whether the id is repeated when it is asked for a command's state; Ricoh's own examples of
-        API 2.1 do not have it.
-    snaps : bool
-        Whether automatic exposure times lie on the list of the manual program.
-    lens_stops : float
-        By how many stops the lenses' ISO differs when the camera meters by itself.
-    overhead_s : float
-        Time that a frame takes besides its exposure, in seconds.
-    thumb : tuple[int, int]
-        Rows and columns of its thumbnails.
+    * `api_levels`: (1, 2) for models that wake up in API 2.0 and must be switched.
+    * `sizes`: rows and columns that it stores, the default first.
+    * `previews`: width, height and frames per second; empty where the camera reports zeros.
+    * `status_ids`: whether the id is repeated when it is asked for a command's state; Ricoh's own
+      examples of API 2.1 do not have it.
+    * `snaps`: whether automatic exposure times lie on the list of the manual program.
+    * `lens_stops`: by how many stops the lenses' ISO differs when the camera meters by itself.
+    * `overhead_s`: time that a frame takes besides its exposure, in seconds.
+    * `thumb`: rows and columns of its thumbnails.
     """
 
     name: str
@@ -368,16 +355,8 @@ PERSONALITIES: Final = (
 def personality_named(name: str) -> Personality:
     """Find a personality by name.
 
-    Parameters
-    ----------
-    name : str
-        "S", "SC", "SC2", "V", "V-old", "Z1", "X", "X-old", "A1", "generic" or "insta360", in any
-        case.
-
-    Raises
-    ------
-    ValueError
-        When there is none of that name.
+    `name`: "S", "SC", "SC2", "V", "V-old", "Z1", "X", "X-old", "A1", "generic" or "insta360", in
+    any case. Raises `ValueError` when there is none of that name.
 
     Examples
     --------

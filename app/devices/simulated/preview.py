@@ -44,12 +44,8 @@ _LATE_S: Final = 0.5  # a sender that is later than this leaves pictures out
 class LivePicture:
     """The loop of pictures at one size; each is encoded when it is first wanted.
 
-    Parameters
-    ----------
-    environment : NDArray[np.float32], (H, 2 H, 3)
-        Linear light in any unit; the preview exposes by itself.
-    shape : tuple[int, int]
-        Rows and columns, at least 32 by 64. A square picture shows what the front lens sees.
+    * `environment`, (H, 2 H, 3) float32: linear light in any unit; the preview exposes by itself.
+    * `shape`: rows and columns, at least 32 by 64. A square picture shows what the front lens sees.
     """
 
     def __init__(self, environment: FloatImage, shape: tuple[int, int]) -> None:
@@ -87,17 +83,10 @@ class LivePicture:
 def preview_pieces(picture: LivePicture, fps: float, clock: Clock) -> Iterator[Piece]:
     """Make the body of a preview: parts without end, at the camera's pace.
 
-    Parameters
-    ----------
-    fps : float
-        Pictures per second, > 0.
-    clock : Clock
-        Paces them: each is due at its own time, so that a late one does not delay the next.
+    * `fps`: pictures per second, > 0.
+    * `clock`: paces them: each is due at its own time, so that a late one does not delay the next.
 
-    Yields
-    ------
-    Piece
-        A part's header, its picture, a pause, and so on.
+    Yields a part's header, its picture, a pause, and so on.
     """
     number = 0
     due = clock.now()
@@ -118,15 +107,8 @@ def preview_pieces(picture: LivePicture, fps: float, clock: Clock) -> Iterator[P
 def read_number(picture: NDArray[np.uint8]) -> int | None:
     """Read which picture of the loop this is.
 
-    Parameters
-    ----------
-    picture : NDArray[np.uint8], (H, W, 3)
-        Decoded, at any size.
-
-    Returns
-    -------
-    int or None
-        0 to 31; None when the blocks are not to be read.
+    `picture`, (H, W, 3) uint8: decoded, at any size. 0 to 31; None when the blocks are not to be
+    read.
     """
     rows, columns = picture.shape[:2]
     row = rows - rows // (2 * _BLOCKS) - 1

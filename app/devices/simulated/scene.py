@@ -43,15 +43,8 @@ def circles(environment: NDArray[np.float32], rows: int) -> NDArray[np.float32]:
     The back lens's circle is on the left and turned counter-clockwise by 90 degrees, the front
     lens's on the right and turned clockwise.
 
-    Parameters
-    ----------
-    environment : (H, 2 H, 3) float32
-        Linear light.
-
-    Returns
-    -------
-    (rows, 2 * rows, 3) float32
-        With stray light around the circles.
+    `environment`, (H, 2 H, 3) float32: linear light. Returns (rows, 2 * rows, 3) float32: with
+    stray light around the circles.
     """
     height, width = environment.shape[:2]
     down, right = np.mgrid[:rows, :rows].astype(np.float32) - np.float32((rows - 1) / 2)
@@ -91,12 +84,8 @@ _CLOSING_S: Final = 1.0 / 400.0
 class Take:
     """One frame to be taken.
 
-    Attributes
-    ----------
-    shape : tuple[int, int]
-        Rows and columns.
-    program : int
-        EXIF exposure program.
+    * `shape`: rows and columns.
+    * `program`: EXIF exposure program.
     """
 
     exposure: Exposure
@@ -116,15 +105,10 @@ class Scene:
 
     Rendered frames are kept, so that many cameras can be tried on one scene.
 
-    Parameters
-    ----------
-    environment : NDArray[np.float32], (H, 2 H, 3)
-        Linear Rec. 709 light, `scale` cd/m2 per unit.
-    jitter_deg : float, optional
-        Standard deviation of the rotation, about each axis, by which single pictures differ from
-        each other as long as stitching and levelling are left to the camera.
-    **options
-        Of `app.core.simulation.exposure_maker.Shot`: `scale`, `tilt`, `bloom` and so on.
+    * `environment`, (H, 2 H, 3) float32: linear Rec. 709 light, `scale` cd/m2 per unit.
+    * `jitter_deg`: standard deviation of the rotation, about each axis, by which single pictures
+      differ from each other as long as stitching and levelling are left to the camera.
+    * `**options`: of `app.core.simulation.exposure_maker.Shot`: `scale`, `tilt`, `bloom` and so on.
     """
 
     def __init__(
@@ -169,10 +153,7 @@ class Scene:
     def frame(self, camera: CameraModel, take: Take) -> bytes:
         """Take a frame.
 
-        Returns
-        -------
-        bytes
-            The JPEG file with all that the camera writes into it.
+        Returns the JPEG file with all that the camera writes into it.
         """
         options = self._shot_options(take)
         shot = Shot(**options)
@@ -200,10 +181,7 @@ class Scene:
     def thumbnail(self, camera: CameraModel, take: Take, shape: tuple[int, int]) -> bytes:
         """Make a frame's small picture, which carries no metadata.
 
-        Parameters
-        ----------
-        shape : tuple[int, int]
-            Rows and columns.
+        `shape`: rows and columns.
         """
         take = replace(take, shape=shape)
         options = self._shot_options(take)
@@ -262,16 +240,9 @@ def automatic(
 ) -> tuple[Exposure, tuple[float, float]]:
     """Expose as the camera's program and the user's settings want it.
 
-    Parameters
-    ----------
-    settings : mapping
-        exposureProgram, and as far as the program wants them iso, shutterSpeed, aperture,
-        exposureCompensation, isoAutoHighLimit.
-
-    Returns
-    -------
-    tuple[Exposure, tuple[float, float]]
-        The exposure stated, and what each lens got relative to it.
+    `settings`: exposureProgram, and as far as the program wants them iso, shutterSpeed, aperture,
+    exposureCompensation, isoAutoHighLimit. Returns the exposure stated, and what each lens got
+    relative to it.
     """
     program = _number(settings, "exposureProgram", 2.0)
     aperture = _number(settings, "aperture", 0.0) or person.apertures[0]

@@ -50,10 +50,7 @@ class Answering(Protocol):
 class CameraServer:
     """Serves a camera over HTTP/1.1 until it is stopped; also a context manager.
 
-    Raises
-    ------
-    OSError
-        When the port is taken.
+    Raises `OSError` when the port is taken.
     """
 
     def __init__(

@@ -41,15 +41,8 @@ _OF_ONE_SHOT: Final = (
 def begin_picture(camera: SimulatedCamera) -> Reply:
     """Take a single picture.
 
-    Returns
-    -------
-    Reply
-        inProgress with an id; a cut connection where pictures follow each other too fast.
-
-    Raises
-    ------
-    CommandRefused
-        disabledCommand in another mode.
+    inProgress with an id; a cut connection where pictures follow each other too fast. Raises
+    `CommandRefused`: disabledCommand in another mode.
     """
     if camera.options["captureMode"] != "image" or camera.store.method != "normal":
         raise CommandRefused("disabledCommand")
@@ -67,20 +60,9 @@ def begin_picture(camera: SimulatedCamera) -> Reply:
 def begin_capture(camera: SimulatedCamera, mode: JsonValue) -> Reply:
     """Begin a series.
 
-    Parameters
-    ----------
-    mode : JsonValue
-        `_mode`, None where it was not given.
-
-    Returns
-    -------
-    Reply
-        inProgress with an id, or done where the series has no end.
-
-    Raises
-    ------
-    CommandRefused
-        invalidParameterValue for a mode that the model does not have.
+    `mode`: `_mode`, None where it was not given. inProgress with an id, or done where the series
+    has no end. Raises `CommandRefused`: invalidParameterValue for a mode that the model does not
+    have.
     """
     options, person = camera.options, camera.personality
     if options["captureMode"] == "video":
@@ -115,10 +97,7 @@ def started(camera: SimulatedCamera, job: Job) -> dict[str, JsonValue]:
 def finished(camera: SimulatedCamera, job: Job) -> dict[str, JsonValue]:
     """Say that a command is done, and where its files are.
 
-    Returns
-    -------
-    dict[str, JsonValue]
-        Body of the answer; without URLs where the job was stopped.
+    Body of the answer; without URLs where the job was stopped.
     """
     urls: list[JsonValue] = [camera.trouble.poisoned_url(camera.url(file)) for file in job.written]
     results: dict[str, JsonValue]
@@ -199,12 +178,9 @@ class PlannedFrame:
 class Job:
     """One picture or one series under way, or done.
 
-    Attributes
-    ----------
-    begun, begins : float
-        When it was asked for, and when the self-timer has run down, in seconds of the clock.
-    open_end : bool
-        Whether it goes on until somebody stops it.
+    * `begun`, `begins`: when it was asked for, and when the self-timer has run down, in seconds of
+      the clock.
+    * `open_end`: whether it goes on until somebody stops it.
     """
 
     number: int
@@ -249,10 +225,7 @@ class Job:
 class Shooter:
     """The part of a camera that takes pictures.
 
-    Parameters
-    ----------
-    shape : tuple[int, int] or None
-        Size of all frames; None for what the camera is set to.
+    `shape`: size of all frames; None for what the camera is set to.
     """
 
     def __init__(
@@ -301,10 +274,7 @@ class Shooter:
     ) -> Job:
         """Begin to take pictures.
 
-        Parameters
-        ----------
-        shots : sequence of mappings
-            Settings of each frame: exposureProgram and what belongs to it, whiteBalance.
+        `shots`: settings of each frame: exposureProgram and what belongs to it, whiteBalance.
         """
         now = self._clock.now()
         delay = options.get("exposureDelay", 0)

@@ -25,10 +25,7 @@ _START: Final = datetime(2026, 6, 21, 12, 0, 0)
 class CameraDate:
     """Local time with an offset that is only ever repeated.
 
-    Parameters
-    ----------
-    now : float
-        The clock's reading at which the date begins, in seconds.
+    `now`: the clock's reading at which the date begins, in seconds.
     """
 
     def __init__(self, now: float, year: int | None = None) -> None:
@@ -40,10 +37,7 @@ class CameraDate:
     def set(self, text: str, now: float) -> None:
         """Set date and time.
 
-        Raises
-        ------
-        ValueError
-            For a day or an hour that there is none of.
+        Raises `ValueError` for a day or an hour that there is none of.
         """
         self._base = datetime.strptime(text[:19], _FORM)
         self._since = now
@@ -178,10 +172,7 @@ class StoredFile:
 
     Its bytes are made when somebody first asks for them, and then kept.
 
-    Parameters
-    ----------
-    shape : tuple[int, int]
-        Rows and columns.
+    `shape`: rows and columns.
     """
 
     def __init__(
@@ -257,15 +248,8 @@ class Storage:
     def delete(self, urls: Sequence[JsonValue]) -> None:
         """Delete files, all or none.
 
-        Parameters
-        ----------
-        urls : sequence
-            URLs of files, or one of "all", "image", "video".
-
-        Raises
-        ------
-        CommandRefused
-            invalidParameterValue for one that is not there, too many, or a wrong type.
+        `urls`: URLs of files, or one of "all", "image", "video". Raises `CommandRefused`:
+        invalidParameterValue for one that is not there, too many, or a wrong type.
         """
         if list(urls) in (["all"], ["image"]):
             self.files.clear()

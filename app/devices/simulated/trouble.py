@@ -381,10 +381,7 @@ class Trouble:
     def check_shooting(self, camera: SimulatedCamera) -> None:
         """Refuse to shoot.
 
-        Raises
-        ------
-        CommandRefused
-            disabledCommand or powerOffSequenceRunning.
+        Raises `CommandRefused`: disabledCommand or powerOffSequenceRunning.
         """
         if self._faults.spend("battery-low"):
             raise CommandRefused("powerOffSequenceRunning", "The battery is empty.")

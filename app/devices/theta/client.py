@@ -93,10 +93,7 @@ class OscClient:
     def get_options(self, names: Sequence[str]) -> dict[str, JsonValue]:
         """Read options.
 
-        Raises
-        ------
-        BadReply
-            When there are no options in the reply.
+        Raises `BadReply` when there are no options in the reply.
         """
         results = self.execute("camera.getOptions", {"optionNames": list(names)}).results
         options = results.get("options")
@@ -111,10 +108,7 @@ class OscClient:
     def execute(self, name: str, parameters: Mapping[str, Any] | None = None) -> Command:
         """Send a command, without waiting for its end.
 
-        Parameters
-        ----------
-        parameters : Mapping, optional
-            Left out of the request when None.
+        `parameters`: left out of the request when None.
         """
         body: dict[str, Any] = {"name": name}
         if parameters is not None:
@@ -132,10 +126,7 @@ class OscClient:
     def start_capture(self, mode: str | None) -> Command:
         """Start a series.
 
-        Parameters
-        ----------
-        mode : str or None
-            "bracket" and others; None where the camera's own shooting method decides.
+        `mode`: "bracket" and others; None where the camera's own shooting method decides.
         """
         return self.execute("camera.startCapture", None if mode is None else {"_mode": mode})
 
@@ -152,15 +143,8 @@ class OscClient:
     ) -> tuple[FileEntry, ...]:
         """List files, the newest first.
 
-        Parameters
-        ----------
-        kind : str, optional
-            "image", "video" or "all".
-
-        Returns
-        -------
-        tuple[FileEntry, ...]
-            Without entries whose name or URL cannot be used; each file once.
+        `kind`: "image", "video" or "all". Without entries whose name or URL cannot be used; each
+        file once.
         """
         found: dict[str, FileEntry] = {}
         passed = 0
@@ -188,11 +172,8 @@ class OscClient:
     def delete(self, urls: Sequence[str]) -> None:
         """Delete files on the camera.
 
-        Raises
-        ------
-        DeviceError
-            When one of them is not the URL of a file on this camera, and nothing was deleted:
-            cameras take some words for whole kinds of files. The code is "not-a-file".
+        Raises `DeviceError` when one of them is not the URL of a file on this camera, and nothing
+        was deleted: cameras take some words for whole kinds of files. The code is "not-a-file".
         """
         if isinstance(urls, str) or not all(self._is_file(url) for url in urls):
             raise DeviceError(
@@ -206,16 +187,9 @@ class OscClient:
     def open_file(self, url: str, *, start: int = 0) -> Iterator[Incoming]:
         """Open a file.
 
-        Parameters
-        ----------
-        start : int, optional
-            First byte that is wanted. A camera that does not know ranges answers with 200 and
-            the whole file; one that does, with 206.
-
-        Yields
-        ------
-        Incoming
-            The open file. No other request may be sent before it is closed.
+        `start`: first byte that is wanted. A camera that does not know ranges answers with 200 and
+        the whole file; one that does, with 206. Yields the open file. No other request may be sent
+        before it is closed.
         """
         headers = {"Accept": "*/*"}
         if start > 0:
@@ -226,15 +200,8 @@ class OscClient:
     def thumbnail(self, url: str) -> bytes:
         """Fetch a file's small picture.
 
-        Returns
-        -------
-        bytes
-            A JPEG of at most `MAX_THUMBNAIL` bytes; that it can be decoded is not checked.
-
-        Raises
-        ------
-        BadReply
-            When it is larger, or no JPEG.
+        Returns a JPEG of at most `MAX_THUMBNAIL` bytes; that it can be decoded is not checked.
+        Raises `BadReply` when it is larger, or no JPEG.
         """
         data = bytearray()
         end_s = self.clock.now() + self.link.timeouts.whole_s
@@ -254,11 +221,8 @@ class OscClient:
     def live_preview(self) -> Iterator[Incoming]:
         """Open the live preview.
 
-        Yields
-        ------
-        Incoming
-            A multipart stream that never ends by itself. Other requests may be sent while it is
-            read, but cameras refuse most commands until it is closed.
+        Yields a multipart stream that never ends by itself. Other requests may be sent while it is
+        read, but cameras refuse most commands until it is closed.
         """
         body = {"name": "camera.getLivePreview"}
         accept = {"Accept": "multipart/x-mixed-replace"}
@@ -272,15 +236,8 @@ class OscClient:
 
         They fall back to the old one with every new connection.
 
-        Returns
-        -------
-        bool
-            True if it was switched, False if there was nothing to do.
-
-        Raises
-        ------
-        CameraNotReady
-            When the camera stays at the old API; the code is "old-api".
+        True if it was switched, False if there was nothing to do. Raises `CameraNotReady` when the
+        camera stays at the old API; the code is "old-api".
         """
         if self.state().api_version != 1:
             return False

@@ -96,17 +96,9 @@ class Discovery:
     def one(self) -> FoundCamera:
         """Choose the camera that is meant when the user names none.
 
-        Returns
-        -------
-        FoundCamera
-            The only one; of several the one that was used last.
-
-        Raises
-        ------
-        Unreachable
-            When there is none; the code is "no-camera".
-        DeviceError
-            When there are several, none of which was used last; the code is "several-cameras".
+        Returns the only one; of several the one that was used last. Raises `Unreachable` when there
+        is none; the code is "no-camera"; `DeviceError` when there are several, none of which was
+        used last; the code is "several-cameras".
         """
         if not self.cameras:
             raise Unreachable("No camera was found.", " ".join(self.notes) or _JOIN, "no-camera")
@@ -132,20 +124,9 @@ def discover(
 ) -> Discovery:
     """Look for cameras in all places at once.
 
-    Parameters
-    ----------
-    timeout_s : float, optional
-        How long to listen, in seconds; answers to questions asked last come up to a second later.
-
-    Returns
-    -------
-    Discovery
-        After `timeout_s` + 1 s at the latest, however many addresses swallow what they are sent.
-
-    Raises
-    ------
-    Cancelled
-        When the token was cancelled.
+    `timeout_s`: how long to listen, in seconds; answers to questions asked last come up to a second
+    later. After `timeout_s` + 1 s at the latest, however many addresses swallow what they are sent.
+    Raises `Cancelled` when the token was cancelled.
     """
     search = _Search(clock, timeout_s, link_factory or _links(clock, timeout_s))
     before = remembered if remembered is not None else last_camera()
@@ -164,20 +145,9 @@ def discover(
 def check_address(text: str) -> Endpoint:
     """Read an address that the user typed; nothing is sent to it.
 
-    Parameters
-    ----------
-    text : str
-        "192.168.1.1", "http://cam.local:8080/", "[fe80::1%eth0]".
-
-    Returns
-    -------
-    Endpoint
-        Host and port. Any host is accepted, also outside the own network: the user asked for it.
-
-    Raises
-    ------
-    DeviceError
-        When it is no address, or one that no single camera can have; the code is "bad-address".
+    `text`: "192.168.1.1", "http://cam.local:8080/", "[fe80::1%eth0]". Host and port. Any host is
+    accepted, also outside the own network: the user asked for it. Raises `DeviceError` when it is
+    no address, or one that no single camera can have; the code is "bad-address".
     """
     endpoint = Endpoint.parse(text)
     address = None
@@ -202,10 +172,8 @@ def look_at(
 ) -> FoundCamera:
     """Ask what is at an address that the user typed.
 
-    Raises
-    ------
-    DeviceError
-        `Unreachable`, `NotACamera`, `CameraRefused` or `BadReply`, as the link tells.
+    Raises `DeviceError`: `Unreachable`, `NotACamera`, `CameraRefused` or `BadReply`, as the link
+    tells.
     """
     link = (link_factory or _links(clock, timeout_s))(endpoint)
     try:

@@ -34,10 +34,7 @@ _HINT: Final = 'Type it like "192.168.1.1" or "THETAYL00105377.local".'
 class Endpoint:
     """Host and port of a camera.
 
-    Raises
-    ------
-    DeviceError
-        When the host or the port is none; the code is "bad-address".
+    Raises `DeviceError` when the host or the port is none; the code is "bad-address".
 
     Examples
     --------
@@ -62,10 +59,8 @@ class Endpoint:
     def parse(cls, text: str) -> Endpoint:
         """Read what a user typed.
 
-        Raises
-        ------
-        DeviceError
-            When it is no address, or asks for https or carries a password; code "bad-address".
+        Raises `DeviceError` when it is no address, or asks for https or carries a password; code
+        "bad-address".
         """
         typed = text.strip()
         rest = _without_scheme(typed).partition("/osc/")[0].rstrip("/")
@@ -91,27 +86,17 @@ class Endpoint:
     def url(self, path: str) -> str:
         """Give a path's URL.
 
-        Raises
-        ------
-        BadReply
-            As `rewrite`.
+        Raises `BadReply` as `rewrite`.
         """
         return self.rewrite(path)
 
     def rewrite(self, url: str) -> str:
         """Bring a URL that a camera gave to this endpoint.
 
-        Returns
-        -------
-        str
-            The same path and query at this host and port.
-
-        Raises
-        ------
-        BadReply
-            When it is longer than `LONGEST_URL`, has another scheme than http, a password, a
-            fragment, a character that does not belong there, or a path with "." or ".." in it,
-            however written; the code is "bad-url".
+        Returns the same path and query at this host and port. Raises `BadReply` when it is longer
+        than `LONGEST_URL`, has another scheme than http, a password, a fragment, a character that
+        does not belong there, or a path with "." or ".." in it, however written; the code is
+        "bad-url".
         """
         if len(url) > LONGEST_URL:
             raise _bad_url("it is too long")

@@ -34,19 +34,10 @@ _PAGE: Final = re.compile(rb"[\s\xef\xbb\xbf]*<")
 def judge_json(reply: Reply, data: bytes) -> JsonValue:
     """Read a reply that should be JSON.
 
-    Returns
-    -------
-    JsonValue
-        The value; an error object inside a good reply is left to the reader of the message.
-
-    Raises
-    ------
-    CameraRefused
-        For an HTTP error, with the camera's code where it gave one.
-    NotACamera
-        For a web page, a redirect or a path that nobody knows.
-    BadReply
-        For anything else that is no JSON.
+    Returns the value; an error object inside a good reply is left to the reader of the message.
+    Raises `CameraRefused` for an HTTP error, with the camera's code where it gave one; `NotACamera`
+    for a web page, a redirect or a path that nobody knows; `BadReply` for anything else that is no
+    JSON.
     """
     if _OK <= reply.status < _NOT_OK:
         if _is_page(reply, data):
@@ -64,14 +55,9 @@ def judge_json(reply: Reply, data: bytes) -> JsonValue:
 def judge_stream(reply: Reply) -> None:
     """Make sure that a reply is something to be streamed.
 
-    Raises
-    ------
-    CameraRefused
-        For an HTTP error, and for an error object where a file should be; 404 is "notFound".
-    NotACamera
-        For a redirect, and for a web page where a file should be.
-    BadReply
-        For a reply of any other kind.
+    Raises `CameraRefused` for an HTTP error, and for an error object where a file should be; 404 is
+    "notFound"; `NotACamera` for a redirect, and for a web page where a file should be; `BadReply`
+    for a reply of any other kind.
     """
     kind = reply.headers.get("content-type", "").lower()
     if reply.status in _STREAMS:
@@ -173,17 +159,10 @@ _BY_STATUS: Final = MappingProxyType({404: "notFound", 416: "invalidParameterVal
 def refusal(code: str, status: int, said: str = "") -> CameraRefused:
     """Make the error for what a camera answered.
 
-    Parameters
-    ----------
-    code : str
-        The camera's; one that does not look like a code is taken as "unexpected".
-    said : str, optional
-        The camera's own sentence, shown only for a code that `REFUSALS` does not know.
+    * `code`: the camera's; one that does not look like a code is taken as "unexpected".
+    * `said`: the camera's own sentence, shown only for a code that `REFUSALS` does not know.
 
-    Returns
-    -------
-    CameraRefused
-        With code and status kept.
+    With code and status kept.
     """
     sound = code if _CODE.fullmatch(code) else "unexpected"
     sentence, hint = REFUSALS.get(sound, _UNKNOWN)
@@ -248,11 +227,8 @@ def no_camera() -> NotACamera:
 def failure(error: BaseException) -> DeviceError:
     """Say what a failed request means.
 
-    Returns
-    -------
-    DeviceError
-        `Unreachable` for silence, refusal and broken connections, `NotACamera` where something
-        speaks another language, `BadReply` for headers that make no sense.
+    `Unreachable` for silence, refusal and broken connections, `NotACamera` where something speaks
+    another language, `BadReply` for headers that make no sense.
     """
     chain = tuple(_chain(error))
     # urllib3 derives its errors of names and refused connections from its timeouts.

@@ -54,16 +54,8 @@ def browse_network(
 ) -> None:
     """Listen to announcements until told to stop; blocks.
 
-    Parameters
-    ----------
-    stop : threading.Event
-        Ends it, within half a second.
-
-    Raises
-    ------
-    Unreachable
-        When this machine cannot listen: no network, or another program or a firewall forbids it.
-        The code is "no-mdns".
+    `stop`: ends it, within half a second. Raises `Unreachable` when this machine cannot listen: no
+    network, or another program or a firewall forbids it. The code is "no-mdns".
     """
     # Takes a quarter of a second and is needed only here.
     from zeroconf import Error, InterfaceChoice, ServiceBrowser, Zeroconf
@@ -151,11 +143,8 @@ _LOCAL_NAME: Final = re.compile(r"[a-z0-9_-]+(?:\.(?:local|lan|home|internal|hom
 def remember(camera: FoundCamera, folder: Path | None = None) -> bool:
     """Keep a camera for the next time.
 
-    Returns
-    -------
-    bool
-        False when it could not be kept, which is no reason to stop: the folder is not writable, or
-        the address is not one that is tried without being asked to.
+    False when it could not be kept, which is no reason to stop: the folder is not writable, or the
+    address is not one that is tried without being asked to.
     """
     place = user_data() if folder is None else folder
     if not _may_be_tried(camera.endpoint.host):
@@ -178,10 +167,7 @@ def remember(camera: FoundCamera, folder: Path | None = None) -> bool:
 def last_camera(folder: Path | None = None) -> FoundCamera | None:
     """Look up the camera that was used last.
 
-    Returns
-    -------
-    FoundCamera or None
-        None where none is kept, or the file is invalid.
+    None where none is kept, or the file is invalid.
     """
     place = user_data() if folder is None else folder
     try:
@@ -247,10 +233,7 @@ def described(
 ) -> FoundCamera:
     """Put together what is known of a camera.
 
-    Parameters
-    ----------
-    info : Info, optional
-        What the camera said of itself; None when it wants a password before it says anything.
+    `info`: what the camera said of itself; None when it wants a password before it says anything.
     """
     label = words(announced, _LONGEST)
     serial = words(info.serial_number, _LONGEST) if info else serial_in(label)
@@ -308,12 +291,9 @@ def is_near(host: str) -> bool:
 def merged(cameras: Iterable[FoundCamera]) -> tuple[FoundCamera, ...]:
     """Leave each camera once.
 
-    Returns
-    -------
-    tuple[FoundCamera, ...]
-        The nearest address of each: one that works without a password before one that wants it,
-        then typed, access point, remembered, network; sorted so. What the other finds of the same
-        camera know is filled in.
+    Returns the nearest address of each: one that works without a password before one that wants it,
+    then typed, access point, remembered, network; sorted so. What the other finds of the same
+    camera know is filled in.
     """
     ranked = sorted(
         cameras, key=lambda camera: (camera.needs_password, _ORDER.index(camera.source))

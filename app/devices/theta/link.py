@@ -95,15 +95,8 @@ class Reply:
     def chunks(self, size: int = _CHUNK) -> Iterator[bytes]:
         """Read the body as it comes.
 
-        Parameters
-        ----------
-        size : int, optional
-            Most bytes in a piece.
-
-        Raises
-        ------
-        Unreachable
-            When the connection breaks, falls silent, brings too little, or is closed by `close`.
+        `size`: most bytes in a piece. Raises `Unreachable` when the connection breaks, falls
+        silent, brings too little, or is closed by `close`.
         """
         idle_s, least = self._timeouts.idle_s, self._timeouts.least_bytes
         waited, brought = 0.0, 0
@@ -125,12 +118,7 @@ class Reply:
     def whole(self, most: int) -> bytes:
         """Read all of a short body before the watch's deadline.
 
-        Raises
-        ------
-        BadReply
-            When it is larger; the code is "too-large".
-        Unreachable
-            As `chunks`.
+        Raises `BadReply` when it is larger; the code is "too-large"; `Unreachable` as `chunks`.
         """
         data = bytearray()
         pieces = self._pieces(min(_CHUNK, most + 1))
@@ -224,10 +212,7 @@ _ANSWERS: Final = 3
 class Link:
     """A way to one camera.
 
-    Parameters
-    ----------
-    adapter : BaseAdapter, optional
-        Carries the requests; real connections when left out. Must return bytes as they come.
+    `adapter`: carries the requests; real connections when left out. Must return bytes as they come.
     """
 
     def __init__(
@@ -257,18 +242,10 @@ class Link:
     def get(self, path: str, patience_s: float | None = None) -> JsonValue:
         """Ask for JSON.
 
-        Raises
-        ------
-        Unreachable
-            When nothing answers in time or the connection breaks.
-        NotACamera
-            When a web page or another program answers.
-        PasswordNeeded
-            When the camera wants a password, or another one.
-        CameraRefused
-            When it answers with an HTTP error.
-        BadReply
-            When the reply is too large or cannot be read.
+        Raises `Unreachable` when nothing answers in time or the connection breaks; `NotACamera`
+        when a web page or another program answers; `PasswordNeeded` when the camera wants a
+        password, or another one; `CameraRefused` when it answers with an HTTP error; `BadReply`
+        when the reply is too large or cannot be read.
         """
         return self._exchange("GET", path, b"", patience_s)
 
@@ -290,20 +267,8 @@ class Link:
     ) -> Iterator[Incoming]:
         """Open something long: a file or the live preview.
 
-        Parameters
-        ----------
-        method : str, optional
-            "GET" or "POST".
-
-        Yields
-        ------
-        Incoming
-            The open reply; its connection is given back at the end of the block.
-
-        Raises
-        ------
-        DeviceError
-            As `get`, while it is opened or read.
+        `method`: "GET" or "POST". Yields the open reply; its connection is given back at the end of
+        the block. Raises `DeviceError` as `get`, while it is opened or read.
         """
         data = b"" if body is None else write_json(body)
         watch = Watch(self._clock)

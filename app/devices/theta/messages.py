@@ -41,16 +41,11 @@ _RESERVED: Final = re.compile(r"(?i:con|prn|aux|nul|com\d|lpt\d)(?:\..*)?")
 class FileEntry:
     """A file on the camera.
 
-    Attributes
-    ----------
-    name : str
-        1 to 64 of A-Z a-z 0-9 _ . - without a dot in front: safe as a part of a path.
-    taken : str
-        "2026:11:21 14:05:09+09:00", or without the offset; "" where the camera does not tell.
-    width, height : int
-        Pixels; 0 where the camera does not tell.
-    projection : str
-        "Equirectangular", "Dual-Fisheye" or "".
+    * `name`: 1 to 64 of A-Z a-z 0-9 _ . - without a dot in front: safe as a part of a path.
+    * `taken`: "2026:11:21 14:05:09+09:00", or without the offset; "" where the camera does not
+      tell.
+    * `width`, `height`: pixels; 0 where the camera does not tell.
+    * `projection`: "Equirectangular", "Dual-Fisheye" or "".
     """
 
     name: str
@@ -67,16 +62,9 @@ class FileEntry:
 def parse_entries(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple[FileEntry, ...]:
     """Read the results of camera.listFiles.
 
-    Returns
-    -------
-    tuple[FileEntry, ...]
-        In the camera's order. Entries without a usable URL are left out; one with an unsafe name
-        is called by the last part of its URL if that is safe, and left out if not.
-
-    Raises
-    ------
-    BadReply
-        When there is no list.
+    In the camera's order. Entries without a usable URL are left out; one with an unsafe name is
+    called by the last part of its URL if that is safe, and left out if not. Raises `BadReply` when
+    there is no list.
     """
     entries = results.get("entries")
     if not isinstance(entries, list):
@@ -159,12 +147,8 @@ _URL_LISTS: Final = frozenset({"fileUrls", "_fileGroup", "_localFileGroup", "con
 class Info:
     """Answer to /osc/info.
 
-    Attributes
-    ----------
-    firmware : tuple[int, ...]
-        (2, 10, 3) of "2.10.3"; empty when it is not made of numbers.
-    api_level : tuple[int, ...]
-        (1, 2) for S and SC, (2,) for later models.
+    * `firmware`: (2, 10, 3) of "2.10.3"; empty when it is not made of numbers.
+    * `api_level`: (1, 2) for S and SC, (2,) for later models.
     """
 
     model: str
@@ -184,18 +168,12 @@ class Info:
 class State:
     """Answer to /osc/state.
 
-    Attributes
-    ----------
-    battery_level : float or None
-        0 to 1.
-    battery_state : str
-        "charging", "charged", "disconnect" or something new.
-    capture_status : str
-        "idle", "shooting", "bracket shooting" and others; "" where a camera does not tell.
-    function : str
-        "normal", "selfTimer" and others.
-    storage : str
-        "IN" or "SD" on an X; "".
+    * `battery_level`: 0 to 1.
+    * `battery_state`: "charging", "charged", "disconnect" or something new.
+    * `capture_status`: "idle", "shooting", "bracket shooting" and others; "" where a camera does
+      not tell.
+    * `function`: "normal", "selfTimer" and others.
+    * `storage`: "IN" or "SD" on an X; "".
     """
 
     fingerprint: str = ""
@@ -229,18 +207,12 @@ class OscError:
 class Command:
     """Answer to a command.
 
-    Attributes
-    ----------
-    state : str
-        "done", "inProgress" or "error".
-    id : str, int or None
-        For asking on; must be sent back exactly as it came. None where it came without a usable
-        one.
-    completion : float or None
-        0 to 1 while in progress.
-    results : Mapping[str, JsonValue]
-        What came of it; every file URL at the endpoint in use, and those that cannot be used
-        left out.
+    * `state`: "done", "inProgress" or "error".
+    * `id`: for asking on; must be sent back exactly as it came. None where it came without a usable
+      one.
+    * `completion`: 0 to 1 while in progress.
+    * `results`: what came of it; every file URL at the endpoint in use, and those that cannot be
+      used left out.
     """
 
     name: str
@@ -256,12 +228,8 @@ class Command:
 def parse_info(value: JsonValue) -> Info:
     """Read the answer to /osc/info.
 
-    Raises
-    ------
-    CameraRefused
-        When it is an error object.
-    NotACamera
-        When it is not the self-description of an OSC camera.
+    Raises `CameraRefused` when it is an error object; `NotACamera` when it is not the
+    self-description of an OSC camera.
     """
     error = refused(value, _OK)
     if error is not None:
@@ -291,12 +259,7 @@ def parse_info(value: JsonValue) -> Info:
 def parse_state(value: JsonValue, endpoint: Endpoint) -> State:
     """Read the answer to /osc/state.
 
-    Raises
-    ------
-    CameraRefused
-        When it is an error object.
-    BadReply
-        When it is no state.
+    Raises `CameraRefused` when it is an error object; `BadReply` when it is no state.
     """
     message = table(value)
     fields = message.get("state")
@@ -327,15 +290,8 @@ def parse_state(value: JsonValue, endpoint: Endpoint) -> State:
 def parse_command(value: JsonValue, endpoint: Endpoint) -> Command:
     """Read the answer to a command or to a question about one.
 
-    Returns
-    -------
-    Command
-        How it stands. An error object is returned as such, not raised.
-
-    Raises
-    ------
-    BadReply
-        When it is no such answer.
+    Returns how it stands. An error object is returned as such, not raised. Raises `BadReply` when
+    it is no such answer.
     """
     fields = table(value)
     error = refused(value, _OK)

@@ -84,10 +84,7 @@ class PreviewState(StrEnum):
 class PreviewFrame:
     """One picture of the preview.
 
-    Attributes
-    ----------
-    received_s : float
-        The clock's time when its last byte was here.
+    `received_s`: the clock's time when its last byte was here.
     """
 
     jpeg: bytes = field(repr=False)
@@ -99,10 +96,7 @@ class PreviewFrame:
 def opened_preview(client: OscClient, profile: ModelProfile) -> Iterator[Incoming]:
     """Open a camera's preview, in the best format for looking that it accepts.
 
-    Raises
-    ------
-    DeviceError
-        When the camera refuses or cannot be reached.
+    Raises `DeviceError` when the camera refuses or cannot be reached.
     """
     if profile.api_switch:
         client.use_api_2()
@@ -133,20 +127,10 @@ def _choose_format(client: OscClient, profile: ModelProfile) -> None:
 def decode(frame: PreviewFrame) -> NDArray[np.uint8]:
     """Decode a picture, in the caller's thread.
 
-    Returns
-    -------
-    NDArray[np.uint8], (H, W, 3)
-        sRGB, red first; at most `MAX_SHAPE`. Rotations that the file asks for are ignored.
-
-    Raises
-    ------
-    BadReply
-        When it is larger, or no JPEG that can be read.
-
-    Notes
-    -----
-    Hold the picture until the next one is decoded, as a screen does anyway: memory that is given
-    back at once is asked of the system anew each time, which can cost as much as decoding.
+    Returns (H, W, 3) uint8: sRGB, red first; at most `MAX_SHAPE`. Rotations that the file asks for
+    are ignored. Raises `BadReply` when it is larger, or no JPEG that can be read. Hold the picture
+    until the next one is decoded, as a screen does anyway: memory that is given back at once is
+    asked of the system anew each time, which can cost as much as decoding.
     """
     shape = jpeg_size(frame.jpeg)
     if shape[0] > MAX_SHAPE[0] or shape[1] > MAX_SHAPE[1]:
@@ -170,16 +154,12 @@ class PreviewStream:
     growing pauses up to two seconds. Where no camera would change its mind (wrong password, no
     preview) it gives up.
 
-    Parameters
-    ----------
-    open_preview : callable
-        Asks for the preview over a connection that nothing else uses and gives the answer as a
-        context manager, as `OscClient.live_preview` does. It is called anew for each try, and
-        may first do what a fresh connection needs. Its reads should give up after `LOST_S`
-        without a byte.
-    cut : callable, optional
-        Ends the opening of that connection from another thread, as `Link.close` does, so that
-        stopping need not wait for a camera that does not answer.
+    * `open_preview`: asks for the preview over a connection that nothing else uses and gives the
+      answer as a context manager, as `OscClient.live_preview` does. It is called anew for each try,
+      and may first do what a fresh connection needs. Its reads should give up after `LOST_S`
+      without a byte.
+    * `cut`: ends the opening of that connection from another thread, as `Link.close` does, so that
+      stopping need not wait for a camera that does not answer.
     """
 
     def __init__(

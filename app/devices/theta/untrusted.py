@@ -36,17 +36,10 @@ _HINT: Final = "Try again. If the problem persists, restart the camera."
 def parse_json(data: bytes) -> JsonValue:
     """Read a reply's body.
 
-    Parameters
-    ----------
-    data : bytes
-        JSON in UTF-8. Broken characters become "\N{REPLACEMENT CHARACTER}": a badly encoded
-        description of one picture must not hide a whole listing. Of equal keys the last counts.
-
-    Raises
-    ------
-    BadReply
-        When it is no JSON, larger or deeper than the limits, or holds NaN, an infinity or a
-        number of more than 40 characters.
+    `data`: JSON in UTF-8. Broken characters become "\N{REPLACEMENT CHARACTER}": a badly encoded
+    description of one picture must not hide a whole listing. Of equal keys the last counts. Raises
+    `BadReply` when it is no JSON, larger or deeper than the limits, or holds NaN, an infinity or a
+    number of more than 40 characters.
     """
     if len(data) > MAX_BYTES:
         raise BadReply("The camera's answer is too large.", _HINT, "too-large")
@@ -104,12 +97,8 @@ def write_json(value: Any) -> bytes:
     Numbers are written without exponents, so that a shutter speed of 0.00004 leaves as the camera
     lists it, and not as 4e-05.
 
-    Raises
-    ------
-    ValueError
-        For a number that is not finite.
-    TypeError
-        For anything that JSON does not know.
+    Raises `ValueError` for a number that is not finite; `TypeError` for anything that JSON does not
+    know.
 
     Examples
     --------

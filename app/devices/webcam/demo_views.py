@@ -34,16 +34,11 @@ _STEPS: Final = 2  # of finding, from the depth here, the depth there
 class _View:
     """One view, taken apart.
 
-    Attributes
-    ----------
-    behind : (H, W, 3) uint8
-        Background; where the sitter hides it, the nearest that is seen.
-    seen : (H, W) uint8
-        255 where the background is seen.
-    sitter : (H, W, 4) uint8
-        Sitter times their share, and the share.
-    depth : (h, w) float32
-        Along the axis, metres, of half the size; behind the sitter that of the background around.
+    * `behind`, (H, W, 3) uint8: background; where the sitter hides it, the nearest that is seen.
+    * `seen`, (H, W) uint8: 255 where the background is seen.
+    * `sitter`, (H, W, 4) uint8: sitter times their share, and the share.
+    * `depth`, (h, w) float32: along the axis, metres, of half the size; behind the sitter that of
+      the background around.
     """
 
     behind: Bytes = field(repr=False)
@@ -56,17 +51,10 @@ class _View:
 class DemoViews:
     """The views of the demo location from one distance; for one thread.
 
-    Parameters
-    ----------
-    distance_m : float, optional
-        From the sitter, metres; the nearest that there is.
-    aspect : float, optional
-        Columns over rows of the pictures wanted; views are cut at top and bottom.
+    * `distance_m`: from the sitter, metres; the nearest that there is.
+    * `aspect`: columns over rows of the pictures wanted; views are cut at top and bottom.
 
-    Raises
-    ------
-    WebcamError
-        When they are missing or damaged.
+    Raises `WebcamError` when they are missing or damaged.
     """
 
     def __init__(self, folder: Path, distance_m: float = 1.2, aspect: float = 16 / 9) -> None:
@@ -100,20 +88,8 @@ class DemoViews:
     def picture(self, turn_deg: float) -> Bytes:
         """Return what the camera sees.
 
-        Parameters
-        ----------
-        turn_deg : float
-            How far the sitter has turned, the camera with them; deg.
-
-        Returns
-        -------
-        (H, W, 3) uint8
-            sRGB, a new array.
-
-        Raises
-        ------
-        WebcamError
-            When a picture is missing or damaged.
+        `turn_deg`: how far the sitter has turned, the camera with them; deg. Returns (H, W, 3)
+        uint8: sRGB, a new array. Raises `WebcamError` when a picture is missing or damaged.
         """
         before, after, share = self._neighbours(turn_deg)
         first, second = self._view(before), self._view(after)

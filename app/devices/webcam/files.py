@@ -45,12 +45,8 @@ class VideoFile(WebcamStream):
     Rotation that the file asks for is made. A file that goes away, with the disk that it is on, is
     waited for.
 
-    Parameters
-    ----------
-    width : int, optional
-        Most columns of its pictures; 0 takes them as they are.
-    fov_deg : float, optional
-        Horizontal field of view, deg, where it is known.
+    * `width`: most columns of its pictures; 0 takes them as they are.
+    * `fov_deg`: horizontal field of view, deg, where it is known.
     """
 
     def __init__(
@@ -142,10 +138,7 @@ def check_video(path: Path) -> None:
     FFmpeg also opens lists of other files and of addresses; they are refused here by what they
     begin with, whatever they are called.
 
-    Raises
-    ------
-    WebcamError
-        When it is missing ("no-file") or something else ("bad-file").
+    Raises `WebcamError` when it is missing ("no-file") or something else ("bad-file").
     """
     try:
         if not path.is_file():
@@ -205,14 +198,9 @@ class StillsFolder(WebcamStream):
     Pictures that arrive in the folder are shown when their turn comes; those that cannot be read
     are passed over. After the last comes the first.
 
-    Parameters
-    ----------
-    every_s : float or None, optional
-        Each is shown so long, seconds; None waits for `step`.
-    width : int, optional
-        Most columns of what is given; 0 stands for 1920.
-    fov_deg : float, optional
-        Horizontal field of view, deg, where it is known.
+    * `every_s`: each is shown so long, seconds; None waits for `step`.
+    * `width`: most columns of what is given; 0 stands for 1920.
+    * `fov_deg`: horizontal field of view, deg, where it is known.
     """
 
     def __init__(
@@ -308,11 +296,8 @@ class _Pile:
 def stills_in(folder: Path) -> list[str]:
     """List the pictures of a folder.
 
-    Returns
-    -------
-    list of str
-        Names in their order, numbers in them by value; none where the folder is not there. Of a
-        folder with very many files, those that the system gives first.
+    Names in their order, numbers in them by value; none where the folder is not there. Of a folder
+    with very many files, those that the system gives first.
     """
     names = []
     try:

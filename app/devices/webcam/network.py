@@ -55,12 +55,8 @@ class MjpegWebcam(WebcamStream):
     It answers a digest and a basic challenge; a redirection is refused. Its newest picture counts:
     when more than one has come, only the last is decoded.
 
-    Parameters
-    ----------
-    width : int, optional
-        Most columns of its pictures; 0 takes them as they come.
-    fov_deg : float, optional
-        Horizontal field of view, deg, where it is known.
+    * `width`: most columns of its pictures; 0 takes them as they come.
+    * `fov_deg`: horizontal field of view, deg, where it is known.
     """
 
     def __init__(
@@ -244,12 +240,8 @@ _LONGEST_LINE: Final = 1024
 class RtspWebcam(WebcamStream):
     """A camera at an rtsp address.
 
-    Parameters
-    ----------
-    width : int, optional
-        Most columns of its pictures; 0 takes them as they come.
-    fov_deg : float, optional
-        Horizontal field of view, deg, where it is known.
+    * `width`: most columns of its pictures; 0 takes them as they come.
+    * `fov_deg`: horizontal field of view, deg, where it is known.
     """
 
     def __init__(

@@ -68,10 +68,7 @@ class Capture(Protocol):
 def opened(make: Callable[[Name], Capture], name: Name) -> Capture | None:
     """Open what has a name.
 
-    Returns
-    -------
-    Capture or None
-        None where it did not open; what was begun is let go of.
+    None where it did not open; what was begun is let go of.
     """
     try:
         capture = make(name)
@@ -118,10 +115,8 @@ class Reader:
     def read(self) -> Bytes | None:
         """Give the next picture.
 
-        Returns
-        -------
-        (H, W, 3) uint8 or None
-            sRGB; None where nothing came, which counts as failed, or what is no picture.
+        Returns (H, W, 3) uint8 or None: sRGB; None where nothing came, which counts as failed, or
+        what is no picture.
         """
         if self._capture is None:
             return None
@@ -164,10 +159,7 @@ _MOST_CHARACTERS: Final = 200_000
 def linux_names(folder: Path) -> tuple[tuple[int, str], ...]:
     """Read the list that Linux keeps; further nodes of one device carry no pictures.
 
-    Returns
-    -------
-    tuple of (index, name)
-        By index, no name twice.
+    By index, no name twice.
     """
     found = []
     for node in folder.glob("video*"):
@@ -184,10 +176,7 @@ def shown_names(
 ) -> tuple[tuple[int, str], ...]:
     """Name devices that were found by trying.
 
-    Returns
-    -------
-    tuple of (index, name)
-        "Webcam 1" and so on where the system does not tell, or may mean another one.
+    "Webcam 1" and so on where the system does not tell, or may mean another one.
     """
     command = _ASKED.get(system) if indices else None
     told = (ask or _printed)(command) if command else ""
@@ -270,12 +259,8 @@ _SYSTEM: str = sys.platform  # a variable, so that each system's branch is check
 class OpenCvWebcam(WebcamStream):
     """A webcam of this computer.
 
-    Parameters
-    ----------
-    fov_deg : float, optional
-        Horizontal field of view, deg, where it is known: nothing in a webcam tells it.
-    is_there : callable, optional
-        Whether there is a device of an index; None where the system does not tell.
+    * `fov_deg`: horizontal field of view, deg, where it is known: nothing in a webcam tells it.
+    * `is_there`: whether there is a device of an index; None where the system does not tell.
     """
 
     def __init__(
@@ -349,10 +334,7 @@ def list_webcams() -> tuple[tuple[int, str], ...]:
     On Linux the system lists them. Elsewhere the first few are opened one after the other, which
     takes seconds and lights their lamps: not for the thread of the screens.
 
-    Returns
-    -------
-    tuple of (index, name)
-        By index, no name twice; none where there is none.
+    By index, no name twice; none where there is none.
     """
     if _SYSTEM == "linux":
         return linux_names(LINUX)

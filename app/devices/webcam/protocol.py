@@ -44,14 +44,10 @@ _LEAVING_S: Final = 12.0
 class Manner:
     """What a kind of source is called, and how patient one is with it.
 
-    Attributes
-    ----------
-    pauses_s : tuple of float
-        Seconds before it is opened again: after pictures had come, after the first failure, and
-        so on; the last one from then on.
-    silence_s : float
-        Seconds without a picture after which it is closed and opened again. It counts as lost
-        before; but a camera that serves one client may not let the next one in at once.
+    * `pauses_s`: seconds before it is opened again: after pictures had come, after the first
+      failure, and so on; the last one from then on.
+    * `silence_s`: seconds without a picture after which it is closed and opened again. It counts as
+      lost before; but a camera that serves one client may not let the next one in at once.
     """
 
     noun: str = "webcam"
@@ -69,12 +65,9 @@ WEBCAM: Final = Manner()
 class WebcamStream:
     """A webcam over a source of pictures; see `app.devices.webcam.protocol.Webcam`.
 
-    Parameters
-    ----------
-    fov_deg : float or None
-        Horizontal field of view, deg; None where nobody knows it.
-    still : bool, optional
-        Whether one and the same picture over and over is as it should be; else as `manner` says.
+    * `fov_deg`: horizontal field of view, deg; None where nobody knows it.
+    * `still`: whether one and the same picture over and over is as it should be; else as `manner`
+      says.
     """
 
     def __init__(
@@ -167,10 +160,7 @@ class WebcamStream:
     def close(self, wait_s: float = 0.5) -> None:
         """End; no picture comes after it, even where the device hangs in a read.
 
-        Parameters
-        ----------
-        wait_s : float, optional
-            Real seconds to wait for the device; one that hangs is left to its thread.
+        `wait_s`: real seconds to wait for the device; one that hangs is left to its thread.
         """
         with self._switching:
             thread, self._thread = self._thread, None
@@ -309,16 +299,9 @@ _SHIFT: Final = 64  # pixels that the grain is shifted about
 def as_rgb(picture: Any) -> Bytes | None:
     """Turn what OpenCV gives into sRGB.
 
-    Parameters
-    ----------
-    picture : array, (H, W), (H, W, 1) or (H, W, 3) uint8
-        Grey, or blue first.
-
-    Returns
-    -------
-    (H, W, 3) uint8 or None
-        sRGB, red first; None for what is no picture, or one of less than 16 or more than 8,192
-        pixels a side.
+    `picture`, array, (H, W), (H, W, 1) or (H, W, 3) uint8: grey, or blue first. Returns (H, W, 3)
+    uint8 or None: sRGB, red first; None for what is no picture, or one of less than 16 or more than
+    8,192 pixels a side.
     """
     given = np.asarray(picture)
     if given.dtype != np.uint8 or given.ndim not in (2, 3) or min(given.shape[:2]) < _SMALLEST:
@@ -335,17 +318,10 @@ def as_rgb(picture: Any) -> Bytes | None:
 def fitted(picture: Bytes, width: int) -> Bytes:
     """Make a picture smaller where it is wider than is wanted.
 
-    Parameters
-    ----------
-    picture : (H, W, 3) uint8
-        sRGB.
-    width : int
-        Most columns; 0 for any.
+    * `picture`, (H, W, 3) uint8: sRGB.
+    * `width`: most columns; 0 for any.
 
-    Returns
-    -------
-    (h, w, 3) uint8
-        In the same proportions; the same array where it fits.
+    Returns (h, w, 3) uint8: in the same proportions; the same array where it fits.
     """
     rows, columns = picture.shape[:2]
     if width <= 0 or columns <= width:
@@ -357,10 +333,7 @@ def fitted(picture: Bytes, width: int) -> Bytes:
 class Grain:
     """Noise of a sensor, new in each picture: made once, and then only shifted about.
 
-    Parameters
-    ----------
-    size : tuple[int, int]
-        Columns and rows of the pictures.
+    `size`: columns and rows of the pictures.
     """
 
     def __init__(self, size: tuple[int, int], noise: float) -> None:
@@ -373,15 +346,8 @@ class Grain:
     def on(self, picture: Bytes) -> Bytes:
         """Return a noisy copy of a picture.
 
-        Parameters
-        ----------
-        picture : (H, W, 3) uint8
-            Of the size it was made for.
-
-        Returns
-        -------
-        (H, W, 3) uint8
-            A new array.
+        `picture`, (H, W, 3) uint8: of the size it was made for. Returns (H, W, 3) uint8: a new
+        array.
         """
         left, top = (int(n) for n in self._chance.integers(0, _SHIFT, 2))
         rows, columns = picture.shape[:2]
@@ -428,10 +394,7 @@ class WebcamState(StrEnum):
 class WebcamFrame:
     """One picture.
 
-    Attributes
-    ----------
-    picture : (H, W, 3) uint8
-        sRGB, as the camera sees it, not mirrored. Not to be written to.
+    `picture`, (H, W, 3) uint8: sRGB, as the camera sees it, not mirrored. Not to be written to.
     """
 
     picture: Bytes = field(repr=False)

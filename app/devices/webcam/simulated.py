@@ -60,16 +60,10 @@ class PanoramaWebcam(WebcamStream):
     camera which looks at the sitter. It tells its field of view only when asked to, so that what
     estimates it can be tried.
 
-    Parameters
-    ----------
-    panorama : Path or (H, 2 H, 3) uint8
-        An OpenEXR or Radiance file, or sRGB.
-    fov_deg : float, optional
-        Horizontal field of view, deg, 20 to 150.
-    size : tuple[int, int], optional
-        Columns and rows.
-    shake_deg : float, optional
-        How far a hand lets it sway, standard deviation in deg; slow and fast mixed.
+    * `panorama`, Path or (H, 2 H, 3) uint8: an OpenEXR or Radiance file, or sRGB.
+    * `fov_deg`: horizontal field of view, deg, 20 to 150.
+    * `size`: columns and rows.
+    * `shake_deg`: how far a hand lets it sway, standard deviation in deg; slow and fast mixed.
     """
 
     def __init__(
@@ -106,12 +100,8 @@ class PanoramaWebcam(WebcamStream):
     def point(self, heading_deg: float, pitch_deg: float = 0.0) -> None:
         """Point it somewhere else; from the next picture on.
 
-        Parameters
-        ----------
-        heading_deg : float
-            Panorama azimuth, deg.
-        pitch_deg : float, optional
-            Up, deg, at most 80 either way.
+        * `heading_deg`: panorama azimuth, deg.
+        * `pitch_deg`: up, deg, at most 80 either way.
         """
         pitch = min(max(pitch_deg, -_HIGHEST_DEG), _HIGHEST_DEG)
         self._scene.aim = _Aim(wrap(heading_deg), pitch)
@@ -119,10 +109,7 @@ class PanoramaWebcam(WebcamStream):
     def set_turn(self, turn_deg: float) -> None:
         """Point it to the background of a turn.
 
-        Parameters
-        ----------
-        turn_deg : float
-            Deg, positive clockwise.
+        `turn_deg`: deg, positive clockwise.
         """
         self.point(heading_of_turn(turn_deg), self.pitch_deg)
 
@@ -215,10 +202,7 @@ class SimulatedWebcam(WebcamStream):
     Its camera looks at the sitter, who is in the middle of the picture and faces it: its heading is
     the turn + 180.
 
-    Parameters
-    ----------
-    size : tuple[int, int], optional
-        Columns and rows.
+    `size`: columns and rows.
     """
 
     def __init__(
@@ -252,10 +236,7 @@ class SimulatedWebcam(WebcamStream):
     def set_turn(self, turn_deg: float) -> None:
         """Go to another turn; from the next picture on.
 
-        Parameters
-        ----------
-        turn_deg : float
-            Deg, positive clockwise.
+        `turn_deg`: deg, positive clockwise.
         """
         self._scene.turn_deg = wrap(turn_deg)
 

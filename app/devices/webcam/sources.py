@@ -60,10 +60,7 @@ class LiveSource:
     def parse(cls, text: str) -> LiveSource:
         """Read what `text` wrote.
 
-        Raises
-        ------
-        WebcamError
-            When it is none; the code is "bad-address".
+        Raises `WebcamError` when it is none; the code is "bad-address".
         """
         kind, colon, where = text.partition(":")
         if not colon or kind not in _KINDS or not where or len(text) > _LONGEST:
@@ -114,15 +111,8 @@ def make_source(
 ) -> Webcam:
     """Make a source that is not yet opened; those of this computer are made elsewhere.
 
-    Parameters
-    ----------
-    width : int, optional
-        Most columns of its pictures; 0 for what is usual.
-
-    Raises
-    ------
-    WebcamError
-        When it is a webcam.
+    `width`: most columns of its pictures; 0 for what is usual. Raises `WebcamError` when it is a
+    webcam.
     """
     address = source.address
     if address is not None:
@@ -142,12 +132,8 @@ def make_source(
 class SourceView:
     """How one source's pictures are taken.
 
-    Attributes
-    ----------
-    fov_deg : float or None
-        Horizontal field of view as the user set it, deg; None to estimate it.
-    learnt_deg : float or None
-        The last estimate, deg: to draw with, and never taken for known.
+    * `fov_deg`: horizontal field of view as the user set it, deg; None to estimate it.
+    * `learnt_deg`: the last estimate, deg: to draw with, and never taken for known.
     """
 
     fov_deg: float | None = None

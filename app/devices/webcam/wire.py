@@ -58,16 +58,9 @@ class Address:
     def parse(cls, text: str) -> Address:
         """Read what a user typed.
 
-        Parameters
-        ----------
-        text : str
-            With or without "http://", "https://" or "rtsp://"; http is meant without.
-
-        Raises
-        ------
-        WebcamError
-            When it is no address, has another scheme, or a user name or password in front of the
-            host; the code is "bad-address".
+        `text`: with or without "http://", "https://" or "rtsp://"; http is meant without. Raises
+        `WebcamError` when it is no address, has another scheme, or a user name or password in front
+        of the host; the code is "bad-address".
         """
         typed = text.strip()
         if not typed:
@@ -172,10 +165,7 @@ class Wire:
     def connect(self) -> None:
         """Connect; what is read until `allow` is called next must come within `CONNECT_S`.
 
-        Raises
-        ------
-        WebcamError
-            When nothing answers there.
+        Raises `WebcamError` when nothing answers there.
         """
         endpoint = self._address.endpoint
         self.watch.allow(CONNECT_S)
