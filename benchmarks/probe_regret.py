@@ -26,12 +26,12 @@ from sun_restored import SUNS, load  # noqa: E402
 
 from app.core.base.files import atomic_write_text  # noqa: E402
 from app.core.hdr.audit import audit  # noqa: E402
+from app.core.hdr.camera_table import camera_facts  # noqa: E402
 from app.core.hdr.finish import MergeOptions, still_clipped  # noqa: E402
 from app.core.hdr.lights import light_grid  # noqa: E402
 from app.core.hdr.pipeline import measure  # noqa: E402
 from app.core.hdr.planner import plan  # noqa: E402
 from app.core.hdr.sky import SkyWord, direct_normal_lux  # noqa: E402
-from app.core.hdr.theta_limits import theta_limits  # noqa: E402
 from app.core.hdr.whatif import choose, given_up  # noqa: E402
 from app.core.simulation.bracket_maker import meter, write_bracket  # noqa: E402
 from app.core.simulation.cameras import THETA_V  # noqa: E402
@@ -58,7 +58,7 @@ def absolute(path: Path) -> tuple[np.ndarray[Any, Any], SkyWord]:
 def try_scene(path: Path, kind: str, pack: StylePack, folder: Path) -> dict[str, Any]:
     """Regret of every style in one scene and bracket."""
     light, word = absolute(path)
-    model = theta_limits(THETA_V.model)
+    model = camera_facts(THETA_V.model)
     assert model is not None
     wanted = plan(meter(light, THETA_V), model.limits, kind, model.max_shots)  # type: ignore[arg-type]
     place = folder / f"{path.stem}-{kind}"

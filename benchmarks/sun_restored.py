@@ -27,13 +27,13 @@ sys.path.insert(0, str(ROOT))
 
 from app.core.base.colour import luminance, srgb_encode  # noqa: E402
 from app.core.base.sphere import direction, directions_at  # noqa: E402
+from app.core.hdr import camera_table  # noqa: E402
 from app.core.hdr.frame import Exposure, Merged  # noqa: E402
 from app.core.hdr.lights import find_lights  # noqa: E402
 from app.core.hdr.pipeline import MergeOptions, measure  # noqa: E402
 from app.core.hdr.planner import CameraLimits, plan  # noqa: E402
 from app.core.hdr.sky import SkyWord, direct_normal_lux  # noqa: E402
 from app.core.hdr.sun import restore  # noqa: E402
-from app.core.hdr.theta_limits import THETA_MODELS  # noqa: E402
 from app.core.hdr.whatif import choose, given_up  # noqa: E402
 from app.core.simulation.bracket_maker import meter as meter_with  # noqa: E402
 from app.core.simulation.bracket_maker import write_bracket  # noqa: E402
@@ -173,7 +173,7 @@ def try_sun(
 
 def limits_of(camera: str) -> CameraLimits:
     """A camera's own values."""
-    return next(each.limits for each in THETA_MODELS if each.model == camera)
+    return next(each.limits for each in camera_table.CAMERAS if each.name == camera)
 
 
 def find_scenes(shared: Path) -> dict[str, Path]:

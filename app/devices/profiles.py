@@ -13,13 +13,17 @@ the others.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
+from app.core.hdr.camera_table import CAMERAS, camera_facts
 from app.core.hdr.planner import CameraLimits
-from app.core.hdr.theta_limits import theta_limits
 
 if TYPE_CHECKING:
+    from app.core.hdr.camera_table import CameraFacts
     from app.devices.theta.messages import Info
+
+WIDEST: Final = 8192
+"""Columns of the largest picture that a camera is asked for, unless it has no smaller one."""
 
 KELVIN: Final = 5000
 """Colour temperature that white balance is locked to."""
@@ -108,69 +112,55 @@ class ModelProfile:
         return f"THETA{self.user_prefix}{serial}" if self.user_prefix else ""
 
 
-def _theta(name: str, **facts: object) -> ModelProfile:
-    """Make the profile of a model whose lists the probe's table has."""
-    known = theta_limits(name)
-    if known is None:
-        raise ValueError(f"no limits for {name}")
-    base = ModelProfile(
-        name=name,
-        title=f"Ricoh Theta {name}",
-        bracket="native" if known.native_bracket else "single",
-        fallback=known.limits,
-        overhead_s=known.overhead_s,
-        max_shots=known.max_shots,
+def _theta(facts: CameraFacts) -> ModelProfile:
+    """Read a row of the table of cameras as a client does."""
+    itself = facts.native_bracket
+    keys = _OLD_KEYS if facts.old_bracket else _NEW_KEYS
+    apertures = ("aperture",) if len(facts.limits.apertures) > 1 else ()
+    method = ("_shootingMethod",) if facts.by_method else ()
+    rows, columns = max(size for size in facts.sizes if size[1] <= WIDEST)
+    return ModelProfile(
+        name=facts.name,
+        title=facts.stated.title() if facts.model else f"Ricoh Theta {facts.name}",
+        bracket="watched" if facts.watched else "native" if itself else "single",
+        fallback=facts.limits,
+        overhead_s=facts.overhead_s,
+        max_shots=facts.max_shots,
+        shot_keys=(*keys, *apertures) if itself else (),
+        needs_method=facts.by_method,
+        sends_mode=not facts.by_method,
+        saved=(*(_STITCHED if facts.stitching else _THETA), *apertures, *method),
+        picture=(columns, rows),
+        stitching=facts.stitching,
+        api_switch=facts.switches_api,
+        previews=facts.previews,
+        user_prefix=facts.user_prefix,
+        digest=facts.password,
     )
-    return replace(base, **facts)  # type: ignore[arg-type]
 
 
-_S: Final = _theta(
-    "S",
-    shot_keys=_OLD_KEYS,
-    picture=(5376, 2688),
-    api_switch=True,
-    min_firmware=(1, 62),
-    bracket_firmware=(1, 82),
-    previews=((640, 320, 10),),
-)
-_V: Final = _theta(
-    "V",
-    max_shots=19,
-    shot_keys=_NEW_KEYS,
-    saved=_STITCHED,
-    picture=(5376, 2688),
-    stitching=True,
-    user_prefix="YL",
-    digest=True,
-    previews=((1024, 512, 30), (1024, 512, 8), (1920, 960, 8), (640, 320, 30)),
-)
-_X: Final = _theta(
-    "X",
-    shot_keys=_NEW_KEYS,
-    needs_method=True,
-    sends_mode=False,
-    saved=(*_STITCHED, "_shootingMethod"),
-    picture=(5504, 2752),
-    stitching=True,
-    user_prefix="YR",
-    digest=True,
-    previews=((1024, 512, 30), (1920, 960, 30), (512, 512, 30)),
-)
-_CAUTIOUS: Final = CameraLimits(
-    tuple(1.0 / 2**k for k in range(10, -3, -1)),
-    (100.0, 200.0, 400.0, 800.0),
-    (2.0,),
-)
-_GENERIC: Final = ModelProfile(
-    name="generic",
-    title="OSC camera",
-    bracket="single",
-    fallback=_CAUTIOUS,
+# What a client knows besides, of some models. The SC2 drops the connection when pictures follow
+# each other too fast.
+_BESIDES: Final[dict[str, dict[str, Any]]] = {
+    "S": {"min_firmware": (1, 62), "bracket_firmware": (1, 82)},
+    "SC": {"bracket_firmware": (1, 10)},
+    "SC2": {"rest_s": 6.0, "poll_s": 3.0, "forgets": True},
+    "V": {"max_shots": 19},
+}
+_THETAS: Final = {
+    facts.name: replace(_theta(facts), **_BESIDES.get(facts.name, {})) for facts in CAMERAS
+}
+_V: Final = _THETAS["V"]
+_V_OLD: Final = replace(
+    _V,
+    name="V-old",
+    title="Ricoh Theta V, firmware before 3.00.1",
     max_shots=13,
-    ricoh=False,
-    saved=_CORE,
-    listed=10,
-    previews=(),
+    shot_keys=_OLD_KEYS,
+    saved=_THETA,
+    stitching=False,
+    min_firmware=(2, 0),
+    bracket_firmware=(2, 0),
 )
 # Like a V, in its own network as well; what else it can it says itself.
 _UNKNOWN_THETA: Final = replace(
@@ -184,75 +174,31 @@ _UNKNOWN_THETA: Final = replace(
     user_prefix="",
     previews=((1024, 512, 30),),
 )
-
-PROFILES: Final = (
-    _S,
-    _theta(
-        "SC",
-        shot_keys=_OLD_KEYS,
-        picture=(5376, 2688),
-        api_switch=True,
-        bracket_firmware=(1, 10),
-        previews=((640, 320, 10),),
+_GENERIC: Final = ModelProfile(
+    name="generic",
+    title="OSC camera",
+    bracket="single",
+    fallback=CameraLimits(
+        tuple(1.0 / 2**k for k in range(10, -3, -1)), (100.0, 200.0, 400.0, 800.0), (2.0,)
     ),
-    # It drops the connection when pictures follow each other too fast, and reports zeros for the
-    # format of its preview, which must not be set therefore.
-    _theta(
-        "SC2",
-        bracket="watched",
-        shot_keys=_OLD_KEYS,
-        picture=(5376, 2688),
-        rest_s=6.0,
-        poll_s=3.0,
-        forgets=True,
-        previews=(),
-    ),
-    replace(
-        _V,
-        name="V-old",
-        title="Ricoh Theta V, firmware before 3.00.1",
-        max_shots=13,
-        shot_keys=_OLD_KEYS,
-        saved=_THETA,
-        stitching=False,
-        min_firmware=(2, 0),
-        bracket_firmware=(2, 0),
-    ),
-    _V,
-    _theta(
-        "Z1",
-        shot_keys=(*_NEW_KEYS, "aperture"),
-        saved=(*_STITCHED, "aperture"),
-        picture=(6720, 3360),
-        stitching=True,
-        user_prefix="YN",
-        digest=True,
-        previews=((1024, 512, 30), (1024, 512, 8), (1920, 960, 8), (640, 320, 30)),
-    ),
-    _X,
-    _theta(
-        "A1",
-        title="Ricoh360 Theta A1",
-        saved=_STITCHED,
-        picture=(5504, 2752),
-        stitching=True,
-        digest=True,
-        previews=((1024, 512, 30), (1024, 512, 10)),
-    ),
-    _UNKNOWN_THETA,
-    _GENERIC,
-    replace(
-        _GENERIC,
-        name="insta360",
-        title="Insta360",
-        bracket="insta-hdr",
-        max_shots=9,
-        saved=(*_CORE, "hdr", "photoStitching"),
-        extra=(("hdr", "off"), ("photoStitching", "ondevice")),
-        headers=(("X-XSRF-Protected", "1"),),
-        address="192.168.42.1",
-    ),
+    ricoh=False,
+    saved=_CORE,
+    listed=10,
+    previews=(),
 )
+_INSTA360: Final = replace(
+    _GENERIC,
+    name="insta360",
+    title="Insta360",
+    bracket="insta-hdr",
+    max_shots=9,
+    saved=(*_CORE, "hdr", "photoStitching"),
+    extra=(("hdr", "off"), ("photoStitching", "ondevice")),
+    headers=(("X-XSRF-Protected", "1"),),
+    address="192.168.42.1",
+)
+
+PROFILES: Final = (*_THETAS.values(), _V_OLD, _UNKNOWN_THETA, _GENERIC, _INSTA360)
 """All profiles."""
 
 _NEW_V: Final = (3, 0, 1)
@@ -280,10 +226,10 @@ def profile_for(info: Info) -> ModelProfile:
     """
     if "THETA" not in info.model.upper():
         return profile_named("insta360" if "insta360" in info.model.lower() else "generic")
-    known = theta_limits(info.model)
+    known = camera_facts(info.model)
     if known is None:
         return _UNKNOWN_THETA
-    name = known.model
+    name = known.name
     if name == "V" and info.firmware and info.firmware < _NEW_V:
         name = "V-old"
     profile = profile_named(name)

@@ -18,10 +18,10 @@ from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.base.paths import resources
+from app.core.hdr.camera_table import camera_facts
 from app.core.hdr.frame import Exposure, Pose
 from app.core.hdr.pipeline import MergeOptions, Probe, measure
 from app.core.hdr.planner import plan
-from app.core.hdr.theta_limits import theta_limits
 from app.core.hdr.whatif import choose, given_up
 from app.core.simulation.bracket_maker import meter, write_bracket
 from app.core.simulation.cameras import THETA_S, THETA_V
@@ -49,7 +49,7 @@ def pack() -> StylePack:
 
 
 def exposures(radiance: Any, kind: Any = "paper") -> list[Exposure]:
-    model = theta_limits(THETA_V.model)
+    model = camera_facts(THETA_V.model)
     assert model is not None
     shots = plan(meter(radiance, THETA_V), model.limits, kind, model.max_shots).shots
     return [shot.exposure for shot in shots]

@@ -15,9 +15,9 @@ import pytest
 from app.cli import main
 from app.core.base.colour import luminance
 from app.core.base.paths import resources
+from app.core.hdr.camera_table import camera_facts
 from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import plan
-from app.core.hdr.theta_limits import theta_limits
 from app.core.simulation.bracket_maker import meter, write_bracket
 from app.core.simulation.cameras import THETA_V
 from app.core.solver.environment import read_environment, reduce
@@ -45,7 +45,7 @@ def full(light: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _shoot(light: Any, kind: Any, folder: Path) -> Path:
-    model = theta_limits(THETA_V.model)
+    model = camera_facts(THETA_V.model)
     assert model is not None
     shots = plan(meter(light, THETA_V), model.limits, kind, model.max_shots).shots
     write_bracket(folder, light, THETA_V, [shot.exposure for shot in shots], seed=3)

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 import pytest
 
+from app.core.hdr.camera_table import camera_facts
 from app.core.hdr.makernote import read_ricoh_note
-from app.core.hdr.theta_limits import theta_limits
 from app.devices.clock import ScaledClock
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.exchange import NO_ANSWER_S, Pause, Request
@@ -512,7 +512,7 @@ def test_default_sizes_are_the_models(person: Personality) -> None:
 
 @pytest.mark.parametrize("person", ALL)
 def test_the_tables_of_the_planner_are_accepted(person: Personality) -> None:
-    known = theta_limits(person.model) if person.ricoh else None
+    known = camera_facts(person.model) if person.ricoh else None
     if known is None:
         return
     talker = _talker(person)

@@ -11,15 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.core.base.errors import ProbeError
+from app.core.hdr.camera_table import CAMERAS, CameraFacts, camera_facts
 from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import CameraLimits, Plan, plan
-from app.core.hdr.theta_limits import THETA_MODELS, ThetaLimits, theta_limits
 
-MODELS = st.sampled_from(THETA_MODELS)
+MODELS = st.sampled_from(CAMERAS)
 
 
 def limits_of(name: str) -> CameraLimits:
-    found = theta_limits(name)
+    found = camera_facts(name)
     assert found is not None
     return found.limits
 
@@ -65,7 +65,7 @@ def check_plan(made: Plan, metered: Exposure, limits: CameraLimits, longest_s: f
 )
 @settings(max_examples=400, deadline=None)
 def test_every_plan_is_legal(
-    model: ThetaLimits,
+    model: CameraFacts,
     log_time: float,
     iso: int,
     aperture: float,
@@ -95,9 +95,9 @@ def test_every_plan_is_legal(
         assert missed > 1.0 / 6.0 or not told
 
 
-@pytest.mark.parametrize("model", THETA_MODELS, ids=lambda model: model.model)
+@pytest.mark.parametrize("model", CAMERAS, ids=lambda model: model.name)
 @pytest.mark.parametrize("time", [1 / 1000, 1 / 125, 1 / 30, 1 / 8])
-def test_full_goes_down_to_the_camera_s_floor(model: ThetaLimits, time: float) -> None:
+def test_full_goes_down_to_the_camera_s_floor(model: CameraFacts, time: float) -> None:
     limits = model.limits
     metered = Exposure(time, limits.isos[1], limits.apertures[0])
     made = plan(metered, limits, "full", model.max_shots)
@@ -244,7 +244,7 @@ def test_the_makers_documented_ranges(
     apertures: tuple[float, ...],
     count: int,
 ) -> None:
-    model = theta_limits(name)
+    model = camera_facts(name)
     assert model is not None
     assert model.documented
     limits = model.limits
@@ -259,8 +259,8 @@ def test_the_makers_documented_ranges(
 
 
 def test_values_that_only_one_model_has() -> None:
-    for model in THETA_MODELS:
-        newer = model.model in ("X", "A1")
+    for model in CAMERAS:
+        newer = model.name in ("X", "A1")
         assert (0.00007812 in model.limits.shutters_s) == newer
         assert (40.0 in model.limits.shutters_s) == newer
         if min(model.limits.shutters_s) < 0.00008:
@@ -276,8 +276,8 @@ def test_models_are_found_by_the_names_they_give() -> None:
         ("THETA Z1", "Z1"),
         ("x", "X"),
     ):
-        found = theta_limits(name)
+        found = camera_facts(name)
         assert found is not None
-        assert found.model == expected
+        assert found.name == expected
     for name in ("", "RICOH THETA", "RICOH THETA m15", "Insta360 X3"):
-        assert theta_limits(name) is None
+        assert camera_facts(name) is None

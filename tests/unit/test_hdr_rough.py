@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from app.core.base.colour import luminance
 from app.core.base.paths import resources
+from app.core.hdr.camera_table import camera_facts
 from app.core.hdr.frame import Exposure
 from app.core.hdr.pipeline import measure
 from app.core.hdr.planner import plan
 from app.core.hdr.rough import rough_environment
-from app.core.hdr.theta_limits import theta_limits
 from app.core.simulation.bracket_maker import meter, write_bracket
 from app.core.simulation.cameras import THETA_V
 from app.core.solver.environment import Environment, read_environment, reduce
@@ -31,7 +31,7 @@ def pack() -> StylePack:
 def shots(scene: str) -> tuple[NDArray[np.float32], tuple[Exposure, ...]]:
     light = read_environment(resources() / "demo" / "scenes" / f"{scene}.exr").radiance
     light = light * np.float32(200.0 / light.mean())  # a bright room, in cd/m2
-    known = theta_limits("RICOH THETA V")
+    known = camera_facts("RICOH THETA V")
     assert known is not None
     planned = plan(meter(light, THETA_V), known.limits, "paper")
     return light, tuple(shot.exposure for shot in planned.shots)

@@ -12,9 +12,9 @@ import numpy as np
 from app.core.base.colour import luminance, srgb_decode
 from app.core.base.paths import resources
 from app.core.bench.rows import Case, PeerCase
+from app.core.hdr.camera_table import camera_facts
 from app.core.hdr.pipeline import measure
 from app.core.hdr.planner import plan
-from app.core.hdr.theta_limits import theta_limits
 from app.core.simulation.bracket_maker import meter, write_bracket
 from app.core.simulation.cameras import THETA_V
 from app.core.solver.environment import read_environment, reduce_radiance
@@ -65,7 +65,7 @@ def make_bracket(folder: Path, stops: Sequence[float] | None, shape: tuple[int, 
     """
     radiance = read_environment(resources() / "demo" / "scenes" / f"{_SCENE}.exr").radiance
     light = radiance * np.float32(meter(radiance, THETA_V).factor * 2.0**_EV100)
-    model = theta_limits(THETA_V.model)
+    model = camera_facts(THETA_V.model)
     assert model is not None
     metered = meter(light, THETA_V)
     if stops is None:

@@ -26,6 +26,7 @@ from app.core.base.sphere import remap_frame, rotate_light
 from app.core.hdr import align, deghosting, handheld
 from app.core.hdr.agreement import doubts
 from app.core.hdr.bracket import read_bracket
+from app.core.hdr.camera_table import camera_facts
 from app.core.hdr.decoding import MemoryRows, halvable, is_whole
 from app.core.hdr.display import display_panorama
 from app.core.hdr.dual_fisheye import may_be_circles, recognise
@@ -45,7 +46,6 @@ from app.core.hdr.level import Levelling, first_shot, levelling
 from app.core.hdr.merge import SIZE, merge
 from app.core.hdr.pixels import FrameStack, open_frames, reduced, relaid
 from app.core.hdr.response import ResponseChoice, choose_response
-from app.core.hdr.theta_limits import theta_limits
 from app.core.hdr.tripod_detection import foot_of
 from app.core.solver.environment import from_radiance
 
@@ -439,7 +439,7 @@ def _levelled(merged: Merged, level: Levelling) -> Merged:
 
 def _room(bracket: Bracket) -> float | None:
     """Count the stops from the darkest frame to the darkest that the camera could have shot."""
-    known = theta_limits(bracket.frames[0].camera)
+    known = camera_facts(bracket.frames[0].camera)
     if known is None:
         return None
     limits = known.limits

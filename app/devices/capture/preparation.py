@@ -13,7 +13,7 @@ from app.devices.capture.journal import keepable
 from app.devices.capture.recovery import NOT_NOW
 from app.devices.capture.status import Stage
 from app.devices.errors import CameraNotReady, CameraRefused, CaptureFailed, DeviceError
-from app.devices.profiles import KELVIN, profile_for
+from app.devices.profiles import KELVIN, WIDEST, profile_for
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -198,7 +198,6 @@ def _check_storage(job: Job) -> None:
 _NEVER: Final = 65535
 _AFTER_FILTER_S: Final = 1.0  # Ricoh asks for it between `_filter` and `captureMode`
 _MANUAL: Final = 1
-_WIDEST: Final = 8192
 _EXPOSING: Final = ("shutterSpeed", "iso", "aperture")
 _UNKNOWN: Final = frozenset({"invalidParameterName", "invalidParameterValue", "missingParameter"})
 _TOGETHER: Final = ("fileFormat", "exposureDelay", "_imageStitching", "_topBottomCorrection")
@@ -321,7 +320,7 @@ def _panorama(stated: Any) -> tuple[int, int] | None:
             width, height = each.get("width"), each.get("height")
             if isinstance(width, int) and isinstance(height, int) and width == 2 * height > 0:
                 sizes.add((width, height))
-    return max((size for size in sizes if size[0] <= _WIDEST), default=min(sizes, default=None))
+    return max((size for size in sizes if size[0] <= WIDEST), default=min(sizes, default=None))
 
 
 def prepare(contact: Contact, profile: ModelProfile) -> None:

@@ -1,8 +1,8 @@
 """The cameras that can be simulated: what each model says of itself, accepts, and gets wrong.
 
-Numbers and words are those of Ricoh's Web API v2.1 and of public replies of the models, written
-down here once more on purpose: the client has tables of its own, and a slip in either shows. What
-Ricoh does not document (SC2, A1) is a guess on the awkward side.
+What a model is stands in the table of cameras, from which a new row becomes a simulated camera by
+itself. Bad habits are those of public replies of the models; what Ricoh does not document (SC2, A1)
+is a guess on the awkward side.
 """
 
 from __future__ import annotations
@@ -10,24 +10,15 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal
 
-from app.core.simulation.cameras import GENERIC, THETA_S, THETA_SC2, THETA_V, THETA_X, THETA_Z1
+from app.core.hdr.camera_table import CAMERAS
+from app.core.simulation.cameras import GENERIC, THETA_S, THETA_V, THETA_X, THETA_Z1, camera_named
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from app.core.hdr.camera_table import CameraFacts
     from app.core.simulation.cameras import CameraModel
 
-# fmt: off
-_SHUTTERS: Final = (
-    0.00004, 0.00005, 0.0000625, 0.00008, 0.0001, 0.000125, 0.00015625, 0.0002, 0.00025,
-    0.0003125, 0.0004, 0.0005, 0.000625, 0.0008, 0.001, 0.00125, 0.0015625, 0.002, 0.0025,
-    0.003125, 0.004, 0.005, 0.00625, 0.008, 0.01, 0.0125, 0.01666666, 0.02, 0.025, 0.03333333,
-    0.04, 0.05, 0.06666666, 0.07692307, 0.1, 0.125, 0.16666666, 0.2, 0.25, 0.33333333, 0.4, 0.5,
-    0.625, 0.76923076, 1, 1.3, 1.6, 2, 2.5, 3.2, 4, 5, 6, 8, 10, 13, 15, 20, 25, 30, 60,
-)
-_ISOS: Final = (
-    50, 64, 80, 100, 125, 160, 200, 250, 320, 400, 500, 640, 800, 1000, 1250, 1600, 2000, 2500,
-    3200, 4000, 5000, 6400,
-)
-# fmt: on
 _PROGRAMS: Final = (1, 2, 4, 9)
 _OLD_KEYS: Final = frozenset({"shutterSpeed", "iso", "_colorTemperature"})
 _ALL_KEYS: Final = _OLD_KEYS | {"exposureCompensation"}
@@ -114,37 +105,72 @@ class Personality:
         return 1 in self.api_levels
 
 
-def _between(low: float, high: float, values: tuple[float, ...]) -> tuple[float, ...]:
-    return tuple(value for value in values if low <= value <= high)
-
-
-_LONG: Final = tuple(sorted([*_SHUTTERS, 40, 50]))
-_X_SHUTTERS: Final = tuple(
-    sorted([0.00007812, *(t for t in _between(0.0000625, 60, _LONG) if t != 0.00008)])
-)
+# What V and Z1 have by newer firmware.
+_LONGER: Final = (40.0, 50.0)
 _STITCHING: Final = ("auto", "static", "dynamicAuto", "dynamicSave", "dynamicLoad", "none")
 _LEVELLING: Final = ("ApplyAuto", "Apply", "ApplySave", "ApplyLoad", "Disapply")
-_V_PREVIEWS: Final = ((1024, 512, 30), (1024, 512, 8), (1920, 960, 8), (640, 320, 30))
 _NEW_KEYS: Final = frozenset({"exposureProgram", "whiteBalance"})
+_V_FILTERS: Final = ("off", "DR Comp", "Noise Reduction", "hdr", "Hh hdr")
 
-_S: Final = Personality(
-    name="S",
-    model="RICOH THETA S",
+
+def _listed(values: Iterable[float]) -> tuple[float, ...]:
+    """Write a list as cameras do: sorted, whole numbers without a point."""
+    return tuple(int(value) if value == int(value) else value for value in sorted(values))
+
+
+def _personality(facts: CameraFacts) -> Personality:
+    """Read a row of the table of cameras as a camera of that model behaves."""
+    sensor = camera_named(facts.sensor or facts.name)
+    firmware = "1.00.0"
+    several = {"aperture"} if len(facts.limits.apertures) > 1 else set()
+    rules = BracketRules(facts.max_shots, _OLD_KEYS, grouped=True, watched=facts.watched)
+    if not facts.old_bracket:
+        rules = replace(rules, required=_NEW_KEYS, optional=_ALL_KEYS | several)
+    if facts.by_method:
+        required = frozenset({"exposureProgram"})
+        rules = replace(
+            rules, required=required, optional=_ALL_KEYS | {"whiteBalance"}, method=True
+        )
+    return Personality(
+        name=facts.name,
+        model=facts.stated,
+        serial="10000001",
+        prefix=facts.user_prefix,
+        firmware=firmware,
+        camera=sensor
+        if sensor.name == facts.name
+        else replace(
+            sensor,
+            name=facts.name,
+            model=facts.stated,
+            software=f"{facts.stated} Ver {firmware}",
+            shape=facts.sizes[0],
+        ),
+        sizes=facts.sizes,
+        shutters=_listed(facts.limits.shutters_s),
+        isos=_listed(facts.limits.isos),
+        apertures=facts.limits.apertures,
+        overhead_s=facts.overhead_s,
+        bracket=rules if facts.native_bracket else None,
+        api_levels=(1, 2) if facts.switches_api else (2,),
+        previews=facts.previews,
+        stitching=_STITCHING if facts.stitching else (),
+        levelling=_LEVELLING if facts.stitching else (),
+        digest=facts.password,
+    )
+
+
+_TABLE: Final = {facts.name: _personality(facts) for facts in CAMERAS}
+
+# What the models do besides what the table says, from their documentation and from reports.
+_S: Final = replace(
+    _TABLE["S"],
     serial="00141592",
     prefix="XS",
     firmware="01.82",
-    camera=THETA_S,
-    sizes=((2688, 5376), (1024, 2048)),
-    shutters=_between(0.00015625, 60, _SHUTTERS),
-    isos=_between(100, 1600, _ISOS),
-    apertures=(2.0,),
     overhead_s=6.5,
-    bracket=BracketRules(13, _OLD_KEYS, grouped=True),
     status_ids=False,
-    api_levels=(1, 2),
     folder="7d414c4e5448535d2f08c10201a2b300/100RICOH",
-    previews=((640, 320, 10),),
-    filters=("off", "DR Comp", "Noise Reduction", "hdr"),
     sleep_delays=(30, 1800, 65535),
     snaps=False,
     lens_stops=0.67,
@@ -154,7 +180,8 @@ _S: Final = Personality(
 _SC: Final = replace(
     _S,
     name="SC",
-    model="RICOH THETA SC",
+    model=_TABLE["SC"].model,
+    shutters=_TABLE["SC"].shutters,
     serial="30271828",
     firmware="01.20",
     camera=replace(
@@ -163,52 +190,34 @@ _SC: Final = replace(
         model="RICOH THETA SC".ljust(63),
         software="RICOH THETA SC Ver 1.20".ljust(31),
     ),
-    shutters=_between(0.000125, 60, _SHUTTERS),
     folder="7d414c4e54485343f208c10201c4d500/100RICOH",
     preview_rest_s=1.2,
 )
-_SC2: Final = Personality(
-    name="SC2",
-    model="RICOH THETA SC2",
+_SC2: Final = replace(
+    _TABLE["SC2"],
     serial="20161803",
     prefix="YP",
     firmware="01.82",
-    camera=THETA_SC2,
-    sizes=((2688, 5376),),
-    shutters=_between(0.000125, 60, _SHUTTERS),
-    isos=_between(64, 3200, _ISOS),
-    apertures=(2.0,),
     overhead_s=7.5,
     bracket=BracketRules(13, _OLD_KEYS, watched=True),
     status_ids=False,
     folder="thetasc25ca1ab1e0ddba11000c0ffee0/100RICOH",
-    previews=(),
     filters=("off", "Noise Reduction", "hdr"),
     metadata="wrong",
     keeps_settings=False,
     thumbs_hang=True,
     rest_s=1.5,
 )
-_V: Final = Personality(
-    name="V",
-    model="RICOH THETA V",
+_V: Final = replace(
+    _TABLE["V"],
     serial="00112358",
-    prefix="YL",
     firmware="3.82.1",
     camera=replace(THETA_V, software="RICOH THETA V Ver 3.82.1"),
-    sizes=((2688, 5376),),
-    shutters=_LONG,
-    isos=_between(64, 3200, _ISOS),
-    apertures=(2.0,),
-    overhead_s=3.0,
-    bracket=BracketRules(19, _NEW_KEYS, _ALL_KEYS, programs=(1, 2, 4, 9), grouped=True),
+    shutters=_listed({*_TABLE["V"].shutters, *_LONGER}),
+    bracket=BracketRules(19, _NEW_KEYS, _ALL_KEYS, programs=_PROGRAMS, grouped=True),
     status_ids=False,
     folder="150100524436344d42013d00a5b1c800/100RICOH",
-    previews=_V_PREVIEWS,
-    filters=("off", "DR Comp", "Noise Reduction", "hdr", "Hh hdr"),
-    stitching=_STITCHING,
-    levelling=_LEVELLING,
-    digest=True,
+    filters=_V_FILTERS,
     ranges=True,
     lens_stops=0.33,
 )
@@ -218,7 +227,7 @@ _V_OLD: Final = replace(
     firmware="2.50.1",
     # It states its tilt and leaves levelling to others.
     camera=replace(THETA_V, name="V-old", software="RICOH THETA V Ver 2.50.1", levels_itself=False),
-    shutters=_SHUTTERS,
+    shutters=_TABLE["V"].shutters,
     bracket=BracketRules(13, _OLD_KEYS, grouped=True),
     stitching=(),
     levelling=(),
@@ -226,50 +235,30 @@ _V_OLD: Final = replace(
     previews=((1024, 512, 30), (1920, 960, 8)),
 )
 _Z1: Final = replace(
-    _V,
-    name="Z1",
-    model="RICOH THETA Z1",
+    _TABLE["Z1"],
     serial="10086420",
-    prefix="YN",
     firmware="3.50.2",
     camera=replace(THETA_Z1, software="RICOH THETA Z1 Ver 3.50.2"),
-    sizes=((3360, 6720),),
-    isos=_between(80, 6400, _ISOS),
-    apertures=(2.1, 3.5, 5.6),
+    shutters=_listed({*_TABLE["Z1"].shutters, *_LONGER}),
     programs=(1, 2, 3, 4, 9),
-    overhead_s=2.4,
     bracket=BracketRules(
         19, _NEW_KEYS, _ALL_KEYS | {"aperture"}, programs=(1, 2, 3, 4, 9), grouped=True
     ),
+    status_ids=False,
     folder="150100525831424d42075b53ce68c300/100RICOH",
-    lens_stops=0.0,
+    filters=_V_FILTERS,
+    ranges=True,
 )
-_X: Final = Personality(
-    name="X",
-    model="RICOH THETA X",
+_X: Final = replace(
+    _TABLE["X"],
     serial="14013579",
-    prefix="YR",
     firmware="2.80.1",
-    camera=THETA_X,
-    sizes=((5504, 11008), (2752, 5504)),
-    shutters=_X_SHUTTERS,
-    isos=_between(50, 3200, _ISOS),
-    apertures=(2.4,),
-    overhead_s=3.0,
-    bracket=BracketRules(
-        13,
-        frozenset({"exposureProgram"}),
-        _ALL_KEYS | {"whiteBalance"},
-        method=True,
-        grouped=True,
-    ),
     previews=((1024, 512, 30), (512, 512, 30), (1920, 960, 30), (3840, 1920, 30)),
     filters=("off", "Noise Reduction", "hdr"),
     stitching=(
         "auto", "none", "static", "dynamic", "dynamicSemiAuto", "dynamicSave", "dynamicLoad",
     ),
     levelling=(*_LEVELLING, "ApplySemiAuto", "Manual"),
-    digest=True,
     numeric_ids=True,
     ranges=True,
     lens_stops=0.33,
@@ -288,7 +277,7 @@ _X_OLD: Final = replace(
 _A1: Final = replace(
     _X,
     name="A1",
-    model="RICOH360 THETA A1",
+    model=_TABLE["A1"].model,
     manufacturer="Ricoh Company, Ltd.",
     serial="10099887",
     prefix="AA",
@@ -298,7 +287,7 @@ _A1: Final = replace(
     ),
     bracket=None,
     overhead_s=3.5,
-    previews=((1024, 512, 30), (1024, 512, 10)),
+    previews=_TABLE["A1"].previews,
     lens_stops=0.0,
 )
 _GENERIC: Final = Personality(
@@ -309,7 +298,7 @@ _GENERIC: Final = Personality(
     firmware="1.0",
     camera=GENERIC,
     sizes=((2048, 4096),),
-    shutters=_between(0.000125, 30, _SHUTTERS),
+    shutters=tuple(t for t in _TABLE["V"].shutters if 0.000125 <= t <= 30),
     isos=(100, 200, 400, 800, 1600, 3200),
     apertures=(2.0, 2.8, 4.0, 5.6, 8.0),
     overhead_s=2.0,
@@ -338,7 +327,7 @@ _INSTA: Final = replace(
         apertures=(1.9,),
     ),
     sizes=((2944, 5888),),
-    shutters=(0.000125, *_between(0.00015625, 60, _SHUTTERS), 120),
+    shutters=(0.000125, *_TABLE["S"].shutters, 120),
     apertures=(1.9,),
     insta=True,
     folder="DCIM/Camera01",
@@ -346,9 +335,10 @@ _INSTA: Final = replace(
     address="192.168.42.1",
 )
 
-PERSONALITIES: Final = (
-    _S, _SC, _SC2, _V, _V_OLD, _Z1, _X, _X_OLD, _A1, _GENERIC, _INSTA,
-)  # fmt: skip
+_KNOWN: Final = {
+    person.name: person for person in (_S, _SC, _SC2, _V, _V_OLD, _Z1, _X, _X_OLD, _A1)
+}
+PERSONALITIES: Final = (*(_KNOWN | (_TABLE | _KNOWN)).values(), _GENERIC, _INSTA)
 """All of them."""
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_text
 from app.core.base.paths import user_data
+from app.core.hdr.camera_table import CAMERAS
 from app.devices.errors import BadReply, DeviceError, Unreachable
 from app.devices.profiles import profile_for
 from app.devices.theta.endpoint import Endpoint
@@ -209,7 +210,7 @@ _NEAR: Final = tuple(
     )
 )
 _INSTANCE: Final = re.compile(r"(THETA([A-Z]{2})(\d{8}))(?:$|[. ])", re.ASCII)
-_MODELS: Final = {"YL": "RICOH THETA V", "YN": "RICOH THETA Z1", "YR": "RICOH THETA X"}
+_MODELS: Final = {each.user_prefix: each.stated for each in CAMERAS if each.user_prefix}
 _LONGEST: Final = 64
 _ORDER: Final = ("typed", "access point", "remembered", "network")
 

@@ -1,0 +1,91 @@
+"""How many files it takes to add something: each test adds one in a copy of the program."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    """A copy of the program that can be changed and run; `tests/helpers` and resources as here."""
+    ignored = shutil.ignore_patterns("__pycache__", "_resources")
+    shutil.copytree(ROOT / "app", tmp_path / "app", ignore=ignored)
+    shutil.copytree(ROOT / "tests" / "helpers", tmp_path / "tests" / "helpers", ignore=ignored)
+    (tmp_path / "resources").symlink_to(ROOT / "resources", target_is_directory=True)
+    return tmp_path
+
+
+def insert(file: Path, before: str, text: str) -> None:
+    """Put a text before the only place where another one stands."""
+    source = file.read_text(encoding="utf-8")
+    assert source.count(before) == 1
+    file.write_text(source.replace(before, text + before), encoding="utf-8")
+
+
+def run(folder: Path, program: str) -> str:
+    """Run a few lines of Python on a copy, and return what they print."""
+    done = subprocess.run(
+        [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(folder)!r})\n{program}"],
+        cwd=folder,
+        env={**os.environ, "PYTHONUTF8": "1"},
+        capture_output=True,
+        encoding="utf-8",
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+CAMERA = """
+    replace(
+        _X,
+        name="Z9",
+        sensor="X",
+        limits=_limits(0.000125, (64, 3200), 2.1, 4.0),
+        sizes=((3000, 6000),),
+        user_prefix="YZ",
+    ),
+"""
+CAPTURE = """
+from dataclasses import replace
+from pathlib import Path
+
+import app
+from app.core.hdr.camera_table import camera_facts
+from app.devices.profiles import profile_for
+from app.devices.simulated.personality import personality_named
+from app.devices.theta.messages import Info
+from tests.helpers.cameras import Rig
+
+assert Path(app.__file__).parent.parent == Path.cwd()
+facts = camera_facts("RICOH THETA Z9")
+profile = profile_for(Info("RICOH THETA Z9"))
+person = personality_named("z9")
+assert profile.fallback == facts.limits and profile.picture == (6000, 3000)
+assert profile.user_name("123") == "THETAYZ123" and person.user.startswith("THETAYZ")
+assert person.apertures == facts.limits.apertures and person.sizes == facts.sizes
+rig = Rig(Path("session"), "Z9")
+before = dict(rig.camera.options)
+result = rig.shoot("paper")
+assert rig.camera.options == before
+assert result.profile == replace(profile, extra=())
+assert all(shot.exposure.shutter_s in facts.limits.shutters_s for shot in result.plan.shots)
+assert all(shot.exposure.iso in facts.limits.isos for shot in result.plan.shots)
+print(result.info.model, len(result.frames) == len(result.plan.shots))
+"""
+
+
+def test_a_camera_model_takes_one_row(copy: Path) -> None:
+    """Planner, client and simulated camera know it, and a bracket of it is captured."""
+    row = copy / "app" / "core" / "hdr" / "camera_table.py"
+    insert(row, ')\n"""All models, oldest first."""', CAMERA.lstrip("\n"))
+    assert run(copy, CAPTURE) == "RICOH THETA Z9 True\n"
