@@ -1,4 +1,4 @@
-"""A webcam inside a panorama: it points where it is pointed, and shakes as much as it is told."""
+"""A webcam inside a panorama: it points where it is pointed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from app.core.localization.views import Lens, look
 from app.devices.clock import ScaledClock, VirtualClock
 from app.devices.webcam import PanoramaWebcam, WebcamError, WebcamState
-from app.devices.webcam.simulated import PANORAMA_FPS, _Aim, _PanoramaScene
+from app.devices.webcam.simulated import PANORAMA_FPS, PanoramaPlace, SimulatedSource
 from tests.helpers.demo_place import demo_panorama
 
 Bytes = NDArray[np.uint8]
@@ -27,15 +27,16 @@ def panorama() -> Bytes:
     return np.asarray(cv2.resize(demo_panorama(), (1024, 512)), np.uint8)
 
 
-def scene(panorama: Bytes | Path, shake: float = 0.0, noise: float = 0.0) -> _PanoramaScene:
-    made = _PanoramaScene(panorama, VirtualClock(), Lens(60.0, SIZE), shake, noise)
+def scene(panorama: Bytes | Path) -> SimulatedSource:
+    place = PanoramaPlace(panorama, Lens(60.0, SIZE))
+    made = SimulatedSource(place, VirtualClock(), PANORAMA_FPS, SIZE)
     made.open()
     return made
 
 
 def test_it_shows_the_view_it_is_pointed_at(panorama: Bytes) -> None:
     made = scene(panorama)
-    made.aim = _Aim(75.0, 10.0)
+    made.aim = (75.0, 10.0)
     picture = made.read()
     assert picture is not None
     np.testing.assert_array_equal(picture, look(panorama, 75.0, Lens(60.0, SIZE), 10.0))
@@ -51,30 +52,6 @@ def test_headings_and_turns() -> None:
     webcam.point(190.0, 100.0)
     assert webcam.heading_deg == -170.0
     assert webcam.pitch_deg == 80.0
-    quiet = PanoramaWebcam(np.zeros((64, 128, 3), np.uint8), VirtualClock(), tells_fov=False)
-    assert quiet.fov_deg is None
-
-
-def test_the_shake_is_as_large_as_it_is_told_to_be(panorama: Bytes) -> None:
-    made = scene(panorama, shake=1.5)
-    aims = []
-    for _ in range(400):
-        made._clock.sleep(0.171)
-        aims.append(made._swayed(_Aim(20.0, 0.0)))
-    across = np.array([aim.heading_deg for aim in aims]) - 20.0
-    up = np.array([aim.pitch_deg for aim in aims])
-    assert across.std() == pytest.approx(1.5, rel=0.2)
-    assert up.std() == pytest.approx(1.5, rel=0.2)
-    assert abs(np.corrcoef(across, up)[0, 1]) < 0.9
-    assert len({id(picture) for picture in [made.read() for _ in range(5)]}) > 2
-
-
-def test_noise_is_new_in_each_picture(panorama: Bytes) -> None:
-    made = scene(panorama, noise=6.0)
-    first, second = made.read(), made.read()
-    assert first is not None
-    assert second is not None
-    assert 5.0 < (first.astype(float) - second).std() < 10.0
 
 
 def test_it_keeps_its_pace(panorama: Bytes) -> None:
@@ -113,9 +90,7 @@ def test_what_is_no_panorama(tmp_path: Path) -> None:
         with pytest.raises(WebcamError) as caught:
             scene(given)
         assert caught.value.code == "bad-file"
-    unplugged = _PanoramaScene(
-        np.zeros((64, 128, 3), np.uint8), VirtualClock(), Lens(60.0, SIZE), 0.0, 0.0
-    )
+    unplugged = scene(np.zeros((64, 128, 3), np.uint8))
     unplugged.plugged = False
     with pytest.raises(WebcamError, match="No webcam"):
         unplugged.open()

@@ -20,7 +20,7 @@ from app.core.localization.heading_conversion import turn_of_heading
 from app.devices.clock import ScaledClock, VirtualClock
 from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamFrame, WebcamState
 from app.devices.webcam.demo_views import DemoViews
-from app.devices.webcam.simulated import FOV_DEG, FPS, _Scene
+from app.devices.webcam.simulated import FOV_DEG, FPS, DemoLocation, SimulatedSource
 from tests.helpers.demo_place import demo_panorama
 
 Bytes = NDArray[np.uint8]
@@ -188,20 +188,10 @@ def test_black_and_frozen(webcam: SimulatedWebcam) -> None:
     until(lambda: webcam.state is WebcamState.LIVE)
 
 
-def test_noise_is_new_in_each_picture() -> None:
-    webcam = SimulatedWebcam(VIEWS, ScaledClock(10.0), noise=6.0, size=(640, 360))
-    webcam.open()
-    first = newest(webcam)
-    second = newest(webcam, first.number)
-    webcam.close(PATIENCE_S)
-    spread = (first.picture.astype(float) - second.picture).std()
-    assert 5.0 < spread < 10.0
-
-
 def test_it_keeps_its_pace() -> None:
     """On its own clock, and without making up for what a slow reader of the clock has missed."""
     clock = VirtualClock(100.0)
-    source = _Scene(VIEWS, clock, 1.2, (640, 360), 0.0)
+    source = SimulatedSource(DemoLocation(VIEWS, 1.2, (640, 360)), clock, FPS, (640, 360))
     source.open()
     for _ in range(round(FPS)):
         assert source.read() is not None

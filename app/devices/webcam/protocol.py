@@ -330,33 +330,6 @@ def fitted(picture: Bytes, width: int) -> Bytes:
     return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
-class Grain:
-    """Noise of a sensor, new in each picture: made once, and then only shifted about.
-
-    `size`: columns and rows of the pictures.
-    """
-
-    def __init__(self, size: tuple[int, int], noise: float) -> None:
-        self._chance = np.random.default_rng(_SEED)
-        shape = (size[1] + _SHIFT, size[0] + _SHIFT, 3)
-        values = np.round(self._chance.normal(0.0, noise, shape))
-        self._plus = np.clip(values, 0, 255).astype(np.uint8)
-        self._minus = np.clip(-values, 0, 255).astype(np.uint8)
-
-    def on(self, picture: Bytes) -> Bytes:
-        """Return a noisy copy of a picture.
-
-        `picture`, (H, W, 3) uint8: of the size it was made for. Returns (H, W, 3) uint8: a new
-        array.
-        """
-        left, top = (int(n) for n in self._chance.integers(0, _SHIFT, 2))
-        rows, columns = picture.shape[:2]
-        box = (slice(top, top + rows), slice(left, left + columns))
-        return np.asarray(
-            cv2.subtract(cv2.add(picture, self._plus[box]), self._minus[box]), np.uint8
-        )
-
-
 Bytes: TypeAlias = NDArray[np.uint8]
 
 GUESS_FOV_DEG: Final = 65.0
