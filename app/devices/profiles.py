@@ -98,9 +98,6 @@ class ModelProfile:
     bracket_firmware: tuple[int, ...] = ()
     previews: tuple[tuple[int, int, int], ...] = ((1024, 512, 30),)
     user_prefix: str = ""
-    digest: bool = False
-    headers: tuple[tuple[str, str], ...] = ()
-    address: str = "192.168.1.1"
 
     @property
     def brackets_itself(self) -> bool:
@@ -135,7 +132,6 @@ def _theta(facts: CameraFacts) -> ModelProfile:
         api_switch=facts.switches_api,
         previews=facts.previews,
         user_prefix=facts.user_prefix,
-        digest=facts.password,
     )
 
 
@@ -194,8 +190,6 @@ _INSTA360: Final = replace(
     max_shots=9,
     saved=(*_CORE, "hdr", "photoStitching"),
     extra=(("hdr", "off"), ("photoStitching", "ondevice")),
-    headers=(("X-XSRF-Protected", "1"),),
-    address="192.168.42.1",
 )
 
 PROFILES: Final = (*_THETAS.values(), _V_OLD, _UNKNOWN_THETA, _GENERIC, _INSTA360)

@@ -274,7 +274,7 @@ def test_an_old_api_that_does_not_go_away_ends() -> None:
 def entry(number: int, folder: int = 100, group: str | None = None) -> FileEntry:
     name = f"R{number:07d}.JPG"
     url = f"http://192.168.1.1/files/ab/{folder}RICOH/{name}"
-    return FileEntry(name, url, 10, "2026:01:02 03:04:05", 64, 32, group, True, "")
+    return FileEntry(name, url, 10, "2026:01:02 03:04:05", group)
 
 
 def found(client: Client, wanted: int, **how: Any) -> list[int]:
@@ -317,9 +317,7 @@ def test_frames_are_found_at_another_address_of_the_camera() -> None:
 
 def test_raw_files_and_repeated_entries_do_not_count() -> None:
     client = Client()
-    raw = FileEntry(
-        "R0000009.DNG", "http://192.168.1.1/x/R0000009.DNG", 1, "", 1, 1, None, True, ""
-    )
+    raw = FileEntry("R0000009.DNG", "http://192.168.1.1/x/R0000009.DNG", 1)
     client.files = [raw, entry(8), entry(8), entry(7)]
     assert found(client, 3) == [7, 8]
 

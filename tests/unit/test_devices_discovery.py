@@ -197,7 +197,7 @@ def test_several_cameras_are_kept_and_none_is_chosen() -> None:
 
 
 def test_of_several_cameras_the_last_used_one_is_chosen_wherever_it_is_now() -> None:
-    old = described(Endpoint("10.0.0.50"), "network", Info("RICOH THETA X", "", "10200301"))
+    old = described(Endpoint("10.0.0.50"), "network", Info("RICOH THETA X", "10200301"))
     remember(old)
     net = Net().at("10.0.0.8", theta("V", "00105377")).at("10.0.0.9", theta("X", "10200301"))
     result = search(
@@ -218,7 +218,7 @@ def test_one_camera_at_two_addresses_is_one_camera() -> None:
 
 
 def test_an_address_that_needs_no_password_is_nearer() -> None:
-    here = described(Endpoint("10.0.0.9"), "network", Info("RICOH THETA Z1", "", "10010104"))
+    here = described(Endpoint("10.0.0.9"), "network", Info("RICOH THETA Z1", "10010104"))
     shut = described(Endpoint("10.0.0.8"), "remembered", None, "THETAYN10010104")
     (camera,) = merged([shut, here])
     assert camera.endpoint == Endpoint("10.0.0.9")
@@ -226,13 +226,13 @@ def test_an_address_that_needs_no_password_is_nearer() -> None:
 
 
 def test_equal_digits_of_different_models_are_two_cameras() -> None:
-    one = described(Endpoint("10.0.0.9"), "network", Info("RICOH THETA Z1", "", "00105377"))
-    two = described(Endpoint("10.0.0.8"), "network", Info("RICOH THETA V", "", "00105377"))
+    one = described(Endpoint("10.0.0.9"), "network", Info("RICOH THETA Z1", "00105377"))
+    two = described(Endpoint("10.0.0.8"), "network", Info("RICOH THETA V", "00105377"))
     assert len(merged([one, two])) == 2
 
 
 def test_the_remembered_camera_is_asked_and_needs_its_password_again() -> None:
-    remember(described(Endpoint("10.0.0.9"), "network", Info("RICOH THETA V", "", "00105377")))
+    remember(described(Endpoint("10.0.0.9"), "network", Info("RICOH THETA V", "00105377")))
     result = search(Net().at("10.0.0.9", PasswordNeeded("A password.")))
     (camera,) = result.cameras
     assert (camera.source, camera.needs_password) == ("remembered", True)
@@ -241,7 +241,7 @@ def test_the_remembered_camera_is_asked_and_needs_its_password_again() -> None:
 
 
 def test_the_access_point_is_asked_once_where_it_was_used_last() -> None:
-    remember(described(ACCESS_POINT, "access point", Info("RICOH THETA V", "", "00105377")))
+    remember(described(ACCESS_POINT, "access point", Info("RICOH THETA V", "00105377")))
     net = Net().at("192.168.1.1", theta("V", "00105377"))
     assert len(search(net).cameras) == 1
     assert net.asked == ["192.168.1.1"]
@@ -250,7 +250,7 @@ def test_the_access_point_is_asked_once_where_it_was_used_last() -> None:
 
 
 def test_another_camera_at_the_same_address_is_not_the_last_one() -> None:
-    remember(described(ACCESS_POINT, "access point", Info("RICOH THETA V", "", "00105377")))
+    remember(described(ACCESS_POINT, "access point", Info("RICOH THETA V", "00105377")))
     (camera,) = search(Net().at("192.168.1.1", theta("V", "00999999"))).cameras
     assert not camera.used_last
 
@@ -397,7 +397,7 @@ def test_looking_at_a_typed_address() -> None:
     camera = look_at(Endpoint("10.0.0.9"), VirtualClock(), link_factory=net)
     assert camera.needs_password
     assert (camera.model, camera.user, camera.name) == ("", "", "10.0.0.9")
-    remember(described(Endpoint("10.0.0.9"), "network", Info("RICOH THETA V", "", "00105377")))
+    remember(described(Endpoint("10.0.0.9"), "network", Info("RICOH THETA V", "00105377")))
     camera = look_at(Endpoint("10.0.0.9"), VirtualClock(), link_factory=net)
     assert (camera.source, camera.user) == ("typed", "THETAYL00105377")
     net.at("10.0.0.9", NotACamera("A web page."))

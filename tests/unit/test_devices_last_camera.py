@@ -20,7 +20,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_the_last_camera_is_kept_without_a_password(home: Path) -> None:
     assert last_camera() is None
-    camera = described(Endpoint("10.0.0.9", 8080), "network", Info("RICOH THETA V", "", "00105377"))
+    camera = described(Endpoint("10.0.0.9", 8080), "network", Info("RICOH THETA V", "00105377"))
     assert remember(camera)
     kept = last_camera()
     assert kept is not None
@@ -42,7 +42,7 @@ def test_a_camera_far_away_is_not_kept() -> None:
 
 def test_a_folder_that_cannot_be_written_is_no_error(home: Path) -> None:
     home.write_text("not a folder")
-    assert not remember(described(ACCESS_POINT, "access point", Info("RICOH THETA V", "", "1")))
+    assert not remember(described(ACCESS_POINT, "access point", Info("RICOH THETA V", "1")))
     assert last_camera() is None
 
 

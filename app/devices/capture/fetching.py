@@ -220,17 +220,7 @@ def _thumbnails(job: Job, view: _View, frames: tuple[SessionFrame, ...]) -> None
 
 def _entry(frame: SessionFrame) -> FileEntry:
     """Return what the camera said of a file when the journal was written."""
-    return FileEntry(
-        name=frame.name,
-        url=frame.url,
-        size=frame.size,
-        taken=frame.taken,
-        width=0,
-        height=0,
-        group_id=None,
-        is_processed=True,
-        projection="",
-    )
+    return FileEntry(frame.name, frame.url, frame.size, frame.taken)
 
 
 def _again(job: Job, view: _View, number: int, entry: FileEntry) -> DeviceError | None:

@@ -113,15 +113,15 @@ class CommandRefused(Exception):
         self.message = message or _SENTENCES.get(code, "Something is wrong.")
 
 
-def json_reply(value: JsonValue, status: int = 200, *, delay_s: float = LATENCY_S) -> Reply:
+def json_reply(value: JsonValue, status: int = 200) -> Reply:
     """Answer with JSON."""
     body = json.dumps(value).encode()
-    return text_reply(body, "application/json;charset=utf-8", status, delay_s=delay_s)
+    return text_reply(body, "application/json;charset=utf-8", status)
 
 
-def text_reply(body: bytes, kind: str, status: int = 200, *, delay_s: float = LATENCY_S) -> Reply:
+def text_reply(body: bytes, kind: str, status: int = 200) -> Reply:
     """Answer with a short body at once."""
-    return Reply(status, (*_headers(kind), ("Content-Length", str(len(body)))), (body,), delay_s)
+    return Reply(status, (*_headers(kind), ("Content-Length", str(len(body)))), (body,), LATENCY_S)
 
 
 def refusal(name: str, code: str, message: str = "", *, status: int | None = None) -> Reply:
@@ -145,13 +145,12 @@ def file_reply(
     rate_mbit: float | None,
     *,
     ranges: bool,
-    extra: Mapping[str, str] | None = None,
 ) -> Reply:
     """Answer with a file, or the part of it that is asked for.
 
     `rate_mbit`: transfer rate in megabits per second; None for no limit.
     """
-    headers = [*_headers("image/jpeg"), *(extra or {}).items()]
+    headers = [*_headers("image/jpeg")]
     if ranges:
         headers.append(("Accept-Ranges", "bytes"))
     start, stop = 0, len(data)

@@ -138,12 +138,10 @@ class OscClient:
         """Stop a countdown."""
         return self.execute("camera._stopSelfTimer")
 
-    def list_files(
-        self, count: int, *, kind: str = "image", start: int = 0
-    ) -> tuple[FileEntry, ...]:
-        """List files, the newest first.
+    def list_files(self, count: int) -> tuple[FileEntry, ...]:
+        """List pictures, the newest first.
 
-        `kind`: "image", "video" or "all". Without entries whose name or URL cannot be used; each
+        Without entries whose name or URL cannot be used; each
         file once.
         """
         found: dict[str, FileEntry] = {}
@@ -152,8 +150,8 @@ class OscClient:
             results = self.execute(
                 "camera.listFiles",
                 {
-                    "fileType": kind,
-                    "startPosition": start + passed,
+                    "fileType": "image",
+                    "startPosition": passed,
                     "entryCount": min(count - passed, self.most_listed),
                     "maxThumbSize": 0,
                     "_detail": True,
@@ -164,7 +162,7 @@ class OscClient:
             # Some give fewer at a time than were asked for; some give the first page for ever.
             listed = results.get("entries")
             passed += len(listed) if isinstance(listed, list) else 0
-            more = start + passed < (whole(results.get("totalEntries")) or 0)
+            more = passed < (whole(results.get("totalEntries")) or 0)
             if len(found) == known or not more:
                 break
         return tuple(found.values())[:count]

@@ -185,7 +185,7 @@ def last_camera(folder: Path | None = None) -> FoundCamera | None:
         host, port = words(facts.get("host")), whole(facts.get("port"), _PORTS)
         if port and _may_be_tried(host):
             model, serial = words(facts.get("model"), 64), words(facts.get("serial"), 40)
-            return described(Endpoint(host, port), "remembered", Info(model, "", serial))
+            return described(Endpoint(host, port), "remembered", Info(model, serial_number=serial))
     return None
 
 

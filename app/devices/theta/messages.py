@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 _NAME: Final = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,63}")
 _TAKEN: Final = re.compile(r"\d{4}:\d\d:\d\d \d\d:\d\d:\d\d(?:[+-]\d\d:\d\d)?", re.ASCII)
 _LARGEST_FILE: Final = 2**40
-_LARGEST_SIDE: Final = 100_000
 # Windows takes these for devices, whatever follows the dot.
 _RESERVED: Final = re.compile(r"(?i:con|prn|aux|nul|com\d|lpt\d)(?:\..*)?")
 
@@ -44,19 +43,13 @@ class FileEntry:
     * `name`: 1 to 64 of A-Z a-z 0-9 _ . - without a dot in front: safe as a part of a path.
     * `taken`: "2026:11:21 14:05:09+09:00", or without the offset; "" where the camera does not
       tell.
-    * `width`, `height`: pixels; 0 where the camera does not tell.
-    * `projection`: "Equirectangular", "Dual-Fisheye" or "".
     """
 
     name: str
     url: str
     size: int = 0
     taken: str = ""
-    width: int = 0
-    height: int = 0
     group_id: str | None = None
-    is_processed: bool = True
-    projection: str = ""
 
 
 def parse_entries(results: Mapping[str, JsonValue], endpoint: Endpoint) -> tuple[FileEntry, ...]:
@@ -104,11 +97,7 @@ def _entry(fields: Mapping[str, JsonValue], endpoint: Endpoint) -> FileEntry | N
         url=url,
         size=whole(fields.get("size"), _LARGEST_FILE) or 0,
         taken=taken,
-        width=whole(fields.get("width"), _LARGEST_SIDE) or 0,
-        height=whole(fields.get("height"), _LARGEST_SIDE) or 0,
         group_id=words(fields.get("_autoBracketGroupId"), 80) or None,
-        is_processed=flag(fields.get("isProcessed")) is not False,
-        projection=words(fields.get("_projectionType"), 40),
     )
 
 
@@ -152,16 +141,11 @@ class Info:
     """
 
     model: str
-    manufacturer: str = ""
     serial_number: str = ""
     firmware: tuple[int, ...] = ()
     firmware_text: str = ""
     api_level: tuple[int, ...] = ()
-    gps: bool = False
-    gyro: bool = False
     uptime_s: float | None = None
-    wlan_mac: str = ""
-    bluetooth_mac: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,27 +156,17 @@ class State:
     * `battery_state`: "charging", "charged", "disconnect" or something new.
     * `capture_status`: "idle", "shooting", "bracket shooting" and others; "" where a camera does
       not tell.
-    * `function`: "normal", "selfTimer" and others.
-    * `storage`: "IN" or "SD" on an X; "".
     """
 
-    fingerprint: str = ""
     battery_level: float | None = None
     battery_state: str = ""
     capture_status: str = ""
     latest_file_url: str = ""
     camera_errors: tuple[str, ...] = ()
     api_version: int | None = None
-    captured_pictures: int | None = None
-    function: str = ""
     plugin_running: bool = False
-    storage: str = ""
-    storage_id: str = ""
-    battery_inserted: bool | None = None
     board_temperature: float | None = None
     battery_temperature: float | None = None
-    session_id: str = ""
-    raw: Mapping[str, JsonValue] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,16 +217,11 @@ def parse_info(value: JsonValue) -> Info:
     known = [whole(level, 100) for level in levels[:10]] if isinstance(levels, list) else []
     return Info(
         model=model,
-        manufacturer=words(fields.get("manufacturer")),
         serial_number=words(fields.get("serialNumber"), 40),
         firmware=tuple(int(part) for part in text.split(".")) if _FIRMWARE.fullmatch(text) else (),
         firmware_text=text,
         api_level=tuple(level for level in known if level is not None),
-        gps=flag(fields.get("gps")) or False,
-        gyro=flag(fields.get("gyro")) or False,
         uptime_s=number(fields.get("uptime")),
-        wlan_mac=words(fields.get("_wlanMacAddress"), 40),
-        bluetooth_mac=words(fields.get("_bluetoothMacAddress"), 40),
     )
 
 
@@ -261,29 +230,19 @@ def parse_state(value: JsonValue, endpoint: Endpoint) -> State:
 
     Raises `CameraRefused` when it is an error object; `BadReply` when it is no state.
     """
-    message = table(value)
-    fields = message.get("state")
+    fields = table(value).get("state")
     if not isinstance(fields, dict):
         raise refused(value, _OK) or _nonsense()
-    inserted = fields.get("_batteryInsert", fields.get("_batterylnsert"))
     return State(
-        fingerprint=words(message.get("fingerprint")),
         battery_level=fraction(fields.get("batteryLevel")),
         battery_state=words(fields.get("_batteryState"), 40),
         capture_status=words(fields.get("_captureStatus"), 80),
         latest_file_url=safe_url(fields.get("_latestFileUrl"), endpoint),
         camera_errors=texts(fields.get("_cameraError")),
         api_version=whole(fields.get("_apiVersion"), 100),
-        captured_pictures=whole(fields.get("_capturedPictures")),
-        function=words(fields.get("_function"), 40),
         plugin_running=flag(fields.get("_pluginRunning")) or False,
-        storage=words(fields.get("_currentStorage"), 40),
-        storage_id=words(fields.get("_storageID"), 80),
-        battery_inserted=flag(inserted),
         board_temperature=number(fields.get("_boardTemp")),
         battery_temperature=number(fields.get("_batteryTemp")),
-        session_id=words(fields.get("sessionId"), _LONGEST_ID),
-        raw=fields,
     )
 
 

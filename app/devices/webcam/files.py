@@ -46,7 +46,6 @@ class VideoFile(WebcamStream):
     waited for.
 
     * `width`: most columns of its pictures; 0 takes them as they are.
-    * `fov_deg`: horizontal field of view, deg, where it is known.
     """
 
     def __init__(
@@ -55,11 +54,10 @@ class VideoFile(WebcamStream):
         clock: Clock,
         *,
         width: int = 0,
-        fov_deg: float | None = None,
         capture: Callable[[str], Capture] = open_url,
     ) -> None:
         source = _Player(path, clock, width, capture)
-        super().__init__(source, path.name, fov_deg, clock, manner=_VIDEO)
+        super().__init__(source, path.name, None, clock, manner=_VIDEO)
 
 
 class _Player:
@@ -200,7 +198,6 @@ class StillsFolder(WebcamStream):
 
     * `every_s`: each is shown so long, seconds; None waits for `step`.
     * `width`: most columns of what is given; 0 stands for 1920.
-    * `fov_deg`: horizontal field of view, deg, where it is known.
     """
 
     def __init__(
@@ -210,10 +207,9 @@ class StillsFolder(WebcamStream):
         *,
         every_s: float | None = EVERY_S,
         width: int = 0,
-        fov_deg: float | None = None,
     ) -> None:
         self._pile = _Pile(folder, clock, every_s, width or _WIDTH)
-        super().__init__(self._pile, folder.name or str(folder), fov_deg, clock, manner=_STILLS)
+        super().__init__(self._pile, folder.name or str(folder), None, clock, manner=_STILLS)
 
     @property
     def shown(self) -> str:

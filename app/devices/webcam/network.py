@@ -56,7 +56,6 @@ class MjpegWebcam(WebcamStream):
     when more than one has come, only the last is decoded.
 
     * `width`: most columns of its pictures; 0 takes them as they come.
-    * `fov_deg`: horizontal field of view, deg, where it is known.
     """
 
     def __init__(
@@ -66,11 +65,10 @@ class MjpegWebcam(WebcamStream):
         *,
         keys: Keys = no_keys,
         width: int = 0,
-        fov_deg: float | None = None,
     ) -> None:
         source = _Stream(address, clock, keys, width)
         name = f"Network camera {address.host}"
-        super().__init__(source, name, fov_deg, clock, manner=NETWORK, cut=source.cut)
+        super().__init__(source, name, None, clock, manner=NETWORK, cut=source.cut)
 
 
 class _Stream:
@@ -241,7 +239,6 @@ class RtspWebcam(WebcamStream):
     """A camera at an rtsp address.
 
     * `width`: most columns of its pictures; 0 takes them as they come.
-    * `fov_deg`: horizontal field of view, deg, where it is known.
     """
 
     def __init__(
@@ -251,12 +248,11 @@ class RtspWebcam(WebcamStream):
         *,
         keys: Keys = no_keys,
         width: int = 0,
-        fov_deg: float | None = None,
         capture: Callable[[str], Capture] | None = None,
     ) -> None:
         source = _RtspStream(address, clock, keys, width, capture or open_url)
         name = f"Network camera {address.host}"
-        super().__init__(source, name, fov_deg, clock, manner=NETWORK)
+        super().__init__(source, name, None, clock, manner=NETWORK)
 
 
 class _RtspStream:

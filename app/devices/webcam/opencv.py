@@ -259,7 +259,6 @@ _SYSTEM: str = sys.platform  # a variable, so that each system's branch is check
 class OpenCvWebcam(WebcamStream):
     """A webcam of this computer.
 
-    * `fov_deg`: horizontal field of view, deg, where it is known: nothing in a webcam tells it.
     * `is_there`: whether there is a device of an index; None where the system does not tell.
     """
 
@@ -269,14 +268,13 @@ class OpenCvWebcam(WebcamStream):
         clock: Clock,
         *,
         name: str = "",
-        fov_deg: float | None = None,
         width: int = SIZE[0],
         capture: Callable[[int], Capture] | None = None,
         is_there: Callable[[int], bool | None] | None = None,
     ) -> None:
         self._device = _Device(index, capture or _opened, is_there or _is_there)
         self._device.size = SIZES.get(width, SIZE)
-        super().__init__(self._device, name or _name(index), fov_deg, clock)
+        super().__init__(self._device, name or _name(index), None, clock)
 
     def ask_width(self, width: int) -> None:
         """Ask for pictures of another size, from when it is next opened."""
