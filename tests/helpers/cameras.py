@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from app.devices.capture.status import Status
     from app.devices.simulated.exchange import JsonValue
-    from app.devices.simulated.storage import StoredFile
+    from app.devices.simulated.shooting import StoredFile
 
 SMALL = (128, 256)
 

@@ -12,7 +12,7 @@ import re
 import threading
 from typing import TYPE_CHECKING, Final
 
-from app.devices.simulated.commands import COMMANDS, OLD_COMMANDS, command_status
+from app.devices.simulated.commands import COMMANDS, command_status
 from app.devices.simulated.exchange import (
     NO_ANSWER,
     CommandRefused,
@@ -22,12 +22,10 @@ from app.devices.simulated.exchange import (
     text_reply,
 )
 from app.devices.simulated.faults import Faults
-from app.devices.simulated.options import OptionStore
+from app.devices.simulated.old_api import OLD_COMMANDS
 from app.devices.simulated.personality import personality_named
-from app.devices.simulated.preview import PreviewGate
-from app.devices.simulated.shooting import Shooter
-from app.devices.simulated.storage import CameraDate, Storage, info_of, state_of
-from app.devices.simulated.trouble import Trouble
+from app.devices.simulated.shooting import STORAGE_ID
+from app.devices.simulated.trouble import TroubledCamera
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -36,7 +34,7 @@ if TYPE_CHECKING:
     from app.devices.simulated.exchange import JsonValue, Reply, Request
     from app.devices.simulated.personality import Personality
     from app.devices.simulated.scene import Scene
-    from app.devices.simulated.storage import StoredFile
+    from app.devices.simulated.shooting import StoredFile
 
 
 _LIFE_S: Final = 300.0
@@ -106,11 +104,102 @@ def _md5(text: str) -> str:
     return hashlib.md5(text.encode(), usedforsecurity=False).hexdigest()
 
 
+_PATHS = ("info", "state", "checkForUpdates", "commands/execute", "commands/status")
+
+
+def info_of(camera: TroubledCamera) -> dict[str, JsonValue]:
+    """Say what the camera is."""
+    person = camera.personality
+    info: dict[str, JsonValue] = {
+        "manufacturer": person.manufacturer,
+        "model": person.model,
+        "serialNumber": person.serial,
+        "firmwareVersion": person.firmware,
+        "supportUrl": "https://example.com/support/",
+        "gps": person.camera.lens_words == 1,
+        "gyro": not person.switches_api,
+        "uptime": int(camera.clock.now() - camera.started) + 30,
+        "api": [f"/osc/{path}" for path in _PATHS],
+        "endpoints": {"httpPort": camera.port, "httpUpdatesPort": camera.port},
+        "apiLevel": list(person.api_levels),
+    }
+    if person.ricoh and not person.switches_api:
+        info["_wlanMacAddress"] = "58:38:79:00:00:01"
+        info["_bluetoothMacAddress"] = "58:38:79:00:00:02"
+    return info
+
+
+def state_of(camera: TroubledCamera) -> dict[str, JsonValue]:
+    """Say how the camera does."""
+    person = camera.personality
+    if camera.api_version == 1:
+        return _old_state(camera)
+    folder = person.folder.rpartition("/")[0]
+    state: dict[str, JsonValue] = {
+        "batteryLevel": camera.trouble.battery(camera.battery),
+        "storageUri": f"http://{camera.host}/files/{folder + '/' if folder else ''}",
+    }
+    if person.ricoh:
+        state |= _ricoh_state(camera)
+        if person.camera.lens_words == 1:
+            state |= {"_batteryInsert": True, "_currentStorage": "IN"}
+            state |= {"_currentMicrophone": "Internal", "_storageID": STORAGE_ID}
+        if person.name in {"X", "X-old", "A1", "Z1"}:
+            state["_boardTemp"] = camera.trouble.temperature()
+    elif person.insta:
+        state["_cardState"] = "pass"
+    return state
+
+
+def _ricoh_state(camera: TroubledCamera) -> dict[str, JsonValue]:
+    job = camera.shooter.job
+    latest = camera.storage.files[-1:]
+    state: dict[str, JsonValue] = {
+        "_apiVersion": camera.api_version,
+        "_batteryState": "disconnect",
+        "_captureStatus": _capture_status(camera),
+        "_latestFileUrl": camera.trouble.poisoned_url(camera.url(latest[0])) if latest else "",
+        "_recordedTime": 0,
+        "_recordableTime": 0,
+    }
+    if camera.personality.camera.lens_words > 1:
+        state["_compositeShootingElapsedTime"] = 0
+    if not camera.personality.switches_api:
+        under_way = job is not None and not job.done
+        state["_capturedPictures"] = len(job.written) if job is not None and under_way else 0
+        state["_cameraError"] = list(camera.trouble.errors(camera))
+        state["_function"] = camera.options.get("_function", "normal")
+    if camera.personality.digest:
+        state |= {"_pluginRunning": False, "_pluginWebServer": True, "_mySettingChanged": False}
+    return state
+
+
+def _old_state(camera: TroubledCamera) -> dict[str, JsonValue]:
+    latest = camera.storage.files[-1:]
+    return {
+        "sessionId": camera.session or "SID_0000",
+        "batteryLevel": camera.trouble.battery(camera.battery),
+        "storageChanged": False,
+        "_captureStatus": _capture_status(camera),
+        "_recordedTime": 0,
+        "_recordableTime": 0,
+        "_compositeShootingElapsedTime": 0,
+        "_latestFileUri": latest[0].path.removeprefix("/files/") if latest else "",
+        "_batteryState": "disconnect",
+        "_apiVersion": 1,
+    }
+
+
+def _capture_status(camera: TroubledCamera) -> str:
+    job = camera.shooter.job
+    return "idle" if job is None else job.status(camera.clock.now())
+
+
 _KEPT_REQUESTS: Final = 5000
 _MOST_BODY: Final = 1_000_000
 
 
-class SimulatedCamera:
+class SimulatedCamera(TroubledCamera):
     """One camera, from the moment its Wi-Fi is on.
 
     * `clock`: time. On a `VirtualClock` pictures are rendered when somebody first needs them,
@@ -121,8 +210,7 @@ class SimulatedCamera:
     * `shape`: rows and columns of all frames, for quick trials; else what the camera is set to.
     * `battery`: charge, 0 to 1.
 
-    `host`, `port`: where the last client asked for it: the address in its URLs. Else where it
-    believes to be. Raises `ValueError` for a fault or personality that does not exist, or a
+    Raises `ValueError` for a fault or personality that does not exist, or a
     password where the model can have none.
     """
 
@@ -144,25 +232,10 @@ class SimulatedCamera:
         person = personality_named(personality) if isinstance(personality, str) else personality
         if password and not person.digest:
             raise ValueError(f"a {person.model} cannot ask for a password")
-        self.personality = person
-        self.scene = scene
-        self.clock = clock
+        self.faults = Faults(faults, seed)
+        super().__init__(scene, person, clock, shape, self.faults)
         self.rate_mbit = rate_mbit
         self.battery = battery
-        self.faults = Faults(faults, seed)
-        self.started = clock.now()
-        self.trouble = Trouble(self.faults)
-        self.date = CameraDate(self.started, self.trouble.first_year)
-        self.store = OptionStore(person)
-        self.storage = Storage(person)
-        self.shooter = Shooter(scene, person, clock, self.date, self.storage, shape)
-        self.preview = PreviewGate(self)
-        self.api_version = 1 if person.switches_api else 2
-        self.session = ""
-        self.options_set_at = float("-inf")
-        self.log: list[Request] = []
-        self.epoch = 0
-        self.host = person.address
         self._lock = threading.RLock()
         self._guard = Guard(user or person.user, password, person.model, seed) if password else None
         self._fingerprint = 0
@@ -171,15 +244,10 @@ class SimulatedCamera:
         self.trouble.prepare(self)
 
     @property
-    def options(self) -> dict[str, JsonValue]:
-        """The options as the camera holds them."""
-        return self.store.values
-
-    @property
     def stored_files(self) -> tuple[StoredFile, ...]:
         """The files that the camera has written so far, oldest first."""
         with self._lock:
-            self._settle()
+            self.shooter.settle()
             return tuple(self.storage.files)
 
     def fault_fired(self, name: str) -> bool:
@@ -194,14 +262,7 @@ class SimulatedCamera:
     def reconnect(self) -> None:
         """Lose the Wi-Fi and take it up again: old connections die, and some models forget."""
         with self._lock:
-            self._settle()
-            self.epoch += 1
-            self.session = ""
-            self.preview.close()
-            if self.personality.switches_api:
-                self.api_version = 1
-            if not self.personality.keeps_settings:
-                self.store.reset()
+            super().reconnect()
 
     def close(self) -> None:
         """End the rendering in the background."""
@@ -220,21 +281,11 @@ class SimulatedCamera:
             del self.log[:-_KEPT_REQUESTS]
             if not self.trouble.reachable(self):
                 return NO_ANSWER
-            self._settle()
+            self.shooter.settle()
             early = self.trouble.before(self, request) or self._unlocked(request)
             if early is not None:
                 return early
-            return self.trouble.after(self, request, self._route(request))
-
-    def url(self, file: StoredFile) -> str:
-        """URL of a file."""
-        return f"http://{self.host}{file.path}"
-
-    @property
-    def port(self) -> int:
-        """The port of its address."""
-        digits = self.host.rpartition("]")[2].rpartition(":")[2]
-        return int(digits) if digits.isdecimal() and len(digits) < 6 and ":" in self.host else 80
+            return self.trouble.after(request, self._route(request))
 
     def state(self) -> dict[str, JsonValue]:
         """Make the words of /osc/state; the fingerprint changes with them."""
@@ -244,9 +295,6 @@ class SimulatedCamera:
             self._last_state = words
             self._fingerprint += 1
         return {"fingerprint": f"FIG_{self._fingerprint:04d}", "state": state}
-
-    def _settle(self) -> None:
-        self.shooter.settle()
 
     def _unlocked(self, request: Request) -> Reply | None:
         person = self.personality

@@ -6,18 +6,23 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from app.devices.simulated.exchange import NO_ANSWER, CommandRefused, json_reply, refusal
-from app.devices.simulated.shooting import begin_capture, begin_picture, finished, started
-from app.devices.simulated.storage import live_options
+from app.devices.simulated.exchange import (
+    LATENCY_S,
+    NO_ANSWER,
+    CommandRefused,
+    Reply,
+    json_reply,
+    refusal,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from app.core.hdr.frame import Exposure
-    from app.devices.simulated.camera import SimulatedCamera
-    from app.devices.simulated.exchange import JsonValue, Reply
+    from app.devices.simulated.exchange import JsonValue
     from app.devices.simulated.personality import Personality
-    from app.devices.simulated.storage import StoredFile
+    from app.devices.simulated.shooting import Job, StoredFile
+    from app.devices.simulated.trouble import TroubledCamera
 
 
 def metadata_of(person: Personality, file: StoredFile) -> dict[str, JsonValue]:
@@ -71,8 +76,146 @@ def _brightness(exposure: Exposure) -> float:
     return round(2.0 * math.log2(exposure.aperture) - math.log2(exposure.shutter_s) - speed, 2)
 
 
+_ENDLESS: Final = 200
+_HDR_STEPS: Final = (0.0, -2.0, 2.0)
+_OF_ONE_SHOT: Final = (
+    "exposureProgram", "iso", "shutterSpeed", "aperture", "exposureCompensation",
+    "isoAutoHighLimit", "whiteBalance",
+)  # fmt: skip
+
+
+def begin_picture(camera: TroubledCamera) -> Reply:
+    """Take a single picture.
+
+    inProgress with an id; a cut connection where pictures follow each other too fast. Raises
+    `CommandRefused`: disabledCommand in another mode.
+    """
+    if camera.options["captureMode"] != "image" or camera.store.method != "normal":
+        raise CommandRefused("disabledCommand")
+    last = camera.shooter.job
+    rest = camera.personality.rest_s
+    if last is not None and camera.clock.now() - last.ended < rest:
+        return Reply(0, delay_s=LATENCY_S)
+    settings = _settings(camera)
+    if camera.options.get("hdr") == "hdr" and camera.options.get("photoStitching") == "none":
+        shots = [settings | {"exposureCompensation": step} for step in _HDR_STEPS]
+        return _begin(camera, "camera.takePicture", "hdr", shots)
+    return _begin(camera, "camera.takePicture", "single", [settings])
+
+
+def begin_capture(camera: TroubledCamera, mode: JsonValue) -> Reply:
+    """Begin a series.
+
+    `mode`: `_mode`, None where it was not given. inProgress with an id, or done where the series
+    has no end. Raises `CommandRefused`: invalidParameterValue for a mode that the model does not
+    have.
+    """
+    options, person = camera.options, camera.personality
+    if options["captureMode"] == "video":
+        if mode is not None:
+            raise CommandRefused("invalidParameterName")
+        return _begin(camera, "camera.startCapture", "video", [])
+    rules = person.bracket
+    by_method = "_shootingMethod" in options
+    if by_method and mode is None:
+        mode = camera.store.method
+    if mode in {None, "interval"} and not by_method:
+        shots = [_settings(camera)] * _ENDLESS
+        return _begin(camera, "camera.startCapture", "interval", shots)
+    if mode != "bracket" or rules is None:
+        raise CommandRefused("disabledCommand" if mode == "normal" else "invalidParameterValue")
+    shots = _bracket(camera)
+    if rules.method and camera.store.method != "bracket":
+        # The X takes as many pictures as asked for, but all of them as it would take one.
+        shots = [_settings(camera)] * len(shots)
+    return _begin(camera, "camera.startCapture", "bracket", shots)
+
+
+def started(camera: TroubledCamera, job: Job) -> dict[str, JsonValue]:
+    """Say that a command is under way."""
+    number: JsonValue = job.number if camera.personality.numeric_ids else str(job.number)
+    share = 0.0 if job.watched else job.completion(camera.clock.now())
+    return {
+        "name": job.name, "state": "inProgress", "id": number, "progress": {"completion": share},
+    }  # fmt: skip
+
+
+def finished(camera: TroubledCamera, job: Job) -> dict[str, JsonValue]:
+    """Say that a command is done, and where its files are.
+
+    Body of the answer; without URLs where the job was stopped.
+    """
+    urls: list[JsonValue] = [camera.trouble.poisoned_url(camera.url(file)) for file in job.written]
+    results: dict[str, JsonValue]
+    if job.kind == "bracket":
+        results = {} if job.stopped else {"fileUrls": urls}
+    elif job.kind == "hdr":
+        results = {"fileUrl": urls[0], "_fileGroup": urls}
+    elif job.kind == "single":
+        results = {"fileUrl": urls[0] if urls else ""}
+    else:
+        results = {"fileUrls": urls}
+    return {"name": job.name, "state": "done", "results": results}
+
+
+def _settings(camera: TroubledCamera) -> dict[str, JsonValue]:
+    settings: dict[str, JsonValue] = {
+        name: camera.options[name] for name in _OF_ONE_SHOT if name in camera.options
+    }
+    if camera.options.get("_filter", "off") != "off":
+        settings["exposureProgram"] = 2
+    return settings
+
+
+def _bracket(camera: TroubledCamera) -> list[dict[str, JsonValue]]:
+    wanted = camera.options["_autoBracket"]
+    assert isinstance(wanted, dict)
+    shots = wanted["_bracketParameters"]
+    assert isinstance(shots, list)
+    usual: dict[str, JsonValue] = {
+        "exposureProgram": 1,
+        "aperture": camera.personality.apertures[0],
+        "whiteBalance": "_colorTemperature",
+    }
+    return [usual | shot for shot in shots if isinstance(shot, dict)]
+
+
+def _begin(
+    camera: TroubledCamera, name: str, kind: str, shots: list[dict[str, JsonValue]]
+) -> Reply:
+    shots = camera.trouble.exposures(camera, shots)
+    interval = camera.options["captureInterval"] if kind == "interval" else 0.0
+    job = camera.shooter.begin(
+        name,
+        kind,  # type: ignore[arg-type]
+        shots,
+        camera.options,
+        interval_s=float(str(interval)),
+    )
+    rules = camera.personality.bracket
+    job.watched = kind == "bracket" and rules is not None and rules.watched
+    camera.trouble.begun(camera, job)
+    if job.open_end:
+        return json_reply({"name": name, "state": "done"})
+    return json_reply(started(camera, job))
+
+
+_BYTES_PER_PICTURE: Final = 5_000_000
+
+
+def live_options(camera: TroubledCamera) -> dict[str, JsonValue]:
+    """Give the options that nobody sets: the date and what is left of the storage."""
+    free = camera.trouble.free_bytes(camera)
+    return {
+        "dateTimeZone": camera.date.text(camera.clock.now()),
+        "remainingSpace": free,
+        "remainingPictures": free // _BYTES_PER_PICTURE,
+        "remainingVideoSeconds": free // 7_000_000,
+        "totalSpace": 14_000_000_000,
+    }
+
+
 Parameters: TypeAlias = "dict[str, JsonValue]"
-_SESSION_S: Final = 180
 _SETTLE_S: Final = 1.0
 
 
@@ -93,12 +236,12 @@ class Command:
     reply. Raises `CommandRefused`.
     """
 
-    act: Callable[[SimulatedCamera, Parameters], Parameters | Reply]
+    act: Callable[[TroubledCamera, Parameters], Parameters | Reply]
     parameters: frozenset[str] = frozenset()
     there: Callable[[Personality], bool] = _everywhere
 
 
-def command_status(camera: SimulatedCamera, body: Parameters) -> Reply:
+def command_status(camera: TroubledCamera, body: Parameters) -> Reply:
     """Answer /osc/commands/status.
 
     inProgress, done, or the error that ended the command. Raises `CommandRefused`: missingParameter
@@ -120,7 +263,8 @@ def command_status(camera: SimulatedCamera, body: Parameters) -> Reply:
     return json_reply(finished(camera, job))
 
 
-def _get_options(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
+def get_options(camera: TroubledCamera, parameters: Parameters) -> Parameters:
+    """Read options."""
     names = parameters.get("optionNames")
     if names is None:
         raise CommandRefused("missingParameter")
@@ -130,7 +274,8 @@ def _get_options(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
     return {"results": {"options": values}}
 
 
-def _set_options(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
+def set_options(camera: TroubledCamera, parameters: Parameters) -> Parameters:
+    """Change options."""
     options = parameters.get("options")
     if options is None:
         raise CommandRefused("missingParameter")
@@ -149,7 +294,7 @@ def _set_options(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
     return {}
 
 
-def _check_date(camera: SimulatedCamera, options: Parameters) -> None:
+def _check_date(camera: TroubledCamera, options: Parameters) -> None:
     text = options.get("dateTimeZone")
     if not isinstance(text, str) or len(options) > 1:
         return
@@ -159,18 +304,19 @@ def _check_date(camera: SimulatedCamera, options: Parameters) -> None:
         raise CommandRefused("invalidParameterValue") from None
 
 
-def _take_picture(camera: SimulatedCamera, parameters: Parameters) -> Parameters | Reply:
+def take_picture(camera: TroubledCamera, parameters: Parameters) -> Parameters | Reply:
+    """Take one picture."""
     del parameters
     _check_ready(camera)
     return begin_picture(camera)
 
 
-def _start_capture(camera: SimulatedCamera, parameters: Parameters) -> Parameters | Reply:
+def _start_capture(camera: TroubledCamera, parameters: Parameters) -> Parameters | Reply:
     _check_ready(camera)
     return begin_capture(camera, parameters.get("_mode", parameters.get("mode")))
 
 
-def _check_ready(camera: SimulatedCamera) -> None:
+def _check_ready(camera: TroubledCamera) -> None:
     """Refuse to shoot while something else is under way, or too soon."""
     camera.trouble.check_shooting(camera)
     if camera.shooter.busy:
@@ -180,13 +326,13 @@ def _check_ready(camera: SimulatedCamera) -> None:
     _check_settled(camera)
 
 
-def _check_settled(camera: SimulatedCamera) -> None:
+def _check_settled(camera: TroubledCamera) -> None:
     since = camera.clock.now() - camera.options_set_at
     if since < _SETTLE_S or camera.trouble.still_settling(since):
         raise CommandRefused("disabledCommand", "Options were set a moment ago.")
 
 
-def _stop_capture(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
+def _stop_capture(camera: TroubledCamera, parameters: Parameters) -> Parameters:
     del parameters
     job = camera.shooter.job
     if job is None or not camera.shooter.busy or job.kind in {"single", "hdr"}:
@@ -196,7 +342,7 @@ def _stop_capture(camera: SimulatedCamera, parameters: Parameters) -> Parameters
     return {}
 
 
-def _stop_self_timer(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
+def _stop_self_timer(camera: TroubledCamera, parameters: Parameters) -> Parameters:
     del parameters
     job = camera.shooter.job
     if job is None or not camera.shooter.busy or camera.clock.now() >= job.begins:
@@ -205,7 +351,7 @@ def _stop_self_timer(camera: SimulatedCamera, parameters: Parameters) -> Paramet
     return {}
 
 
-def _list_files(camera: SimulatedCamera, parameters: Parameters) -> Parameters | Reply:
+def _list_files(camera: TroubledCamera, parameters: Parameters) -> Parameters | Reply:
     count, thumb = parameters.get("entryCount"), parameters.get("maxThumbSize")
     kind = parameters.get("fileType")
     if count is None or thumb is None or kind is None:
@@ -213,7 +359,7 @@ def _list_files(camera: SimulatedCamera, parameters: Parameters) -> Parameters |
     if kind not in {"all", "image", "video"} or thumb not in {0, 640}:
         raise CommandRefused("invalidParameterValue")
     start = parameters.get("startPosition", 0)
-    if not _counting(count) or not _counting(start):
+    if not counting(count) or not counting(start):
         raise CommandRefused("invalidParameterValue")
     if thumb and camera.personality.thumbs_hang:
         return NO_ANSWER
@@ -233,7 +379,7 @@ def _list_files(camera: SimulatedCamera, parameters: Parameters) -> Parameters |
     return {"results": {"entries": entries, "totalEntries": total}}
 
 
-def _position(camera: SimulatedCamera, parameters: Parameters, start: int) -> int:
+def _position(camera: TroubledCamera, parameters: Parameters, start: int) -> int:
     first = parameters.get("_startFileUrl")
     if first is None:
         return start
@@ -244,11 +390,12 @@ def _position(camera: SimulatedCamera, parameters: Parameters, start: int) -> in
     return found[0]
 
 
-def _counting(value: JsonValue) -> bool:
+def counting(value: JsonValue) -> bool:
+    """Whether a value is a number of things."""
     return isinstance(value, int) and not isinstance(value, bool) and value >= 0
 
 
-def _delete(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
+def _delete(camera: TroubledCamera, parameters: Parameters) -> Parameters:
     urls = parameters.get("fileUrls")
     if urls is None:
         raise CommandRefused("missingParameter")
@@ -259,7 +406,7 @@ def _delete(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
     return {} if camera.personality.ricoh else {"results": {"fileUrls": []}}
 
 
-def _get_metadata(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
+def _get_metadata(camera: TroubledCamera, parameters: Parameters) -> Parameters:
     url = parameters.get("fileUrl")
     if url is None:
         raise CommandRefused("missingParameter")
@@ -270,7 +417,7 @@ def _get_metadata(camera: SimulatedCamera, parameters: Parameters) -> Parameters
     return {"results": metadata_of(camera.personality, file)}
 
 
-def _live_preview(camera: SimulatedCamera, parameters: Parameters) -> Reply:
+def _live_preview(camera: TroubledCamera, parameters: Parameters) -> Reply:
     del parameters
     now = camera.clock.now()
     job = camera.shooter.job
@@ -283,70 +430,7 @@ def _live_preview(camera: SimulatedCamera, parameters: Parameters) -> Reply:
     return camera.preview.open()
 
 
-def _start_session(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
-    del parameters
-    camera.session = "SID_0001"
-    return {"results": {"sessionId": camera.session, "timeout": _SESSION_S}}
-
-
-def _old_session(camera: SimulatedCamera, parameters: Parameters) -> None:
-    given = parameters.pop("sessionId", None)
-    if given is None:
-        raise CommandRefused("missingParameter")
-    if not camera.session or given != camera.session:
-        raise CommandRefused("invalidSessionId", "The session is not open.")
-
-
-def _old_set_options(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
-    _old_session(camera, parameters)
-    result = _set_options(camera, parameters)
-    options = parameters.get("options")
-    if isinstance(options, dict) and options.get("clientVersion") == 2:
-        camera.api_version = 2
-        camera.session = ""
-    return result
-
-
-def _old_get_options(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
-    _old_session(camera, parameters)
-    return _get_options(camera, parameters)
-
-
-def _old_take_picture(camera: SimulatedCamera, parameters: Parameters) -> Parameters | Reply:
-    _old_session(camera, parameters)
-    return _take_picture(camera, parameters)
-
-
-def _list_images(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
-    """List files as API 2.0 does: by their place in the storage, and page by page with a token."""
-    count, token = parameters.get("entryCount"), str(parameters.get("continuationToken", "0"))
-    thumbs = parameters.get("includeThumb", True) is not False
-    if count is None or (thumbs and parameters.get("maxSize") is None):
-        raise CommandRefused("missingParameter")
-    if not _counting(count) or not token.isdecimal() or len(token) > 9:
-        raise CommandRefused("invalidParameterValue")
-    files = camera.storage.files[::-1]
-    start = int(token)
-    stop = start + (1 if thumbs else int(str(count)))
-    entries: list[JsonValue] = []
-    for file in files[start:stop]:
-        entry = camera.storage.entry(file, "", detail=True, thumb_size=160 if thumbs else 0)
-        kept = {"name", "size", "dateTimeZone", "width", "height", "thumbnail"}
-        shown: dict[str, JsonValue] = {"uri": file.path.removeprefix("/files/")}
-        shown |= {name: value for name, value in entry.items() if name in kept}
-        entries.append(shown)
-    results: Parameters = {"entries": entries, "totalEntries": len(files)}
-    if stop < len(files):
-        results["continuationToken"] = str(stop)
-    return {"results": results}
-
-
-def _nothing(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
-    _old_session(camera, parameters)
-    return {}
-
-
-def _reset(camera: SimulatedCamera, parameters: Parameters) -> Parameters:
+def _reset(camera: TroubledCamera, parameters: Parameters) -> Parameters:
     del parameters
     camera.store.reset()
     return {}
@@ -361,9 +445,9 @@ _FILES: Final = frozenset(
 )
 
 COMMANDS: Final = {
-    "camera.getOptions": Command(_get_options, frozenset({"optionNames"})),
-    "camera.setOptions": Command(_set_options, frozenset({"options"})),
-    "camera.takePicture": Command(_take_picture),
+    "camera.getOptions": Command(get_options, frozenset({"optionNames"})),
+    "camera.setOptions": Command(set_options, frozenset({"options"})),
+    "camera.takePicture": Command(take_picture),
     "camera.startCapture": Command(_start_capture, frozenset({"_mode", "mode"})),
     "camera.stopCapture": Command(_stop_capture),
     "camera._stopSelfTimer": Command(_stop_self_timer, there=_on_ricohs),
@@ -374,17 +458,3 @@ COMMANDS: Final = {
     "camera.reset": Command(_reset),
 }
 """Web API v2.1."""
-
-_SESSION: Final = frozenset({"sessionId"})
-OLD_COMMANDS: Final = {
-    "camera.startSession": Command(_start_session, frozenset({"timeout"})),
-    "camera.closeSession": Command(_nothing, _SESSION),
-    "camera.updateSession": Command(_nothing, _SESSION),
-    "camera.getOptions": Command(_old_get_options, _SESSION | {"optionNames"}),
-    "camera.setOptions": Command(_old_set_options, _SESSION | {"options"}),
-    "camera.takePicture": Command(_old_take_picture, _SESSION),
-    "camera.listImages": Command(
-        _list_images, frozenset({"entryCount", "maxSize", "continuationToken", "includeThumb"})
-    ),
-}
-"""Web API v2.0, as far as somebody needs it to leave it."""

@@ -14,14 +14,14 @@ from app.core.simulation.exposure_maker import jpeg
 from app.devices.simulated.exchange import LATENCY_S, Pause, Reply
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from numpy.typing import NDArray
 
     from app.core.base.colour import FloatImage
     from app.devices.clock import Clock
-    from app.devices.simulated.camera import SimulatedCamera
-    from app.devices.simulated.exchange import Piece
+    from app.devices.simulated.exchange import JsonValue, Piece
+    from app.devices.simulated.personality import Personality
 
 
 LOOP: Final = 32
@@ -161,28 +161,35 @@ class PreviewBody:
 class PreviewGate:
     """Keeps the preview of a camera to one at a time."""
 
-    def __init__(self, camera: SimulatedCamera) -> None:
-        self._camera = camera
-        self._dice = Random(f"{camera.personality.name}/preview")  # noqa: S311
+    def __init__(
+        self,
+        environment: FloatImage,
+        person: Personality,
+        clock: Clock,
+        options: Mapping[str, JsonValue],
+    ) -> None:
+        self._environment = environment
+        self._person = person
+        self._clock = clock
+        self._options = options
+        self._dice = Random(f"{person.name}/preview")  # noqa: S311
         self.body: PreviewBody | None = None
         self._pictures: dict[tuple[int, int], LivePicture] = {}
-        self.closed_at = float("-inf")
 
     def open(self) -> Reply:
         """Begin a preview."""
-        camera = self._camera
-        size = camera.options["previewFormat"]
+        size = self._options["previewFormat"]
         assert isinstance(size, dict)
         width, height, rate = (_whole(size[key]) for key in ("width", "height", "framerate"))
         if not width:
             width, height, rate = 1024, 512, 30
         picture = self._pictures.get((height, width))
         if picture is None:
-            picture = LivePicture(camera.scene.environment, (height, width))
+            picture = LivePicture(self._environment, (height, width))
             self._pictures[height, width] = picture
-        pieces = preview_pieces(picture, rate, camera.clock)
+        pieces = preview_pieces(picture, rate, self._clock)
         # An SC2 ends its preview when it likes.
-        most = None if camera.personality.keeps_settings else self._dice.randint(300, 1500)
+        most = None if self._person.keeps_settings else self._dice.randint(300, 1500)
         self.body = PreviewBody(self, pieces, most)
         return Reply(200, PREVIEW_HEADERS, self.body, LATENCY_S)
 
@@ -195,7 +202,6 @@ class PreviewGate:
         """Note that a preview is over."""
         if self.body is body:
             self.body = None
-            self.closed_at = self._camera.clock.now()
 
 
 def _whole(value: object) -> int:

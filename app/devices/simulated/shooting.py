@@ -1,4 +1,4 @@
-"""Taking pictures: what is under way, for how long, and what has been written so far.
+"""Taking and keeping pictures: what is under way, what is written, and the camera's date.
 
 Nothing runs in the background but the rendering. Whenever somebody asks, `Shooter.settle` writes
 the frames whose time has come: exposure and overhead have passed, and the picture is ready. On
@@ -8,150 +8,201 @@ on, in a thread.
 
 from __future__ import annotations
 
+import base64
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from datetime import datetime, timedelta
 from functools import partial
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from app.devices.clock import VirtualClock
-from app.devices.simulated.exchange import LATENCY_S, CommandRefused, Reply, json_reply
+from app.devices.simulated.exchange import CommandRefused
 from app.devices.simulated.scene import Take, automatic
-from app.devices.simulated.storage import StoredFile
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from concurrent.futures import Future
 
     from app.devices.clock import Clock
-    from app.devices.simulated.camera import SimulatedCamera
     from app.devices.simulated.exchange import JsonValue
     from app.devices.simulated.personality import Personality
     from app.devices.simulated.scene import Scene
-    from app.devices.simulated.storage import CameraDate, Storage
+
+TOTAL_BYTES: Final = 14_000_000_000
+STORAGE_ID: Final = "5ca1ab1e0ddba11c0ffee0000b0bb1e0"
+_FORM: Final = "%Y:%m:%d %H:%M:%S"
+_START: Final = datetime(2026, 6, 21, 12, 0, 0)
 
 
-_ENDLESS: Final = 200
-_HDR_STEPS: Final = (0.0, -2.0, 2.0)
-_OF_ONE_SHOT: Final = (
-    "exposureProgram", "iso", "shutterSpeed", "aperture", "exposureCompensation",
-    "isoAutoHighLimit", "whiteBalance",
-)  # fmt: skip
+class CameraDate:
+    """Local time with an offset that is only ever repeated.
 
-
-def begin_picture(camera: SimulatedCamera) -> Reply:
-    """Take a single picture.
-
-    inProgress with an id; a cut connection where pictures follow each other too fast. Raises
-    `CommandRefused`: disabledCommand in another mode.
+    `now`: the clock's reading at which the date begins, in seconds.
     """
-    if camera.options["captureMode"] != "image" or camera.store.method != "normal":
-        raise CommandRefused("disabledCommand")
-    last = camera.shooter.job
-    rest = camera.personality.rest_s
-    if last is not None and camera.clock.now() - last.ended < rest:
-        return Reply(0, delay_s=LATENCY_S)
-    settings = _settings(camera)
-    if camera.options.get("hdr") == "hdr" and camera.options.get("photoStitching") == "none":
-        shots = [settings | {"exposureCompensation": step} for step in _HDR_STEPS]
-        return _begin(camera, "camera.takePicture", "hdr", shots)
-    return _begin(camera, "camera.takePicture", "single", [settings])
+
+    def __init__(self, now: float, year: int | None = None) -> None:
+        self._base = _START if year is None else datetime(year, 1, 1)
+        self._since = now
+        self._offset = "+02:00" if year is None else "+00:00"
+        self.unset = year is not None
+
+    def set(self, text: str, now: float) -> None:
+        """Set date and time.
+
+        Raises `ValueError` for a day or an hour that there is none of.
+        """
+        self._base = datetime.strptime(text[:19], _FORM)
+        self._since = now
+        self._offset = text[19:] or self._offset
+        self.unset = False
+
+    def stamp(self, now: float) -> str:
+        """Local time as EXIF writes it."""
+        return (self._base + timedelta(seconds=now - self._since)).strftime(_FORM)
+
+    def text(self, now: float) -> str:
+        """Local time with its offset, as options and file lists have it."""
+        return self.stamp(now) + self._offset
+
+    @property
+    def offset(self) -> str:
+        """Offset from UTC, "+02:00"."""
+        return self._offset
 
 
-def begin_capture(camera: SimulatedCamera, mode: JsonValue) -> Reply:
-    """Begin a series.
+_MOST_DELETED: Final = 128
 
-    `mode`: `_mode`, None where it was not given. inProgress with an id, or done where the series
-    has no end. Raises `CommandRefused`: invalidParameterValue for a mode that the model does not
-    have.
+
+class StoredFile:
+    """A file that the camera has written.
+
+    Its bytes are made when somebody first asks for them, and then kept.
+
+    `shape`: rows and columns.
     """
-    options, person = camera.options, camera.personality
-    if options["captureMode"] == "video":
-        if mode is not None:
-            raise CommandRefused("invalidParameterName")
-        return _begin(camera, "camera.startCapture", "video", [])
-    rules = person.bracket
-    by_method = "_shootingMethod" in options
-    if by_method and mode is None:
-        mode = camera.store.method
-    if mode in {None, "interval"} and not by_method:
-        shots = [_settings(camera)] * _ENDLESS
-        return _begin(camera, "camera.startCapture", "interval", shots)
-    if mode != "bracket" or rules is None:
-        raise CommandRefused("disabledCommand" if mode == "normal" else "invalidParameterValue")
-    shots = _bracket(camera)
-    if rules.method and camera.store.method != "bracket":
-        # The X takes as many pictures as asked for, but all of them as it would take one.
-        shots = [_settings(camera)] * len(shots)
-    return _begin(camera, "camera.startCapture", "bracket", shots)
+
+    def __init__(
+        self,
+        name: str,
+        path: str,
+        taken: str,
+        shape: tuple[int, int],
+        group: str,
+        render: Callable[[], bytes],
+        thumb: Callable[[], bytes],
+        take: Take | None = None,
+    ) -> None:
+        self.name = name
+        self.path = path
+        self.taken = taken
+        self.shape = shape
+        self.group = group
+        self.take = take
+        self._makers = {"file": render, "thumb": thumb}
+        self._made: dict[str, bytes] = {}
+        self._lock = threading.Lock()
+
+    @property
+    def data(self) -> bytes:
+        """The whole file."""
+        return self._get("file")
+
+    @property
+    def thumb(self) -> bytes:
+        """Its thumbnail, a JPEG file."""
+        return self._get("thumb")
+
+    @property
+    def size(self) -> int:
+        """Bytes of the file."""
+        return len(self.data)
+
+    def _get(self, which: str) -> bytes:
+        with self._lock:
+            if which not in self._made:
+                self._made[which] = self._makers[which]()
+            return self._made[which]
 
 
-def started(camera: SimulatedCamera, job: Job) -> dict[str, JsonValue]:
-    """Say that a command is under way."""
-    number: JsonValue = job.number if camera.personality.numeric_ids else str(job.number)
-    share = 0.0 if job.watched else job.completion(camera.clock.now())
-    return {
-        "name": job.name, "state": "inProgress", "id": number, "progress": {"completion": share},
-    }  # fmt: skip
+class Storage:
+    """All files, oldest first."""
 
+    def __init__(self, person: Personality) -> None:
+        self._person = person
+        self.files: list[StoredFile] = []
+        self.count = 0
 
-def finished(camera: SimulatedCamera, job: Job) -> dict[str, JsonValue]:
-    """Say that a command is done, and where its files are.
+    def next_name(self) -> tuple[str, str]:
+        """Give the next file its name and path; a number is never used twice."""
+        self.count += 1
+        name = f"{self._person.stem}{self.count:04d}.JPG"
+        return name, f"/files/{self._person.folder}/{name}"
 
-    Body of the answer; without URLs where the job was stopped.
-    """
-    urls: list[JsonValue] = [camera.trouble.poisoned_url(camera.url(file)) for file in job.written]
-    results: dict[str, JsonValue]
-    if job.kind == "bracket":
-        results = {} if job.stopped else {"fileUrls": urls}
-    elif job.kind == "hdr":
-        results = {"fileUrl": urls[0], "_fileGroup": urls}
-    elif job.kind == "single":
-        results = {"fileUrl": urls[0] if urls else ""}
-    else:
-        results = {"fileUrls": urls}
-    return {"name": job.name, "state": "done", "results": results}
+    def add(self, file: StoredFile) -> None:
+        """Store a file."""
+        self.files.append(file)
 
+    def find(self, path: str) -> StoredFile | None:
+        """Find a file by the path of its URL, without the query."""
+        return next((file for file in self.files if file.path == path), None)
 
-def _settings(camera: SimulatedCamera) -> dict[str, JsonValue]:
-    settings: dict[str, JsonValue] = {
-        name: camera.options[name] for name in _OF_ONE_SHOT if name in camera.options
-    }
-    if camera.options.get("_filter", "off") != "off":
-        settings["exposureProgram"] = 2
-    return settings
+    @property
+    def free_bytes(self) -> int:
+        """Roughly what is left; every file counts as 4 MB, so that none must be made for it."""
+        return TOTAL_BYTES - 4_000_000 * len(self.files)
 
+    def delete(self, urls: Sequence[JsonValue]) -> None:
+        """Delete files, all or none.
 
-def _bracket(camera: SimulatedCamera) -> list[dict[str, JsonValue]]:
-    wanted = camera.options["_autoBracket"]
-    assert isinstance(wanted, dict)
-    shots = wanted["_bracketParameters"]
-    assert isinstance(shots, list)
-    usual: dict[str, JsonValue] = {
-        "exposureProgram": 1,
-        "aperture": camera.personality.apertures[0],
-        "whiteBalance": "_colorTemperature",
-    }
-    return [usual | shot for shot in shots if isinstance(shot, dict)]
+        `urls`: URLs of files, or one of "all", "image", "video". Raises `CommandRefused`:
+        invalidParameterValue for one that is not there, too many, or a wrong type.
+        """
+        if list(urls) in (["all"], ["image"]):
+            self.files.clear()
+            return
+        if list(urls) == ["video"]:
+            return
+        if not 1 <= len(urls) <= _MOST_DELETED:
+            raise CommandRefused("invalidParameterValue")
+        doomed = []
+        for url in urls:
+            file = self.find("/" + url.partition("://")[2].partition("/")[2]) if (
+                isinstance(url, str)
+            ) else None  # fmt: skip
+            if file is None:
+                raise CommandRefused("invalidParameterValue", "There is no such file.")
+            doomed.append(file)
+        self.files[:] = [file for file in self.files if file not in doomed]
 
-
-def _begin(
-    camera: SimulatedCamera, name: str, kind: str, shots: list[dict[str, JsonValue]]
-) -> Reply:
-    shots = camera.trouble.exposures(camera, shots)
-    interval = camera.options["captureInterval"] if kind == "interval" else 0.0
-    job = camera.shooter.begin(
-        name,
-        kind,  # type: ignore[arg-type]
-        shots,
-        camera.options,
-        interval_s=float(str(interval)),
-    )
-    rules = camera.personality.bracket
-    job.watched = kind == "bracket" and rules is not None and rules.watched
-    camera.trouble.begun(camera, job)
-    if job.open_end:
-        return json_reply({"name": name, "state": "done"})
-    return json_reply(started(camera, job))
+    def entry(
+        self, file: StoredFile, url: str, *, detail: bool, thumb_size: int
+    ) -> dict[str, JsonValue]:
+        """Describe a file as camera.listFiles does."""
+        entry: dict[str, JsonValue] = {
+            "name": file.name,
+            "fileUrl": url,
+            "size": file.size,
+            "isProcessed": True,
+            "previewUrl": "",
+        }
+        if not detail:
+            entry["dateTime"] = file.taken[:19]
+            return entry
+        rows, columns = file.shape
+        entry |= {"dateTimeZone": file.taken, "width": columns, "height": rows}
+        if self._person.ricoh:
+            entry["_thumbSize"] = len(file.thumb)
+            if not self._person.switches_api:
+                entry["_projectionType"] = "Equirectangular"
+            if self._person.camera.lens_words == 1:
+                entry |= {"_favorite": False, "_imageDescription": "", "_uploaded": False}
+                entry["_storageID"] = STORAGE_ID
+            if file.group:
+                entry["_autoBracketGroupId"] = file.group
+        if thumb_size:
+            entry["thumbnail"] = base64.b64encode(file.thumb).decode()
+        return entry
 
 
 JobKind: TypeAlias = Literal["single", "bracket", "interval", "video", "hdr"]

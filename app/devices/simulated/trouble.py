@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from app.devices.simulated.body import CameraBody
 from app.devices.simulated.exchange import (
     LATENCY_S,
     CommandRefused,
@@ -20,11 +21,12 @@ from app.devices.simulated.exchange import (
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from app.devices.simulated.camera import SimulatedCamera
+    from app.devices.clock import Clock
     from app.devices.simulated.exchange import Piece, Request
     from app.devices.simulated.faults import Faults
-    from app.devices.simulated.shooting import Job
-    from app.devices.simulated.storage import StoredFile
+    from app.devices.simulated.personality import Personality
+    from app.devices.simulated.scene import Scene
+    from app.devices.simulated.shooting import Job, StoredFile
 
 
 _ROUTER_PAGE: Final = (
@@ -53,7 +55,7 @@ class WireTrouble:
         self._burst = 0
         self._worst_poll = self._roll("slow-status", 0, 3)
 
-    def before(self, camera: SimulatedCamera, request: Request) -> Reply | None:
+    def before(self, camera: CameraBody, request: Request) -> Reply | None:
         """Answer in the camera's place."""
         if self._faults.spend("404-router-in-place-of-the-camera"):
             return text_reply(_ROUTER_PAGE, "text/html", 404)
@@ -165,7 +167,7 @@ class WireTrouble:
         return self._faults.dice(name).randint(low, high) if self._faults.asked(name) else low
 
 
-def _wants_password(camera: SimulatedCamera) -> Reply:
+def _wants_password(camera: CameraBody) -> Reply:
     body: dict[str, JsonValue] = {"message": "Unauthorized"}
     reply = json_reply(body, 401)
     nonce = f"{len(camera.log):032x}"
@@ -221,12 +223,11 @@ _WARM: Final = 38
 _HOT: Final = 71
 
 
-class Trouble:
+class Trouble(WireTrouble):
     """All that goes wrong with one camera."""
 
     def __init__(self, faults: Faults) -> None:
-        self._faults = faults
-        self._wire = WireTrouble(faults)
+        super().__init__(faults)
         self._silent_until = float("-inf")
         self._silent = False
         self._heard: float | None = None
@@ -244,7 +245,7 @@ class Trouble:
             return None
         return self._faults.dice("clock-unset").choice((1970, 2000))
 
-    def prepare(self, camera: SimulatedCamera) -> None:
+    def prepare(self, camera: CameraBody) -> None:
         """Take note of the camera as it is before anybody has asked it anything."""
         self._older = len(camera.storage.files)
         if self._faults.on("unequal-lens-iso"):
@@ -253,7 +254,7 @@ class Trouble:
 
     # Being there.
 
-    def reachable(self, camera: SimulatedCamera) -> bool:
+    def reachable(self, camera: CameraBody) -> bool:
         """Say whether anything gets through to the camera now."""
         now = camera.clock.now()
         if now < self._silent_until:
@@ -274,7 +275,7 @@ class Trouble:
         self._silent_until = now + self._faults.dice("drop-during-exposure").uniform(3.0, 20.0)
         return True
 
-    def _falls_asleep(self, camera: SimulatedCamera, now: float) -> bool:
+    def _falls_asleep(self, camera: CameraBody, now: float) -> bool:
         if not self._faults.on("sleep"):
             return False
         dice = self._faults.dice("sleep")
@@ -291,26 +292,7 @@ class Trouble:
             self._silent_until = now + dice.uniform(5.0, 25.0)
         return sleeps
 
-    # What passes over the wire.
-
-    def before(self, camera: SimulatedCamera, request: Request) -> Reply | None:
-        """Answer in the camera's place, or not."""
-        return self._wire.before(camera, request)
-
-    def after(self, camera: SimulatedCamera, request: Request, reply: Reply) -> Reply:
-        """Spoil an answer, or not."""
-        del camera
-        return self._wire.after(request, reply)
-
-    def bytes_of(self, file: StoredFile) -> bytes:
-        """Give a file's bytes as they will be sent."""
-        return self._wire.bytes_of(file)
-
-    def poisoned_url(self, url: str) -> str:
-        """Give a URL as it will be told."""
-        return self._wire.poisoned_url(url)
-
-    def slip_in(self, camera: SimulatedCamera, entries: list[JsonValue]) -> None:
+    def slip_in(self, camera: CameraBody, entries: list[JsonValue]) -> None:
         """Add files that nobody took to a list."""
         if not self._faults.spend("hostile-file-names"):
             return
@@ -343,7 +325,7 @@ class Trouble:
         """Of the board, in degrees Celsius."""
         return _HOT if self._faults.on("overheating") else _WARM
 
-    def errors(self, camera: SimulatedCamera) -> tuple[str, ...]:
+    def errors(self, camera: CameraBody) -> tuple[str, ...]:
         """`_cameraError`."""
         words = ["COMPASS_CALIBRATION"] if camera.personality.name == "Z1" else []
         if camera.date.unset:
@@ -354,23 +336,23 @@ class Trouble:
             words.append("HIGH_TEMPERATURE")
         return tuple(words)
 
-    def free_bytes(self, camera: SimulatedCamera) -> int:
+    def free_bytes(self, camera: CameraBody) -> int:
         """Count what is left of the storage."""
         if not self._faults.on("storage-full"):
             return camera.storage.free_bytes
         self._faults.fire("storage-full")
         return max(self._room_left(camera), 0) * _BYTES_PER_PICTURE
 
-    def _room_left(self, camera: SimulatedCamera) -> int:
+    def _room_left(self, camera: CameraBody) -> int:
         return self._room - (len(camera.storage.files) - self._older)
 
-    def _full(self, camera: SimulatedCamera) -> bool:
+    def _full(self, camera: CameraBody) -> bool:
         full = self._faults.on("storage-full") and self._room_left(camera) <= 0
         if full:
             self._faults.fire("storage-full")
         return full
 
-    def _hot(self, camera: SimulatedCamera) -> bool:
+    def _hot(self, camera: CameraBody) -> bool:
         hot = self._faults.on("overheating") and len(camera.shooter.jobs) >= self._hot_after
         if hot:
             self._faults.fire("overheating")
@@ -378,7 +360,7 @@ class Trouble:
 
     # Shooting.
 
-    def check_shooting(self, camera: SimulatedCamera) -> None:
+    def check_shooting(self, camera: CameraBody) -> None:
         """Refuse to shoot.
 
         Raises `CommandRefused`: disabledCommand or powerOffSequenceRunning.
@@ -388,7 +370,7 @@ class Trouble:
         if self._full(camera) or self._hot(camera):
             raise CommandRefused("disabledCommand")
 
-    def preview_lingers(self, camera: SimulatedCamera) -> bool:
+    def preview_lingers(self, camera: CameraBody) -> bool:
         """Say whether the camera takes the preview to be open though it is not."""
         if camera.preview.body is not None:
             return False
@@ -403,7 +385,7 @@ class Trouble:
         return True
 
     def exposures(
-        self, camera: SimulatedCamera, shots: list[dict[str, JsonValue]]
+        self, camera: CameraBody, shots: list[dict[str, JsonValue]]
     ) -> list[dict[str, JsonValue]]:
         """Give the exposures as the camera will take them."""
         name = "equal-exposures"
@@ -420,7 +402,7 @@ class Trouble:
             return [shots[0] | stuck]
         return shots
 
-    def begun(self, camera: SimulatedCamera, job: Job) -> None:
+    def begun(self, camera: CameraBody, job: Job) -> None:
         """Take note of a job, and cut it short where there is no room."""
         if self._faults.on("storage-full") and len(job.frames) > self._room_left(camera):
             self._faults.fire("storage-full")
@@ -432,7 +414,7 @@ class Trouble:
             share = self._faults.dice("drop-during-exposure").uniform(0.1, 0.8)
             self._drop_at = job.begun + share * (job.frames[-1].end - job.begun)
 
-    def hides_end(self, camera: SimulatedCamera, job: Job) -> bool:
+    def hides_end(self, camera: CameraBody, job: Job) -> bool:
         """Say whether a command goes on for ever as far as its status says."""
         if not self._faults.on("never-done"):
             return False
@@ -441,5 +423,17 @@ class Trouble:
         self._faults.fire("never-done")
         return True
 
-    def _roll(self, name: str, low: int, high: int) -> int:
-        return self._faults.dice(name).randint(low, high) if self._faults.asked(name) else low
+
+class TroubledCamera(CameraBody):
+    """A camera and what goes wrong with it."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        person: Personality,
+        clock: Clock,
+        shape: tuple[int, int] | None,
+        faults: Faults,
+    ) -> None:
+        self.trouble = Trouble(faults)
+        super().__init__(scene, person, clock, shape, self.trouble.first_year)

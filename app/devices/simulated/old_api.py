@@ -1,0 +1,99 @@
+"""The commands of Web API v2.0, as far as a client needs them to leave it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from app.devices.simulated.commands import (
+    Command,
+    Parameters,
+    counting,
+    get_options,
+    set_options,
+    take_picture,
+)
+from app.devices.simulated.exchange import CommandRefused
+
+if TYPE_CHECKING:
+    from app.devices.simulated.exchange import JsonValue, Reply
+    from app.devices.simulated.trouble import TroubledCamera
+
+_SESSION_S: Final = 180
+
+
+def _start_session(camera: TroubledCamera, parameters: Parameters) -> Parameters:
+    del parameters
+    camera.session = "SID_0001"
+    return {"results": {"sessionId": camera.session, "timeout": _SESSION_S}}
+
+
+def _old_session(camera: TroubledCamera, parameters: Parameters) -> None:
+    given = parameters.pop("sessionId", None)
+    if given is None:
+        raise CommandRefused("missingParameter")
+    if not camera.session or given != camera.session:
+        raise CommandRefused("invalidSessionId", "The session is not open.")
+
+
+def _old_set_options(camera: TroubledCamera, parameters: Parameters) -> Parameters:
+    _old_session(camera, parameters)
+    result = set_options(camera, parameters)
+    options = parameters.get("options")
+    if isinstance(options, dict) and options.get("clientVersion") == 2:
+        camera.api_version = 2
+        camera.session = ""
+    return result
+
+
+def _old_get_options(camera: TroubledCamera, parameters: Parameters) -> Parameters:
+    _old_session(camera, parameters)
+    return get_options(camera, parameters)
+
+
+def _old_take_picture(camera: TroubledCamera, parameters: Parameters) -> Parameters | Reply:
+    _old_session(camera, parameters)
+    return take_picture(camera, parameters)
+
+
+def _list_images(camera: TroubledCamera, parameters: Parameters) -> Parameters:
+    """List files as API 2.0 does: by their place in the storage, and page by page with a token."""
+    count, token = parameters.get("entryCount"), str(parameters.get("continuationToken", "0"))
+    thumbs = parameters.get("includeThumb", True) is not False
+    if count is None or (thumbs and parameters.get("maxSize") is None):
+        raise CommandRefused("missingParameter")
+    if not counting(count) or not token.isdecimal() or len(token) > 9:
+        raise CommandRefused("invalidParameterValue")
+    files = camera.storage.files[::-1]
+    start = int(token)
+    stop = start + (1 if thumbs else int(str(count)))
+    entries: list[JsonValue] = []
+    for file in files[start:stop]:
+        entry = camera.storage.entry(file, "", detail=True, thumb_size=160 if thumbs else 0)
+        kept = {"name", "size", "dateTimeZone", "width", "height", "thumbnail"}
+        shown: dict[str, JsonValue] = {"uri": file.path.removeprefix("/files/")}
+        shown |= {name: value for name, value in entry.items() if name in kept}
+        entries.append(shown)
+    results: Parameters = {"entries": entries, "totalEntries": len(files)}
+    if stop < len(files):
+        results["continuationToken"] = str(stop)
+    return {"results": results}
+
+
+def _nothing(camera: TroubledCamera, parameters: Parameters) -> Parameters:
+    _old_session(camera, parameters)
+    return {}
+
+
+_SESSION: Final = frozenset({"sessionId"})
+OLD_COMMANDS: Final = {
+    "camera.startSession": Command(_start_session, frozenset({"timeout"})),
+    "camera.closeSession": Command(_nothing, _SESSION),
+    "camera.updateSession": Command(_nothing, _SESSION),
+    "camera.getOptions": Command(_old_get_options, _SESSION | {"optionNames"}),
+    "camera.setOptions": Command(_old_set_options, _SESSION | {"options"}),
+    "camera.takePicture": Command(_old_take_picture, _SESSION),
+    "camera.listImages": Command(
+        _list_images, frozenset({"entryCount", "maxSize", "continuationToken", "includeThumb"})
+    ),
+}
+"""By their names."""
