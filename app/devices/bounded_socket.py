@@ -8,6 +8,7 @@ watches a deadline on the injected clock, and can be ended from another thread.
 from __future__ import annotations
 
 import socket
+import ssl
 import time
 from typing import TYPE_CHECKING, Any, Final
 
@@ -17,6 +18,8 @@ from urllib3.connection import HTTPConnection
 from urllib3.util.wait import wait_for_read
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from app.devices.clock import Clock
 
 _STEP_S: Final = 0.1  # of real time: a closed stream ends within this
@@ -75,19 +78,54 @@ class Watch:
             raise TimeoutError("the deadline has passed")
 
 
-class _WatchedSocket(socket.socket):
-    """A connected socket that asks a watch before every read."""
+class BoundedSocket(socket.socket):
+    """A connected socket that is read under a watch.
+
+    `patient`: whether only the watch limits a silence, and not the socket's own timeout too.
+    """
+
+    watch: Watch | None = None
+    patient = False
 
     def __init__(self, plain: socket.socket) -> None:
         limit = plain.gettimeout()
         super().__init__(plain.family, plain.type, plain.proto, fileno=plain.detach())
         self.settimeout(limit)
-        self.watch: Watch | None = None
 
     def recv_into(self, buffer: Any, nbytes: int = 0, flags: int = 0) -> int:
-        if self.watch is not None:
-            self.watch.wait_for(self, self.gettimeout())
-        return super().recv_into(buffer, nbytes, flags)
+        """Take what has come, or wait for it."""
+        return _received(self, lambda: super(BoundedSocket, self).recv_into(buffer, nbytes, flags))
+
+
+class BoundedTls(ssl.SSLSocket):
+    """The same, encrypted; made by a context whose `sslsocket_class` it is."""
+
+    watch: Watch | None = None
+    patient = False
+
+    def recv_into(self, buffer: Any, nbytes: int | None = None, flags: int = 0) -> int:
+        """Take what has come, or wait for it."""
+        return _received(self, lambda: super(BoundedTls, self).recv_into(buffer, nbytes, flags))
+
+
+def _received(connection: BoundedSocket | BoundedTls, receive: Callable[[], int]) -> int:
+    watch = connection.watch
+    while watch is not None:
+        if not pending(connection):
+            watch.wait_for(connection, None if connection.patient else connection.gettimeout())
+        elif watch.closed or watch.late:
+            raise TimeoutError("the deadline has passed")
+        try:
+            return receive()
+        except (TimeoutError, ssl.SSLWantReadError):
+            # A part of an encrypted record; the rest may take until the deadline.
+            continue
+    return receive()
+
+
+def pending(connection: socket.socket) -> bool:
+    """Whether something was received that is still to be decrypted."""
+    return isinstance(connection, ssl.SSLSocket) and connection.pending() > 0
 
 
 class Transport(HTTPAdapter):
@@ -106,11 +144,11 @@ class Transport(HTTPAdapter):
         class Connection(HTTPConnection):
             def connect(self) -> None:
                 super().connect()
-                self.sock = _WatchedSocket(self.sock)
+                self.sock = BoundedSocket(self.sock)
 
             def request(self, *args: Any, **keywords: Any) -> None:
                 super().request(*args, **keywords)
-                if isinstance(self.sock, _WatchedSocket):
+                if isinstance(self.sock, BoundedSocket):
                     self.sock.watch = transport.watch
 
         class Pool(HTTPConnectionPool):

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from app.devices.errors import BadReply, CameraRefused, NotACamera
 from app.devices.theta.endpoint import Endpoint
-from app.devices.theta.errors import REFUSALS, code_of_status, refusal
+from app.devices.theta.errors import REFUSALS, bare_refusal, refusal
 from app.devices.theta.messages import (
     parse_command,
     parse_entries,
@@ -416,6 +416,6 @@ def test_an_unknown_code_is_kept_and_the_camera_quoted() -> None:
 
 
 def test_codes_for_bare_statuses() -> None:
-    assert code_of_status(503) == "serviceUnavailable"
-    assert code_of_status(404) == "notFound"
-    assert code_of_status(500) == "unexpected"
+    assert bare_refusal(503).code == "serviceUnavailable"
+    assert bare_refusal(404).code == "notFound"
+    assert bare_refusal(500).code == "unexpected"

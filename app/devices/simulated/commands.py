@@ -216,16 +216,8 @@ def live_options(camera: TroubledCamera) -> dict[str, JsonValue]:
 
 
 Parameters: TypeAlias = "dict[str, JsonValue]"
+Action: TypeAlias = "Callable[[TroubledCamera, Parameters], Parameters | Reply]"
 _SETTLE_S: Final = 1.0
-
-
-def _everywhere(person: Personality) -> bool:
-    del person
-    return True
-
-
-def _on_ricohs(person: Personality) -> bool:
-    return person.ricoh
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,9 +228,9 @@ class Command:
     reply. Raises `CommandRefused`.
     """
 
-    act: Callable[[TroubledCamera, Parameters], Parameters | Reply]
+    act: Action
     parameters: frozenset[str] = frozenset()
-    there: Callable[[Personality], bool] = _everywhere
+    there: Callable[[Personality], bool] = lambda _: True
 
 
 def command_status(camera: TroubledCamera, body: Parameters) -> Reply:
@@ -304,9 +296,8 @@ def _check_date(camera: TroubledCamera, options: Parameters) -> None:
         raise CommandRefused("invalidParameterValue") from None
 
 
-def take_picture(camera: TroubledCamera, parameters: Parameters) -> Parameters | Reply:
+def take_picture(camera: TroubledCamera, _parameters: Parameters) -> Parameters | Reply:
     """Take one picture."""
-    del parameters
     _check_ready(camera)
     return begin_picture(camera)
 
@@ -332,8 +323,7 @@ def _check_settled(camera: TroubledCamera) -> None:
         raise CommandRefused("disabledCommand", "Options were set a moment ago.")
 
 
-def _stop_capture(camera: TroubledCamera, parameters: Parameters) -> Parameters:
-    del parameters
+def _stop_capture(camera: TroubledCamera, _parameters: Parameters) -> Parameters:
     job = camera.shooter.job
     if job is None or not camera.shooter.busy or job.kind in {"single", "hdr"}:
         raise CommandRefused("disabledCommand")
@@ -342,8 +332,7 @@ def _stop_capture(camera: TroubledCamera, parameters: Parameters) -> Parameters:
     return {}
 
 
-def _stop_self_timer(camera: TroubledCamera, parameters: Parameters) -> Parameters:
-    del parameters
+def _stop_self_timer(camera: TroubledCamera, _parameters: Parameters) -> Parameters:
     job = camera.shooter.job
     if job is None or not camera.shooter.busy or camera.clock.now() >= job.begins:
         raise CommandRefused("disabledCommand")
@@ -417,8 +406,7 @@ def _get_metadata(camera: TroubledCamera, parameters: Parameters) -> Parameters:
     return {"results": metadata_of(camera.personality, file)}
 
 
-def _live_preview(camera: TroubledCamera, parameters: Parameters) -> Reply:
-    del parameters
+def _live_preview(camera: TroubledCamera, _parameters: Parameters) -> Reply:
     now = camera.clock.now()
     job = camera.shooter.job
     resting = job is not None and now - job.ended < camera.personality.preview_rest_s
@@ -430,14 +418,9 @@ def _live_preview(camera: TroubledCamera, parameters: Parameters) -> Reply:
     return camera.preview.open()
 
 
-def _reset(camera: TroubledCamera, parameters: Parameters) -> Parameters:
-    del parameters
+def _reset(camera: TroubledCamera, _parameters: Parameters) -> Parameters:
     camera.store.reset()
     return {}
-
-
-def _has_metadata(person: Personality) -> bool:
-    return person.metadata != "none"
 
 
 _FILES: Final = frozenset(
@@ -450,10 +433,12 @@ COMMANDS: Final = {
     "camera.takePicture": Command(take_picture),
     "camera.startCapture": Command(_start_capture, frozenset({"_mode", "mode"})),
     "camera.stopCapture": Command(_stop_capture),
-    "camera._stopSelfTimer": Command(_stop_self_timer, there=_on_ricohs),
+    "camera._stopSelfTimer": Command(_stop_self_timer, there=lambda person: person.ricoh),
     "camera.listFiles": Command(_list_files, _FILES | {"_startFileUrl"}),
     "camera.delete": Command(_delete, frozenset({"fileUrls"})),
-    "camera._getMetadata": Command(_get_metadata, frozenset({"fileUrl"}), _has_metadata),
+    "camera._getMetadata": Command(
+        _get_metadata, frozenset({"fileUrl"}), lambda person: person.metadata != "none"
+    ),
     "camera.getLivePreview": Command(_live_preview),
     "camera.reset": Command(_reset),
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from app.devices.simulated.commands import (
+    Action,
     Command,
     Parameters,
     counting,
@@ -21,8 +22,7 @@ if TYPE_CHECKING:
 _SESSION_S: Final = 180
 
 
-def _start_session(camera: TroubledCamera, parameters: Parameters) -> Parameters:
-    del parameters
+def _start_session(camera: TroubledCamera, _parameters: Parameters) -> Parameters:
     camera.session = "SID_0001"
     return {"results": {"sessionId": camera.session, "timeout": _SESSION_S}}
 
@@ -35,24 +35,23 @@ def _old_session(camera: TroubledCamera, parameters: Parameters) -> None:
         raise CommandRefused("invalidSessionId", "The session is not open.")
 
 
+def _in_session(act: Action) -> Action:
+    """Make a command want the session's number first."""
+
+    def acts(camera: TroubledCamera, parameters: Parameters) -> Parameters | Reply:
+        _old_session(camera, parameters)
+        return act(camera, parameters)
+
+    return acts
+
+
 def _old_set_options(camera: TroubledCamera, parameters: Parameters) -> Parameters:
-    _old_session(camera, parameters)
     result = set_options(camera, parameters)
     options = parameters.get("options")
     if isinstance(options, dict) and options.get("clientVersion") == 2:
         camera.api_version = 2
         camera.session = ""
     return result
-
-
-def _old_get_options(camera: TroubledCamera, parameters: Parameters) -> Parameters:
-    _old_session(camera, parameters)
-    return get_options(camera, parameters)
-
-
-def _old_take_picture(camera: TroubledCamera, parameters: Parameters) -> Parameters | Reply:
-    _old_session(camera, parameters)
-    return take_picture(camera, parameters)
 
 
 def _list_images(camera: TroubledCamera, parameters: Parameters) -> Parameters:
@@ -79,19 +78,14 @@ def _list_images(camera: TroubledCamera, parameters: Parameters) -> Parameters:
     return {"results": results}
 
 
-def _nothing(camera: TroubledCamera, parameters: Parameters) -> Parameters:
-    _old_session(camera, parameters)
-    return {}
-
-
 _SESSION: Final = frozenset({"sessionId"})
 OLD_COMMANDS: Final = {
     "camera.startSession": Command(_start_session, frozenset({"timeout"})),
-    "camera.closeSession": Command(_nothing, _SESSION),
-    "camera.updateSession": Command(_nothing, _SESSION),
-    "camera.getOptions": Command(_old_get_options, _SESSION | {"optionNames"}),
-    "camera.setOptions": Command(_old_set_options, _SESSION | {"options"}),
-    "camera.takePicture": Command(_old_take_picture, _SESSION),
+    "camera.closeSession": Command(_in_session(lambda _camera, _parameters: {}), _SESSION),
+    "camera.updateSession": Command(_in_session(lambda _camera, _parameters: {}), _SESSION),
+    "camera.getOptions": Command(_in_session(get_options), _SESSION | {"optionNames"}),
+    "camera.setOptions": Command(_in_session(_old_set_options), _SESSION | {"options"}),
+    "camera.takePicture": Command(_in_session(take_picture), _SESSION),
     "camera.listImages": Command(
         _list_images, frozenset({"entryCount", "maxSize", "continuationToken", "includeThumb"})
     ),

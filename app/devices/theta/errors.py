@@ -1,4 +1,8 @@
-"""What goes wrong below HTTP, in words."""
+"""What goes wrong between a camera and its client, in words.
+
+Below HTTP (`failure`), in what a reply is (`judge_json`, `judge_stream`), and in what a camera says
+of itself: its error codes (`REFUSALS`).
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,7 @@ import re
 from contextlib import suppress
 from http.client import BadStatusLine, RemoteDisconnected, UnknownProtocol
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Protocol
 
 import requests
 from urllib3 import exceptions as urllib3_errors
@@ -16,8 +20,6 @@ from app.devices.theta.untrusted import JsonValue, parse_json, table, words
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
-
-    from app.devices.theta.link import Reply
 
 
 _OK: Final = 200
@@ -31,7 +33,17 @@ _ERROR_BYTES: Final = 65536
 _PAGE: Final = re.compile(rb"[\s\xef\xbb\xbf]*<")
 
 
-def judge_json(reply: Reply, data: bytes) -> JsonValue:
+class Answer(Protocol):
+    """A reply as far as it is judged."""
+
+    status: int
+    headers: Mapping[str, str]
+
+    def whole(self, most: int) -> bytes:
+        """Read all of a short body."""
+
+
+def judge_json(reply: Answer, data: bytes) -> JsonValue:
     """Read a reply that should be JSON.
 
     Returns the value; an error object inside a good reply is left to the reader of the message.
@@ -43,16 +55,14 @@ def judge_json(reply: Reply, data: bytes) -> JsonValue:
         if _is_page(reply, data):
             raise no_camera()
         return parse_json(data)
-    error = _error_within(data, reply.status)
-    if error is not None:
-        raise error
+    _raise_error_within(data, reply.status)
     elsewhere = reply.status < _ERRORS or reply.status in _ELSEWHERE
     if elsewhere or (reply.status < _SERVER_ERRORS and _is_page(reply, data)):
         raise no_camera()
-    raise refusal(code_of_status(reply.status), reply.status)
+    raise bare_refusal(reply.status)
 
 
-def judge_stream(reply: Reply) -> None:
+def judge_stream(reply: Answer) -> None:
     """Make sure that a reply is something to be streamed.
 
     Raises `CameraRefused` for an HTTP error, and for an error object where a file should be; 404 is
@@ -66,13 +76,11 @@ def judge_stream(reply: Reply) -> None:
         if "json" not in kind:
             return
     data = reply.whole(_ERROR_BYTES)
-    error = _error_within(data, reply.status)
-    if error is not None:
-        raise error
+    _raise_error_within(data, reply.status)
     if _NOT_OK <= reply.status < _ERRORS:
         raise no_camera()
     if reply.status >= _ERRORS:
-        raise refusal(code_of_status(reply.status), reply.status)
+        raise bare_refusal(reply.status)
     raise BadReply("The camera sent something else than the file.", "Try again.")
 
 
@@ -86,13 +94,15 @@ def refused(value: JsonValue, status: int) -> CameraRefused | None:
     return refusal(words(fields.get("code")), status, words(fields.get("message")))
 
 
-def _error_within(data: bytes, status: int) -> CameraRefused | None:
+def _raise_error_within(data: bytes, status: int) -> None:
+    error: CameraRefused | None = None
     with suppress(BadReply):
-        return refused(parse_json(data), status)
-    return None
+        error = refused(parse_json(data), status)
+    if error is not None:
+        raise error
 
 
-def _is_page(reply: Reply, data: bytes) -> bool:
+def _is_page(reply: Answer, data: bytes) -> bool:
     return "html" in reply.headers.get("content-type", "").lower() or bool(_PAGE.match(data))
 
 
@@ -156,6 +166,11 @@ _CODE: Final = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,59}")
 _BY_STATUS: Final = MappingProxyType({404: "notFound", 416: "invalidParameterValue", 503: BUSY})
 
 
+def bare_refusal(status: int) -> CameraRefused:
+    """Make the error for a reply that has only an HTTP status."""
+    return refusal(_BY_STATUS.get(status, "unexpected"), status)
+
+
 def refusal(code: str, status: int, said: str = "") -> CameraRefused:
     """Make the error for what a camera answered.
 
@@ -169,11 +184,6 @@ def refusal(code: str, status: int, said: str = "") -> CameraRefused:
     if sound not in REFUSALS:
         sentence = f'The camera refused: "{said or sound}".'
     return CameraRefused(sentence, hint, sound, status)
-
-
-def code_of_status(status: int) -> str:
-    """Give the error code for a reply that has only an HTTP status."""
-    return _BY_STATUS.get(status, "unexpected")
 
 
 CLOSED: Final = "closed"

@@ -1,4 +1,4 @@
-"""A connection to a network camera that keeps a deadline, plain or encrypted.
+"""Where a network camera is, and a connection to it that keeps a deadline, plain or encrypted.
 
 Every read watches the injected clock and real time, whatever drips, and can be ended from another
 thread. Nothing is ever followed elsewhere.
@@ -6,7 +6,6 @@ thread. Nothing is ever followed elsewhere.
 
 from __future__ import annotations
 
-import io
 import re
 import socket
 import ssl
@@ -17,12 +16,13 @@ from urllib.parse import parse_qsl, urlsplit
 
 from urllib3.util.wait import wait_for_read
 
-from app.devices.bounded_socket import Watch
+from app.devices.bounded_socket import BoundedSocket, BoundedTls, Watch, pending
 from app.devices.errors import DeviceError
 from app.devices.theta.endpoint import Endpoint
 from app.devices.webcam.protocol import WebcamError
 
 if TYPE_CHECKING:
+    import io
     from collections.abc import Mapping
 
     from app.devices.clock import Clock
@@ -174,17 +174,21 @@ class Wire:
         except (OSError, UnicodeError) as error:
             raise unreachable(error) from None
         try:
-            self._socket = self._encrypted(plain) if self._address.scheme == _TLS else plain
-            self._socket.settimeout(_PART_S)
+            bounded = (
+                self._encrypted(plain) if self._address.scheme == _TLS else BoundedSocket(plain)
+            )
+            bounded.settimeout(_PART_S)
         except (OSError, ValueError) as error:
             plain.close()
             raise unreachable(error) from None
-        self._file = io.BufferedReader(_Reader(self._socket, self.watch))
+        bounded.watch, bounded.patient = self.watch, True
+        self._socket, self._file = bounded, bounded.makefile("rb")
 
-    def _encrypted(self, plain: socket.socket) -> socket.socket:
+    def _encrypted(self, plain: socket.socket) -> BoundedTls:
         context = ssl.create_default_context()
+        context.sslsocket_class = BoundedTls
         host = self._address.endpoint.host.partition("%")[0]
-        return context.wrap_socket(plain, server_hostname=host)
+        return cast("BoundedTls", context.wrap_socket(plain, server_hostname=host))
 
     def send(self, lines: list[str]) -> None:
         """Send the head of a request, without its final empty line; raises one of `FAILURES`."""
@@ -221,12 +225,16 @@ class Wire:
     def ready(self) -> bool:
         """Whether something has come that was not read yet."""
         connection = self._socket
-        return connection is not None and _ready(connection)
+        return connection is not None and (
+            pending(connection) or bool(wait_for_read(connection, timeout=0.0))
+        )
 
     def close(self) -> None:
         """Hang up; a second time does nothing."""
-        connection, self._socket, self._file = self._socket, None, None
-        if connection is not None:
+        connection, file = self._socket, self._file
+        self._socket = self._file = None
+        if connection is not None and file is not None:
+            file.close()
             connection.close()
 
 
@@ -234,37 +242,6 @@ def _request(lines: list[str]) -> bytes:
     if any(ord(sign) < 0x20 for line in lines for sign in line):
         raise ValueError("a line of a request cannot hold control characters")
     return ("\r\n".join(lines) + "\r\n\r\n").encode()
-
-
-class _Reader(io.RawIOBase):
-    """What comes over a socket, as far as the watch allows to wait for it."""
-
-    def __init__(self, connection: socket.socket, watch: Watch) -> None:
-        self._socket = connection
-        self._watch = watch
-
-    def readable(self) -> bool:
-        return True
-
-    def readinto(self, buffer: Any) -> int:
-        while True:
-            if not _pending(self._socket):
-                self._watch.wait_for(self._socket, None)
-            elif self._watch.closed or self._watch.late:
-                raise TimeoutError("the deadline has passed")
-            try:
-                return self._socket.recv_into(buffer)
-            except (TimeoutError, ssl.SSLWantReadError):
-                # A part of an encrypted record; the rest may take until the deadline.
-                continue
-
-
-def _pending(connection: socket.socket) -> bool:
-    return isinstance(connection, ssl.SSLSocket) and connection.pending() > 0
-
-
-def _ready(connection: socket.socket) -> bool:
-    return _pending(connection) or bool(wait_for_read(connection, timeout=0.0))
 
 
 def unreachable(error: BaseException) -> WebcamError:
