@@ -21,7 +21,7 @@ from app.core.base.progress import Token
 from app.core.hdr.frame import Exposure
 from app.core.simulation.bracket_maker import write_bracket
 from app.core.simulation.cameras import THETA_V, THETA_Z1, CameraModel
-from app.devices.capture import incoming, watch
+from app.devices.capture import file_integrity, watch
 from app.devices.capture.watch import IncomingBracket, WatchedFolder
 from app.devices.clock import VirtualClock
 from app.devices.errors import CaptureFailed, Unreachable
@@ -403,7 +403,7 @@ def test_a_file_that_may_not_be_read_is_taken_when_it_may(
             raise PermissionError(13, "Permission denied", str(path))
         return open_file(path)
 
-    monkeypatch.setattr("app.devices.capture.incoming.open_file", opened)
+    monkeypatch.setattr("app.devices.capture.file_integrity.open_file", opened)
     scenario = Scenario(folder).at(1.0, lambda: shot(folder)).at(1.0, lambda: shut.chmod(0))
     scenario.at(12.0, lambda: shut.chmod(0o644))
     ((_, bracket),) = scenario.run()
@@ -452,7 +452,7 @@ def test_a_file_too_large_for_a_picture_is_never_opened(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     folder = tmp_path / "in"
-    monkeypatch.setattr(incoming, "MAX_BYTES", 1000)
+    monkeypatch.setattr(file_integrity, "MAX_BYTES", 1000)
     scenario = Scenario(folder).at(1.0, lambda: (folder / "huge.jpg").write_bytes(b"x" * 1001))
     assert scenario.run(20.0) == []
     assert scenario.watched.notes == ("huge.jpg is too large for a picture.",)
@@ -471,7 +471,7 @@ def test_a_flood_of_notes_is_bounded(tmp_path: Path) -> None:
 
 
 def test_more_frames_than_a_bracket_holds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(incoming, "MAX_FRAMES", 3)
+    monkeypatch.setattr(watch, "MAX_FRAMES", 3)
     folder = tmp_path / "in"
     scenario = Scenario(folder)
     scenario.at(1.0, lambda: shot(folder, tuple(2.0**-k for k in range(5))))

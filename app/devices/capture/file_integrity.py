@@ -1,25 +1,34 @@
-"""Whether a file from a camera has come over whole."""
+"""Whether the files of a camera have come whole, and are the bracket that was planned.
+
+Cameras do not always do what they were told, and say nothing: some take three equal exposures,
+some ignore ISO outside the manual program.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import math
 import re
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import datetime
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import ProbeError
 from app.core.base.files import open_file
+from app.core.base.image_input import open_image
 from app.core.base.progress import Token
 from app.core.hdr.decoding import READ_ROWS, FileRows, row_bands
-from app.core.hdr.metadata import Header, read_header
+from app.core.hdr.metadata import ENDINGS, Header, read_header
 from app.core.hdr.words import listed
 from app.devices.errors import CaptureFailed
+from app.devices.theta.untrusted import words
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from app.core.hdr.frame import Exposure
+    from app.core.hdr.frame import Exposure, Frame
     from app.core.hdr.planner import Plan
 
 
@@ -183,16 +192,8 @@ def whole_picture(path: Path, token: Token | None = None) -> bool:
     """
     if not whole_file(path):
         return False
-    token = token or Token()
     try:
-        frame = read_header(path).frame
-        rows = FileRows(frame)
-        try:
-            for start, stop in row_bands(frame.shape[0], READ_ROWS):
-                token.check()
-                rows.rows(start, stop)
-        finally:
-            rows.close()
+        _decode(read_header(path).frame, token or Token())
     except ProbeError:
         return False
     return True
@@ -205,3 +206,139 @@ def sha256_of(path: Path) -> str:
         while block := stream.read(_CHUNK):
             digest.update(block)
     return digest.hexdigest()
+
+
+MAX_BYTES: Final = 2_000_000_000
+"""Largest file that is looked into; a JPEG must be a quarter of that."""
+
+_TEMPORARY: Final = re.compile(
+    r"\.|~|.*(?:~|\.(?:part|partial|tmp|temp|crdownload|download|filepart))$"
+)
+_LONGEST: Final = 300
+_STAMP: Final = "%Y:%m:%d %H:%M:%S"
+_TAKEN: Final = ("Exif:DateTimeOriginal", "DateTime")
+_DIGITS: Final = re.compile(r"(\d+)", re.ASCII)
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """A picture that has come whole.
+
+    * `shape`: rows and columns.
+    * `kind`: how its pixels are stored.
+    * `taken_s`: time of EXIF in seconds; comparable only with that of the same camera.
+    """
+
+    path: Path
+    camera: str
+    shape: tuple[int, int]
+    kind: str
+    exposure: Exposure
+    taken_s: float | None
+    order: tuple[float, tuple[tuple[int, str], ...]]
+
+
+def is_wanted(name: str) -> bool:
+    """Tell by its name whether a file could be a picture that is read."""
+    usable = name.isprintable() and not _TEMPORARY.match(name)
+    return usable and name.lower().endswith(ENDINGS)
+
+
+def passed_over(name: str) -> str:
+    """Say why a file of this name is passed over; "" where nobody needs to hear of it.
+
+    Returns a sentence, the same for all files of one kind.
+    """
+    if not name.isprintable():
+        return f"{words(name, 60)}: files with control characters in their names are passed over."
+    ending = name.rpartition(".")[2].lower()
+    if _TEMPORARY.match(name) or "." not in name or not 0 < len(ending) <= len("filepart"):
+        return ""
+    return f"Files ending in .{ending} are passed over; {listed(ENDINGS)} are read."
+
+
+def read_arrival(path: Path, size: int, modified_s: float) -> Arrival | str:
+    """Look into a file that has come.
+
+    * `size`: its length in bytes.
+    * `modified_s`: when it was changed last, in seconds, for files that do not say when they were
+      taken.
+
+    Returns the picture, or a sentence why it cannot be a frame.
+    """
+    try:
+        _check_whole(path, size)
+        frame = read_header(path).frame
+    except ProbeError as error:
+        return words(str(error), _LONGEST)
+    if frame.exposure is None:
+        return f"{path.name} does not state its exposure time and is left out."
+    if frame.tone_mapped:
+        return f"{path.name} was taken with HDR rendering on and is left out."
+    taken = _taken_s(path)
+    return Arrival(
+        path=path,
+        camera=frame.camera,
+        shape=frame.shape,
+        kind=frame.kind,
+        exposure=frame.exposure,
+        taken_s=taken,
+        order=(modified_s if taken is None else taken, _numbers(path.name)),
+    )
+
+
+def _check_whole(path: Path, size: int) -> None:
+    incomplete = ProbeError(
+        f"{path.name} is damaged or incomplete; it is looked at when it changes."
+    )
+    if size > MAX_BYTES:
+        raise ProbeError(f"{path.name} is too large for a picture.")
+    try:
+        with open_file(path) as stream:
+            jpeg = stream.read(3) == b"\xff\xd8\xff"
+    except OSError as error:
+        raise ProbeError(
+            f"{path.name} cannot be read: {(error.strerror or str(error)).lower()}."
+        ) from None
+    if jpeg:
+        if size > MAX_BYTES // 4 or not whole_file(path):
+            raise incomplete
+        return
+    frame = read_header(path).frame
+    # Other formats do not end in a mark; their last rows are missing when they are cut off.
+    try:
+        _decode(frame.as_stored, Token())
+    except ProbeError as error:
+        raise incomplete from error
+
+
+def _decode(frame: Frame, token: Token) -> None:
+    rows = FileRows(frame)
+    try:
+        for start, stop in row_bands(frame.shape[0], READ_ROWS):
+            token.check()
+            rows.rows(start, stop)
+    finally:
+        rows.close()
+
+
+def _taken_s(path: Path) -> float | None:
+    with suppress(UnicodeError):
+        source = open_image(path)
+        if source is None:
+            return None
+        try:
+            texts = [str(source.spec().getattribute(name) or "") for name in _TAKEN]
+        finally:
+            source.close()
+        for text in texts:
+            with suppress(ValueError, OverflowError, OSError):
+                return datetime.strptime(text[:19], _STAMP).timestamp()
+    return None
+
+
+def _numbers(name: str) -> tuple[tuple[int, str], ...]:
+    """Split a name so that IMG_10 comes after IMG_9."""
+    return tuple(
+        (int(part), "") if part.isdecimal() else (-1, part.lower()) for part in _DIGITS.split(name)
+    )
