@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from app.devices.theta.found import FoundCamera
     from app.devices.webcam import Webcam
 
+_TICK_S: Final = 0.05
+_START_S: Final = 20.0
+
 
 class DevicesAtHand:
     """What is really there."""
@@ -61,10 +64,6 @@ class DevicesAtHand:
 
     def close(self) -> None:
         """Nothing is held."""
-
-
-_TICK_S: Final = 0.05
-_START_S: Final = 20.0
 
 
 class CameraProcess:

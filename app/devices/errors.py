@@ -13,6 +13,11 @@ from typing import TYPE_CHECKING, Final, TypeVar
 if TYPE_CHECKING:
     from pathlib import Path
 
+DISK: Final = frozenset({"disk", "disk-full"})
+"""Codes of errors that are this computer's own: its disk takes no more."""
+
+_NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
 
 class DeviceError(Exception):
     """A camera or the way to it fails, and what to do about it.
@@ -95,10 +100,6 @@ class DownloadFailed(DeviceError):
     default_code = "download-failed"
 
 
-DISK: Final = frozenset({"disk", "disk-full"})
-"""Codes of errors that are this computer's own: its disk takes no more."""
-
-_NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _Failed = TypeVar("_Failed", bound=DeviceError)
 
 LOSSES: Final = (Unreachable, BadReply, NotACamera, PasswordNeeded)

@@ -23,7 +23,6 @@ from app.devices.errors import PasswordNeeded
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-
 _SCHEME: Final = re.compile(r"(?:^|[\s,])digest\s+", re.IGNORECASE)
 _LONGEST_CHALLENGE: Final = 2000
 _TOKEN: Final = re.compile(r"[^\x00-\x1f\x7f\"\\]{0,300}")
@@ -32,6 +31,22 @@ _WHERE: Final = (
     "THETAYL00105377; the password is the digits of that number unless the owner has set another "
     "one. Newer cameras have none until one is set in Ricoh's app over the camera's own Wi-Fi."
 )
+
+SERVICE: Final = "Turnlight camera"
+"""Under which passwords are kept in the keyring."""
+
+_LONGEST: Final = 256
+_MOST_BYTES: Final = 4096
+_PATIENCE_S: Final = 30.0
+_NOT_KEPT: Final = (
+    "This computer offers no keyring that can be used, so the camera's password is not remembered."
+)
+_NO_DEFAULT: Final = {"RICOH THETA Z1": range(10, 51), "RICOH THETA X": range(10, 31)}
+_SET_FIRST: Final = (
+    "This camera has no password until one is set: set one in Ricoh's app over the camera's own "
+    "Wi-Fi, then switch its Wi-Fi off and on."
+)
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,24 +121,6 @@ class Digest(HTTPDigestAuth):
 def wants_digest(header: str) -> bool:
     """Tell whether a WWW-Authenticate header asks for a digest."""
     return _SCHEME.search(header[:_LONGEST_CHALLENGE]) is not None
-
-
-SERVICE: Final = "Turnlight camera"
-"""Under which passwords are kept in the keyring."""
-
-_LONGEST: Final = 256
-_MOST_BYTES: Final = 4096
-_PATIENCE_S: Final = 30.0
-_NOT_KEPT: Final = (
-    "This computer offers no keyring that can be used, so the camera's password is not remembered."
-)
-_NO_DEFAULT: Final = {"RICOH THETA Z1": range(10, 51), "RICOH THETA X": range(10, 31)}
-_SET_FIRST: Final = (
-    "This camera has no password until one is set: set one in Ricoh's app over the camera's own "
-    "Wi-Fi, then switch its Wi-Fi off and on."
-)
-
-_T = TypeVar("_T")
 
 
 class Passwords:

@@ -52,6 +52,16 @@ _THETA: Final = (
 )
 _STITCHED: Final = (*_THETA, "_imageStitching", "_topBottomCorrection")
 
+# What a client knows besides, of some models. The SC2 drops the connection when pictures follow
+# each other too fast.
+_BESIDES: Final[dict[str, dict[str, Any]]] = {
+    "S": {"min_firmware": (1, 62), "bracket_firmware": (1, 82)},
+    "SC": {"bracket_firmware": (1, 10)},
+    "SC2": {"rest_s": 6.0, "poll_s": 3.0, "forgets": True},
+    "V": {"max_shots": 19},
+}
+_NEW_V: Final = (3, 0, 1)
+
 
 @dataclass(frozen=True, slots=True)
 class ModelProfile:
@@ -135,14 +145,6 @@ def _theta(facts: CameraFacts) -> ModelProfile:
     )
 
 
-# What a client knows besides, of some models. The SC2 drops the connection when pictures follow
-# each other too fast.
-_BESIDES: Final[dict[str, dict[str, Any]]] = {
-    "S": {"min_firmware": (1, 62), "bracket_firmware": (1, 82)},
-    "SC": {"bracket_firmware": (1, 10)},
-    "SC2": {"rest_s": 6.0, "poll_s": 3.0, "forgets": True},
-    "V": {"max_shots": 19},
-}
 _THETAS: Final = {
     facts.name: replace(_theta(facts), **_BESIDES.get(facts.name, {})) for facts in CAMERAS
 }
@@ -194,8 +196,6 @@ _INSTA360: Final = replace(
 
 PROFILES: Final = (*_THETAS.values(), _V_OLD, _UNKNOWN_THETA, _GENERIC, _INSTA360)
 """All profiles."""
-
-_NEW_V: Final = (3, 0, 1)
 
 
 def profile_named(name: str) -> ModelProfile:

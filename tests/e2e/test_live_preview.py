@@ -19,7 +19,7 @@ from app.devices.simulated.scene import Scene
 from app.devices.simulated.server import CameraServer
 from app.devices.theta.client import OscClient
 from app.devices.theta.endpoint import Endpoint
-from app.devices.theta.link import Credentials, Link, Timeouts
+from app.devices.theta.link import Credentials, Incoming, Link, Timeouts
 from app.devices.theta.preview import (
     LOST_S,
     PreviewFrame,
@@ -27,9 +27,6 @@ from app.devices.theta.preview import (
     PreviewStream,
     decode,
     opened_preview,
-)
-from app.devices.theta.preview import (
-    Incoming as Pieces,
 )
 
 SHAPE = (64, 128)
@@ -53,7 +50,7 @@ class Rig:
         self.box: Mailbox[PreviewFrame] = Mailbox()
         self.stream = PreviewStream(self._open, self.box, clock, self.links[1].close)
 
-    def _open(self) -> contextlib.AbstractContextManager[Pieces]:
+    def _open(self) -> contextlib.AbstractContextManager[Incoming]:
         return opened_preview(self.viewer, profile_named(self.camera.personality.name))
 
     def __enter__(self) -> Rig:

@@ -94,6 +94,8 @@ class Answer:
 
     body: Iterator[bytes]
     cut: threading.Event
+    status: int = 200
+    length: int | None = None
     headers: Mapping[str, str] = field(
         default_factory=lambda: {
             "content-type": f'multipart/x-mixed-replace; boundary="{RICOH}"',

@@ -83,18 +83,6 @@ class FileProgress:
     size: int
     bytes_per_s: float
 
-    @property
-    def fraction(self) -> float:
-        """Share that is here, 0 to 1; 0 where the size is not known."""
-        return min(self.received / self.size, 1.0) if self.size > 0 else 0.0
-
-    @property
-    def seconds_left(self) -> float | None:
-        """Time until it is here at this rate, None where that cannot be said."""
-        if self.size <= 0 or self.bytes_per_s <= 0.0:
-            return None
-        return max(self.size - self.received, 0) / self.bytes_per_s
-
 
 def _nobody(progress: FileProgress) -> None:
     del progress

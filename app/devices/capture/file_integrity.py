@@ -31,10 +31,25 @@ if TYPE_CHECKING:
     from app.core.hdr.frame import Exposure, Frame
     from app.core.hdr.planner import Plan
 
-
 _EQUAL_STOPS: Final = 0.05
 _SAME_STOPS: Final = 1.0 / 6.0
 _NUMBERS: Final = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
+
+_CHUNK: Final = 1 << 20
+_START: Final = b"\xff\xd8\xff"
+# A marker that ends a stretch of coded picture: neither a stuffed 0, a restart, nor padding.
+_MARKER: Final = re.compile(rb"\xff[^\x00\xd0-\xd7\xff]")
+_STANDALONE: Final = frozenset({0x01, *range(0xD0, 0xD8)})
+MAX_BYTES: Final = 2_000_000_000
+"""Largest file that is looked into; a JPEG must be a quarter of that."""
+
+_TEMPORARY: Final = re.compile(
+    r"\.|~|.*(?:~|\.(?:part|partial|tmp|temp|crdownload|download|filepart))$"
+)
+_LONGEST: Final = 300
+_STAMP: Final = "%Y:%m:%d %H:%M:%S"
+_TAKEN: Final = ("Exif:DateTimeOriginal", "DateTime")
+_DIGITS: Final = re.compile(r"(\d+)", re.ASCII)
 
 
 def check_frames(paths: Sequence[Path], plan: Plan) -> tuple[str, ...]:
@@ -132,13 +147,6 @@ def _words(exposure: Exposure) -> str:
     return f"{shutter}, ISO {exposure.iso:g}, f/{exposure.aperture:g}"
 
 
-_CHUNK: Final = 1 << 20
-_START: Final = b"\xff\xd8\xff"
-# A marker that ends a stretch of coded picture: neither a stuffed 0, a restart, nor padding.
-_MARKER: Final = re.compile(rb"\xff[^\x00\xd0-\xd7\xff]")
-_STANDALONE: Final = frozenset({0x01, *range(0xD0, 0xD8)})
-
-
 def jpeg_end(data: bytes) -> int | None:
     """Find where a JPEG ends, by its structure.
 
@@ -206,18 +214,6 @@ def sha256_of(path: Path) -> str:
         while block := stream.read(_CHUNK):
             digest.update(block)
     return digest.hexdigest()
-
-
-MAX_BYTES: Final = 2_000_000_000
-"""Largest file that is looked into; a JPEG must be a quarter of that."""
-
-_TEMPORARY: Final = re.compile(
-    r"\.|~|.*(?:~|\.(?:part|partial|tmp|temp|crdownload|download|filepart))$"
-)
-_LONGEST: Final = 300
-_STAMP: Final = "%Y:%m:%d %H:%M:%S"
-_TAKEN: Final = ("Exif:DateTimeOriginal", "DateTime")
-_DIGITS: Final = re.compile(r"(\d+)", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from app.devices.profiles import ModelProfile
     from app.devices.theta.messages import Info, State
 
-
 _LOW_BATTERY: Final = 0.1
 _HOT_C: Final = 60.0
 _PREVIEW_S: Final = 0.5
@@ -62,6 +61,16 @@ _BROKEN: Final = frozenset(
         "CANNOT_RECORDING",
     }
 )
+
+_NEVER: Final = 65535
+_AFTER_FILTER_S: Final = 1.0  # Ricoh asks for it between `_filter` and `captureMode`
+_MANUAL: Final = 1
+_EXPOSING: Final = ("shutterSpeed", "iso", "aperture")
+_UNKNOWN: Final = frozenset({"invalidParameterName", "invalidParameterValue", "missingParameter"})
+_TOGETHER: Final = ("fileFormat", "exposureDelay", "_imageStitching", "_topBottomCorrection")
+_SEAMS: Final = frozenset({"_imageStitching", "_topBottomCorrection"})
+# Not worth a sentence when the camera does not want its own value back.
+_UNTOLD: Final = frozenset({"_autoBracket", "shutterSpeed", "iso", "aperture", "offDelay"})
 
 
 def connect(job: Job) -> None:
@@ -193,17 +202,6 @@ def _check_storage(job: Job) -> None:
             "Delete pictures on the camera that you have copied, then try again.",
             "storage",
         )
-
-
-_NEVER: Final = 65535
-_AFTER_FILTER_S: Final = 1.0  # Ricoh asks for it between `_filter` and `captureMode`
-_MANUAL: Final = 1
-_EXPOSING: Final = ("shutterSpeed", "iso", "aperture")
-_UNKNOWN: Final = frozenset({"invalidParameterName", "invalidParameterValue", "missingParameter"})
-_TOGETHER: Final = ("fileFormat", "exposureDelay", "_imageStitching", "_topBottomCorrection")
-_SEAMS: Final = frozenset({"_imageStitching", "_topBottomCorrection"})
-# Not worth a sentence when the camera does not want its own value back.
-_UNTOLD: Final = frozenset({"_autoBracket", "shutterSpeed", "iso", "aperture", "offDelay"})
 
 
 def read(contact: Contact, names: Sequence[str]) -> dict[str, Any]:

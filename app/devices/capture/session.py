@@ -41,13 +41,29 @@ if TYPE_CHECKING:
 
     from app.devices.theta.messages import FileEntry
 
-
 FILE: Final = "owed-cameras.json"
 """Name of the file in the user's folder."""
 
 _MOST: Final = 50
 _MOST_BYTES: Final = 1 << 18
 _LONGEST: Final = 4000
+
+JOURNAL: Final = "session.json"
+"""Name of the journal in the session's folder."""
+
+_MAX_BYTES: Final = 4 << 20
+_MAX_WARNINGS: Final = 100
+_ORIGINALS: Final = "originals"
+_THUMBNAILS: Final = "thumbnails"
+_DAMAGED: Final = re.compile(r"session\.damaged-[0-9]+\.json")
+# What a killed `atomic_write` leaves of the journal and of the environment, and metering of its
+# picture.
+_TEMPORARY: Final = re.compile(r"\.session-.*\.json|\.environment-.*\.exr|\.metering\.jpg")
+# Files that systems leave in folders by themselves.
+_LITTER: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini", ".directory"})
+_TAKEN: Final = re.compile(r"(\d{4}):(\d\d):(\d\d) (\d\d):(\d\d):(\d\d)")
+_UNSAFE: Final = re.compile(r"[^A-Za-z0-9_.-]")
+_TEXTS: Final = ("model", "serial", "firmware", "group_id", "previous_latest")
 
 
 class Debts:
@@ -98,23 +114,6 @@ class Debts:
 
 
 __all__ = ["JOURNAL", "Session", "SessionFrame", "SessionJournal"]
-
-JOURNAL: Final = "session.json"
-"""Name of the journal in the session's folder."""
-
-_MAX_BYTES: Final = 4 << 20
-_MAX_WARNINGS: Final = 100
-_ORIGINALS: Final = "originals"
-_THUMBNAILS: Final = "thumbnails"
-_DAMAGED: Final = re.compile(r"session\.damaged-[0-9]+\.json")
-# What a killed `atomic_write` leaves of the journal and of the environment, and metering of its
-# picture.
-_TEMPORARY: Final = re.compile(r"\.session-.*\.json|\.environment-.*\.exr|\.metering\.jpg")
-# Files that systems leave in folders by themselves.
-_LITTER: Final = frozenset({".DS_Store", "Thumbs.db", "desktop.ini", ".directory"})
-_TAKEN: Final = re.compile(r"(\d{4}):(\d\d):(\d\d) (\d\d):(\d\d):(\d\d)")
-_UNSAFE: Final = re.compile(r"[^A-Za-z0-9_.-]")
-_TEXTS: Final = ("model", "serial", "firmware", "group_id", "previous_latest")
 
 
 class Session:

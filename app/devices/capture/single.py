@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
     from app.devices.capture.session import Session
     from app.devices.theta.messages import Command
 
-
 HEAD_BYTES: Final = 128 << 10
 """Start of a file in which all headers are; public Theta files have theirs in 68 KB."""
 
@@ -53,6 +51,20 @@ _SUPPORT: Final = {
     "apertureSupport": "aperture",
 }
 
+FRAME_S: Final = 15.0
+"""Time that any camera needs for a picture besides its exposure, at most, in seconds."""
+
+STARTS: Final = 4
+"""How often a camera is asked to shoot that has not heard it."""
+
+_MANUAL: Final = 1
+_LOOKS: Final = 5
+_LATE_FILE_S: Final = 6.0
+_OVERDUE_S: Final = 9.0
+_GONE: Final = frozenset(
+    {"invalidParameterValue", "invalidParameterName", "notFound", "unknownCommand"}
+)
+
 
 def make_plan(job: Job) -> None:
     """Set the camera up, meter, and plan the bracket.
@@ -63,7 +75,7 @@ def make_plan(job: Job) -> None:
     """
     for _ in range(_ROUNDS):
         forgotten = job.contact.forgotten
-        with contextlib.suppress(Forgotten):
+        with suppress(Forgotten):
             made = _metered_plan(job)
             if job.contact.forgotten == forgotten:
                 job.session.update(plan=made)
@@ -125,7 +137,7 @@ def delete_picture(contact: Contact, session: Session) -> None:
     owed = session.journal.picture_to_delete
     if owed is None:
         return
-    with contextlib.suppress(DeviceError):
+    with suppress(DeviceError):
         url = contact.client.link.endpoint.rewrite(owed.url)
         there = _listed(contact, url)
         if there is not None and (there.taken, there.size) == (owed.taken, owed.size):
@@ -203,21 +215,20 @@ def _exposure_of(job: Job, url: str) -> Exposure:
     except OSError as error:
         raise not_written(CaptureFailed, path.parent, error) from error
     finally:
-        with contextlib.suppress(OSError):
+        with suppress(OSError):
             path.unlink()
-    if found is None or not found.known or not _plausible(found):
+    limits = EXPOSURE_LIMITS.items()
+    if (
+        found is None
+        or not found.known
+        or not all(least <= getattr(found, name) <= most for name, (least, most) in limits)
+    ):
         raise CaptureFailed(
             "The camera does not state the exposure it metered.",
             "Take a bracket by hand and merge its files.",
             "metering",
         )
     return found
-
-
-def _plausible(exposure: Exposure) -> bool:
-    """Whether an exposure that a file states can be one."""
-    limits = EXPOSURE_LIMITS.items()
-    return all(least <= getattr(exposure, name) <= most for name, (least, most) in limits)
 
 
 def _start_of(job: Job, url: str) -> bytes:
@@ -231,21 +242,6 @@ def _start_of(job: Job, url: str) -> bytes:
             if length >= HEAD_BYTES:
                 break
     return b"".join(parts)[:HEAD_BYTES]
-
-
-FRAME_S: Final = 15.0
-"""Time that any camera needs for a picture besides its exposure, at most, in seconds."""
-
-STARTS: Final = 4
-"""How often a camera is asked to shoot that has not heard it."""
-
-_MANUAL: Final = 1
-_LOOKS: Final = 5
-_LATE_FILE_S: Final = 6.0
-_OVERDUE_S: Final = 9.0
-_GONE: Final = frozenset(
-    {"invalidParameterValue", "invalidParameterName", "notFound", "unknownCommand"}
-)
 
 
 def as_sent(value: float) -> int | float:

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 SEEKING: Final = "The camera is out of reach. Looking for it"
 """What is said, with the time left, while a lost camera is sought."""
 
+_ALMOST_S: Final = 1.5
+
 
 class Stage(StrEnum):
     """What a capture is doing."""
@@ -88,7 +90,6 @@ def time_left(seconds: float) -> str:
     return f"{whole} s left" if whole < 60 else f"{whole // 60}:{whole % 60:02d} left"
 
 
-_ALMOST_S: Final = 1.5
 _SPANS: Final = {
     Stage.IDLE: (0.0, 0.0),
     Stage.CONNECTING: (0.0, 0.05),

@@ -44,7 +44,6 @@ _GONE_S: Final = 30.0
 _MAX_NOTES: Final = 200
 _HOLD_S: Final = 10.0
 
-
 _PATIENCE: Final = 6.0
 
 

@@ -36,9 +36,12 @@ if TYPE_CHECKING:
     from app.devices.simulated.scene import Scene
     from app.devices.simulated.shooting import StoredFile
 
-
 _LIFE_S: Final = 300.0
 _PAIR: Final = re.compile(r'([a-zA-Z]+)\s*=\s*(?:"((?:[^"\\]|\\.)*)"|([^\s,"]+))')
+
+_PATHS = ("info", "state", "checkForUpdates", "commands/execute", "commands/status")
+_KEPT_REQUESTS: Final = 5000
+_MOST_BODY: Final = 1_000_000
 
 
 class Guard:
@@ -102,9 +105,6 @@ class Guard:
 
 def _md5(text: str) -> str:
     return hashlib.md5(text.encode(), usedforsecurity=False).hexdigest()
-
-
-_PATHS = ("info", "state", "checkForUpdates", "commands/execute", "commands/status")
 
 
 def info_of(camera: TroubledCamera) -> dict[str, JsonValue]:
@@ -193,10 +193,6 @@ def _old_state(camera: TroubledCamera) -> dict[str, JsonValue]:
 def _capture_status(camera: TroubledCamera) -> str:
     job = camera.shooter.job
     return "idle" if job is None else job.status(camera.clock.now())
-
-
-_KEPT_REQUESTS: Final = 5000
-_MOST_BODY: Final = 1_000_000
 
 
 class SimulatedCamera(TroubledCamera):

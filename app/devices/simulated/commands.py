@@ -24,6 +24,18 @@ if TYPE_CHECKING:
     from app.devices.simulated.shooting import Job, StoredFile
     from app.devices.simulated.trouble import TroubledCamera
 
+_ENDLESS: Final = 200
+_HDR_STEPS: Final = (0.0, -2.0, 2.0)
+_OF_ONE_SHOT: Final = (
+    "exposureProgram", "iso", "shutterSpeed", "aperture", "exposureCompensation",
+    "isoAutoHighLimit", "whiteBalance",
+)  # fmt: skip
+_BYTES_PER_PICTURE: Final = 5_000_000
+_SETTLE_S: Final = 1.0
+_FILES: Final = frozenset(
+    {"fileType", "entryCount", "startPosition", "maxThumbSize", "_detail", "_sort", "_storage"}
+)
+
 
 def metadata_of(person: Personality, file: StoredFile) -> dict[str, JsonValue]:
     """Describe a file.
@@ -74,14 +86,6 @@ def _brightness(exposure: Exposure) -> float:
     """APEX: Av + Tv - Sv, as if the frame were rightly exposed."""
     speed = math.log2(exposure.iso / 3.125)
     return round(2.0 * math.log2(exposure.aperture) - math.log2(exposure.shutter_s) - speed, 2)
-
-
-_ENDLESS: Final = 200
-_HDR_STEPS: Final = (0.0, -2.0, 2.0)
-_OF_ONE_SHOT: Final = (
-    "exposureProgram", "iso", "shutterSpeed", "aperture", "exposureCompensation",
-    "isoAutoHighLimit", "whiteBalance",
-)  # fmt: skip
 
 
 def begin_picture(camera: TroubledCamera) -> Reply:
@@ -200,9 +204,6 @@ def _begin(
     return json_reply(started(camera, job))
 
 
-_BYTES_PER_PICTURE: Final = 5_000_000
-
-
 def live_options(camera: TroubledCamera) -> dict[str, JsonValue]:
     """Give the options that nobody sets: the date and what is left of the storage."""
     free = camera.trouble.free_bytes(camera)
@@ -217,7 +218,6 @@ def live_options(camera: TroubledCamera) -> dict[str, JsonValue]:
 
 Parameters: TypeAlias = "dict[str, JsonValue]"
 Action: TypeAlias = "Callable[[TroubledCamera, Parameters], Parameters | Reply]"
-_SETTLE_S: Final = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -422,10 +422,6 @@ def _reset(camera: TroubledCamera, _parameters: Parameters) -> Parameters:
     camera.store.reset()
     return {}
 
-
-_FILES: Final = frozenset(
-    {"fileType", "entryCount", "startPosition", "maxThumbSize", "_detail", "_sort", "_storage"}
-)
 
 COMMANDS: Final = {
     "camera.getOptions": Command(get_options, frozenset({"optionNames"})),

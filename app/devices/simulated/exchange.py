@@ -14,9 +14,45 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-
 JsonValue: TypeAlias = "bool | int | float | str | list[JsonValue] | dict[str, JsonValue] | None"
 """What JSON can hold."""
+
+LATENCY_S: Final = 0.012
+"""Time that every answer takes; it also keeps virtual time going."""
+
+NO_ANSWER_S: Final = 600.0
+"""A delay that outlasts any client's patience."""
+
+_STATUS: Final = {
+    "unknownCommand": 400,
+    "missingParameter": 400,
+    "invalidParameterName": 400,
+    "invalidParameterValue": 400,
+    "cameraInExclusiveUse": 400,
+    "tooManyParameters": 403,
+    "disabledCommand": 403,
+    "corruptedFile": 403,
+    "powerOffSequenceRunning": 403,
+    "invalidFileFormat": 403,
+    "invalidSessionId": 403,
+    "canceledShooting": 403,
+    "notFound": 404,
+    "serviceUnavailable": 503,
+    "unexpected": 503,
+}
+_SENTENCES: Final = {
+    "unknownCommand": "There is no such command.",
+    "missingParameter": "A parameter is missing.",
+    "invalidParameterName": "A parameter or option is not known.",
+    "invalidParameterValue": "A value is not allowed.",
+    "disabledCommand": "This cannot be done in the camera's present state.",
+    "canceledShooting": "Shooting was cancelled.",
+    "serviceUnavailable": "Not now.",
+    "notFound": "There is nothing here.",
+}
+_LEAST_CHUNK: Final = 16384
+_MOST_CHUNK: Final = 65536
+_CHUNK_S: Final = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,45 +95,8 @@ class Reply:
     delay_s: float = 0.0
 
 
-LATENCY_S: Final = 0.012
-"""Time that every answer takes; it also keeps virtual time going."""
-
-NO_ANSWER_S: Final = 600.0
-"""A delay that outlasts any client's patience."""
-
 NO_ANSWER: Final = Reply(0, delay_s=NO_ANSWER_S)
 """Nobody is there: not even the connection is taken."""
-
-_STATUS: Final = {
-    "unknownCommand": 400,
-    "missingParameter": 400,
-    "invalidParameterName": 400,
-    "invalidParameterValue": 400,
-    "cameraInExclusiveUse": 400,
-    "tooManyParameters": 403,
-    "disabledCommand": 403,
-    "corruptedFile": 403,
-    "powerOffSequenceRunning": 403,
-    "invalidFileFormat": 403,
-    "invalidSessionId": 403,
-    "canceledShooting": 403,
-    "notFound": 404,
-    "serviceUnavailable": 503,
-    "unexpected": 503,
-}
-_SENTENCES: Final = {
-    "unknownCommand": "There is no such command.",
-    "missingParameter": "A parameter is missing.",
-    "invalidParameterName": "A parameter or option is not known.",
-    "invalidParameterValue": "A value is not allowed.",
-    "disabledCommand": "This cannot be done in the camera's present state.",
-    "canceledShooting": "Shooting was cancelled.",
-    "serviceUnavailable": "Not now.",
-    "notFound": "There is nothing here.",
-}
-_LEAST_CHUNK: Final = 16384
-_MOST_CHUNK: Final = 65536
-_CHUNK_S: Final = 0.01
 
 
 class CommandRefused(Exception):

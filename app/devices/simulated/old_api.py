@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 _SESSION_S: Final = 180
 
+_SESSION: Final = frozenset({"sessionId"})
+
 
 def _start_session(camera: TroubledCamera, _parameters: Parameters) -> Parameters:
     camera.session = "SID_0001"
@@ -78,7 +80,6 @@ def _list_images(camera: TroubledCamera, parameters: Parameters) -> Parameters:
     return {"results": results}
 
 
-_SESSION: Final = frozenset({"sessionId"})
 OLD_COMMANDS: Final = {
     "camera.startSession": Command(_start_session, frozenset({"timeout"})),
     "camera.closeSession": Command(_in_session(lambda _camera, _parameters: {}), _SESSION),

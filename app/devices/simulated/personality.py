@@ -23,6 +23,13 @@ _PROGRAMS: Final = (1, 2, 4, 9)
 _OLD_KEYS: Final = frozenset({"shutterSpeed", "iso", "_colorTemperature"})
 _ALL_KEYS: Final = _OLD_KEYS | {"exposureCompensation"}
 
+# What V and Z1 have by newer firmware.
+_LONGER: Final = (40.0, 50.0)
+_STITCHING: Final = ("auto", "static", "dynamicAuto", "dynamicSave", "dynamicLoad", "none")
+_LEVELLING: Final = ("ApplyAuto", "Apply", "ApplySave", "ApplyLoad", "Disapply")
+_NEW_KEYS: Final = frozenset({"exposureProgram", "whiteBalance"})
+_V_FILTERS: Final = ("off", "DR Comp", "Noise Reduction", "hdr", "Hh hdr")
+
 
 @dataclass(frozen=True, slots=True)
 class BracketRules:
@@ -103,14 +110,6 @@ class Personality:
     def switches_api(self) -> bool:
         """Whether it wakes up in API 2.0."""
         return 1 in self.api_levels
-
-
-# What V and Z1 have by newer firmware.
-_LONGER: Final = (40.0, 50.0)
-_STITCHING: Final = ("auto", "static", "dynamicAuto", "dynamicSave", "dynamicLoad", "none")
-_LEVELLING: Final = ("ApplyAuto", "Apply", "ApplySave", "ApplyLoad", "Disapply")
-_NEW_KEYS: Final = frozenset({"exposureProgram", "whiteBalance"})
-_V_FILTERS: Final = ("off", "DR Comp", "Noise Reduction", "hdr", "Hh hdr")
 
 
 def _listed(values: Iterable[float]) -> tuple[float, ...]:

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from app.devices.simulated.exchange import JsonValue, Piece
     from app.devices.simulated.personality import Personality
 
-
 LOOP: Final = 32
 """How many different pictures there are; numbers count from 0 to 31 and begin again."""
 

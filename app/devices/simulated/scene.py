@@ -33,6 +33,13 @@ _FILL = 0.98  # of the height: the circles' diameter
 _FALLOFF = 0.15  # of the light, at the rim
 _STRAY = 0.001
 
+_KEPT_BYTES: Final = 384_000_000
+_FLOATING: Final = 0.03
+_THUMB_QUALITY: Final = 80
+_HAND_S: Final = 1.0 / 30.0
+_LONGEST_AUTO_S: Final = 8.0
+_CLOSING_S: Final = 1.0 / 400.0
+
 
 def circles(environment: NDArray[np.float32], rows: int) -> NDArray[np.float32]:
     """Look at a panorama through two fisheyes of an Insta360 X3, as it stores them.
@@ -70,14 +77,6 @@ def circles(environment: NDArray[np.float32], rows: int) -> NDArray[np.float32]:
         halves.append(cv2.remap(wide, *maps, cv2.INTER_LINEAR) * gain)
     around = np.where(radius <= 1.0, 0.0, _STRAY * float(environment.mean()))[..., None]
     return np.concatenate([half + around for half in halves], axis=1).astype(np.float32)
-
-
-_KEPT_BYTES: Final = 384_000_000
-_FLOATING: Final = 0.03
-_THUMB_QUALITY: Final = 80
-_HAND_S: Final = 1.0 / 30.0
-_LONGEST_AUTO_S: Final = 8.0
-_CLOSING_S: Final = 1.0 / 400.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,6 +34,15 @@ STORAGE_ID: Final = "5ca1ab1e0ddba11c0ffee0000b0bb1e0"
 _FORM: Final = "%Y:%m:%d %H:%M:%S"
 _START: Final = datetime(2026, 6, 21, 12, 0, 0)
 
+_MOST_DELETED: Final = 128
+_WORDS: dict[JobKind, str] = {
+    "single": "shooting",
+    "bracket": "bracket shooting",
+    "interval": "interval shooting",
+    "video": "shooting",
+    "hdr": "shooting",
+}
+
 
 class CameraDate:
     """Local time with an offset that is only ever repeated.
@@ -69,9 +78,6 @@ class CameraDate:
     def offset(self) -> str:
         """Offset from UTC, "+02:00"."""
         return self._offset
-
-
-_MOST_DELETED: Final = 128
 
 
 class StoredFile:
@@ -206,13 +212,6 @@ class Storage:
 
 
 JobKind: TypeAlias = Literal["single", "bracket", "interval", "video", "hdr"]
-_WORDS: dict[JobKind, str] = {
-    "single": "shooting",
-    "bracket": "bracket shooting",
-    "interval": "interval shooting",
-    "video": "shooting",
-    "hdr": "shooting",
-}
 
 
 @dataclass(slots=True)

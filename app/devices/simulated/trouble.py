@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from app.devices.simulated.scene import Scene
     from app.devices.simulated.shooting import Job, StoredFile
 
-
 _ROUTER_PAGE: Final = (
     b"<!DOCTYPE html><html><head><title>404 Not Found</title></head>"
     b"<body><h1>404 Not Found</h1><p>Your router's pages are elsewhere.</p></body></html>"
@@ -37,6 +36,31 @@ _EXECUTE: Final = "/osc/commands/execute"
 _STATUS: Final = "/osc/commands/status"
 _SOME_CODES: Final = ("serviceUnavailable", "unexpected", "disabledCommand")
 _ENDLESS: Final = b" " * 4096
+
+HOSTILE_NAMES: Final = (
+    "../../../../tmp/turnlight-was-here.JPG",
+    "..",
+    ".",
+    "",
+    "/etc/turnlight-was-here",
+    "C:\\Windows\\R0010001.JPG",
+    "..\\..\\R0010001.JPG",
+    ".bashrc",
+    "R0010001.JPG\u0000.sh",
+    "R0010001.JPG\n",
+    "R001\u202e0001GPJ.exe",
+    "CON.JPG",
+    "-rf",
+    "R" + "0" * 5000 + ".JPG",
+    "R001/0001.JPG",
+    "session.json",
+)
+"""Names that no client may use as they are."""
+
+_SETTINGS_OF_EXPOSURE: Final = ("iso", "shutterSpeed", "aperture", "exposureCompensation")
+_BYTES_PER_PICTURE: Final = 5_000_000
+_WARM: Final = 38
+_HOT: Final = 71
 
 
 class WireTrouble:
@@ -195,32 +219,6 @@ def _without_end() -> Iterator[Piece]:
     while True:
         yield _ENDLESS
         yield Pause(0.002)
-
-
-HOSTILE_NAMES: Final = (
-    "../../../../tmp/turnlight-was-here.JPG",
-    "..",
-    ".",
-    "",
-    "/etc/turnlight-was-here",
-    "C:\\Windows\\R0010001.JPG",
-    "..\\..\\R0010001.JPG",
-    ".bashrc",
-    "R0010001.JPG\u0000.sh",
-    "R0010001.JPG\n",
-    "R001\u202e0001GPJ.exe",
-    "CON.JPG",
-    "-rf",
-    "R" + "0" * 5000 + ".JPG",
-    "R001/0001.JPG",
-    "session.json",
-)
-"""Names that no client may use as they are."""
-
-_SETTINGS_OF_EXPOSURE: Final = ("iso", "shutterSpeed", "aperture", "exposureCompensation")
-_BYTES_PER_PICTURE: Final = 5_000_000
-_WARM: Final = 38
-_HOT: Final = 71
 
 
 class Trouble(WireTrouble):

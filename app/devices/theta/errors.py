@@ -21,7 +21,6 @@ from app.devices.theta.untrusted import JsonValue, parse_json, table, words
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-
 _OK: Final = 200
 _STREAMS: Final = frozenset({200, 206})
 _NOT_OK: Final = 300
@@ -31,6 +30,91 @@ _SERVER_ERRORS: Final = 500
 _ELSEWHERE: Final = frozenset({404, 405, 407, 410, 421, 426, 451, 511})
 _ERROR_BYTES: Final = 65536
 _PAGE: Final = re.compile(rb"[\s\xef\xbb\xbf]*<")
+
+BUSY: Final = "serviceUnavailable"
+"""The one code after which the same request may simply be sent again."""
+
+_UPDATE: Final = "Update the camera's firmware with Ricoh's app; if it is new, tell us the model."
+_RESTART: Final = "Restart the camera, then try again."
+_WAIT: Final = "Wait a few seconds, then try again."
+REFUSALS: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(
+    {
+        "unknownCommand": ("The camera does not know this command.", _UPDATE),
+        "missingParameter": ("The camera misses something in the request.", _UPDATE),
+        "invalidParameterName": ("The camera does not know one of the settings.", _UPDATE),
+        "invalidParameterValue": (
+            "The camera does not accept a value, or the file is no longer on it.",
+            "Connect again, so that the camera's own lists are read anew.",
+        ),
+        "tooManyParameters": ("The camera was given too much at once.", _UPDATE),
+        "disabledCommand": (
+            "The camera cannot do this at the moment.",
+            "Wait until it has finished, close plug-ins, set it to still pictures, then try again.",
+        ),
+        "corruptedFile": (
+            "A file on the camera is damaged.",
+            "Take the picture again; if it happens often, check the camera's storage.",
+        ),
+        "powerOffSequenceRunning": (
+            "The camera is switching itself off.",
+            "Switch it on again and charge it if needed.",
+        ),
+        "invalidFileFormat": (
+            "The camera cannot store pictures in this format.",
+            "Choose another picture size.",
+        ),
+        "canceledShooting": ("The shot was cancelled on the camera.", "Start it again."),
+        "canceledConversion": ("The conversion was cancelled on the camera.", "Start it again."),
+        BUSY: ("The camera is busy.", _WAIT),
+        "unexpected": ("The camera reports a fault of its own.", _RESTART),
+        "serverError": ("The camera reports a fault of its own.", _RESTART),
+        "notFound": (
+            "This is not on the camera.",
+            "The file may have been deleted; look at the camera's pictures.",
+        ),
+        "invalidSessionId": ("The camera has ended the connection.", "Connect again."),
+        "cameraInExclusiveUse": (
+            "Another app is using the camera.",
+            "Close it on the other device, or switch the camera's Wi-Fi off and on.",
+        ),
+        "unactivated": (
+            "The camera is not activated yet.",
+            "Activate it with its maker's app, then connect again.",
+        ),
+    }
+)
+"""Error code of the camera: a sentence, and what to do next."""
+
+_UNKNOWN: Final = ("The camera refused.", _WAIT)
+_CODE: Final = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,59}")
+_BY_STATUS: Final = MappingProxyType({404: "notFound", 416: "invalidParameterValue", 503: BUSY})
+CLOSED: Final = "closed"
+"""Code of the error that a reader gets whose stream was closed from another thread."""
+
+# UnicodeError and ValueError: names that no resolver takes, chunk lengths that are no numbers.
+NETWORK_ERRORS: Final = (
+    requests.RequestException,
+    urllib3_errors.HTTPError,
+    OSError,
+    UnicodeError,
+    ValueError,
+)
+"""Everything that `requests`, `urllib3` and the sockets below them raise."""
+
+_WIFI: Final = "Check that the camera is on and this computer is in its Wi-Fi, then try again."
+_NEARER: Final = "Go nearer to the camera, then try again; what has arrived is kept."
+_TIMEOUTS: Final = (
+    requests.Timeout,
+    urllib3_errors.TimeoutError,
+    TimeoutError,
+)
+_NONSENSE: Final = (
+    requests.exceptions.InvalidHeader,
+    requests.exceptions.ContentDecodingError,
+    urllib3_errors.InvalidHeader,
+    urllib3_errors.DecodeError,
+    urllib3_errors.ResponseNotChunked,
+)
 
 
 class Answer(Protocol):
@@ -106,66 +190,6 @@ def _is_page(reply: Answer, data: bytes) -> bool:
     return "html" in reply.headers.get("content-type", "").lower() or bool(_PAGE.match(data))
 
 
-BUSY: Final = "serviceUnavailable"
-"""The one code after which the same request may simply be sent again."""
-
-_UPDATE: Final = "Update the camera's firmware with Ricoh's app; if it is new, tell us the model."
-_RESTART: Final = "Restart the camera, then try again."
-_WAIT: Final = "Wait a few seconds, then try again."
-
-REFUSALS: Final[Mapping[str, tuple[str, str]]] = MappingProxyType(
-    {
-        "unknownCommand": ("The camera does not know this command.", _UPDATE),
-        "missingParameter": ("The camera misses something in the request.", _UPDATE),
-        "invalidParameterName": ("The camera does not know one of the settings.", _UPDATE),
-        "invalidParameterValue": (
-            "The camera does not accept a value, or the file is no longer on it.",
-            "Connect again, so that the camera's own lists are read anew.",
-        ),
-        "tooManyParameters": ("The camera was given too much at once.", _UPDATE),
-        "disabledCommand": (
-            "The camera cannot do this at the moment.",
-            "Wait until it has finished, close plug-ins, set it to still pictures, then try again.",
-        ),
-        "corruptedFile": (
-            "A file on the camera is damaged.",
-            "Take the picture again; if it happens often, check the camera's storage.",
-        ),
-        "powerOffSequenceRunning": (
-            "The camera is switching itself off.",
-            "Switch it on again and charge it if needed.",
-        ),
-        "invalidFileFormat": (
-            "The camera cannot store pictures in this format.",
-            "Choose another picture size.",
-        ),
-        "canceledShooting": ("The shot was cancelled on the camera.", "Start it again."),
-        "canceledConversion": ("The conversion was cancelled on the camera.", "Start it again."),
-        BUSY: ("The camera is busy.", _WAIT),
-        "unexpected": ("The camera reports a fault of its own.", _RESTART),
-        "serverError": ("The camera reports a fault of its own.", _RESTART),
-        "notFound": (
-            "This is not on the camera.",
-            "The file may have been deleted; look at the camera's pictures.",
-        ),
-        "invalidSessionId": ("The camera has ended the connection.", "Connect again."),
-        "cameraInExclusiveUse": (
-            "Another app is using the camera.",
-            "Close it on the other device, or switch the camera's Wi-Fi off and on.",
-        ),
-        "unactivated": (
-            "The camera is not activated yet.",
-            "Activate it with its maker's app, then connect again.",
-        ),
-    }
-)
-"""Error code of the camera: a sentence, and what to do next."""
-
-_UNKNOWN: Final = ("The camera refused.", _WAIT)
-_CODE: Final = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,59}")
-_BY_STATUS: Final = MappingProxyType({404: "notFound", 416: "invalidParameterValue", 503: BUSY})
-
-
 def bare_refusal(status: int) -> CameraRefused:
     """Make the error for a reply that has only an HTTP status."""
     return refusal(_BY_STATUS.get(status, "unexpected"), status)
@@ -184,35 +208,6 @@ def refusal(code: str, status: int, said: str = "") -> CameraRefused:
     if sound not in REFUSALS:
         sentence = f'The camera refused: "{said or sound}".'
     return CameraRefused(sentence, hint, sound, status)
-
-
-CLOSED: Final = "closed"
-"""Code of the error that a reader gets whose stream was closed from another thread."""
-
-# UnicodeError and ValueError: names that no resolver takes, chunk lengths that are no numbers.
-NETWORK_ERRORS: Final = (
-    requests.RequestException,
-    urllib3_errors.HTTPError,
-    OSError,
-    UnicodeError,
-    ValueError,
-)
-"""Everything that `requests`, `urllib3` and the sockets below them raise."""
-
-_WIFI: Final = "Check that the camera is on and this computer is in its Wi-Fi, then try again."
-_NEARER: Final = "Go nearer to the camera, then try again; what has arrived is kept."
-_TIMEOUTS: Final = (
-    requests.Timeout,
-    urllib3_errors.TimeoutError,
-    TimeoutError,
-)
-_NONSENSE: Final = (
-    requests.exceptions.InvalidHeader,
-    requests.exceptions.ContentDecodingError,
-    urllib3_errors.InvalidHeader,
-    urllib3_errors.DecodeError,
-    urllib3_errors.ResponseNotChunked,
-)
 
 
 def timeout() -> Unreachable:

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
     from zeroconf import Zeroconf
 
-
 SERVICE: Final = "_osc._tcp.local."
 """Type under which cameras of this kind announce themselves."""
 
@@ -36,6 +35,31 @@ _MOST_ADVERTS: Final = 32
 _LONGEST_NAME: Final = 255
 _STEP_S: Final = 0.1
 _ASK_MS: Final = 400
+
+FILE: Final = "last-camera.json"
+"""Name of the file in the user's folder."""
+
+_MOST_BYTES: Final = 4096
+_PORTS: Final = 65535
+_FORMAT: Final = 1
+_LOCAL_NAME: Final = re.compile(r"[a-z0-9_-]+(?:\.(?:local|lan|home|internal|home\.arpa))?")
+_NEAR: Final = tuple(
+    ipaddress.ip_network(text)
+    for text in (
+        "10.0.0.0/8",
+        "172.16.0.0/12",
+        "192.168.0.0/16",
+        "169.254.0.0/16",
+        "127.0.0.0/8",
+        "fc00::/7",
+        "fe80::/10",
+        "::1/128",
+    )
+)
+_INSTANCE: Final = re.compile(r"(THETA([A-Z]{2})(\d{8}))(?:$|[. ])", re.ASCII)
+_MODELS: Final = {each.user_prefix: each.stated for each in CAMERAS if each.user_prefix}
+_LONGEST: Final = 64
+_ORDER: Final = ("typed", "access point", "remembered", "network")
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,15 +156,6 @@ def _deaf(error: BaseException) -> Unreachable:
     )
 
 
-FILE: Final = "last-camera.json"
-"""Name of the file in the user's folder."""
-
-_MOST_BYTES: Final = 4096
-_PORTS: Final = 65535
-_FORMAT: Final = 1
-_LOCAL_NAME: Final = re.compile(r"[a-z0-9_-]+(?:\.(?:local|lan|home|internal|home\.arpa))?")
-
-
 def remember(camera: FoundCamera, folder: Path | None = None) -> bool:
     """Keep a camera for the next time.
 
@@ -195,24 +210,6 @@ def _may_be_tried(host: str) -> bool:
 
 Source: TypeAlias = Literal["access point", "network", "remembered", "typed"]
 """Where an address came from: a camera's own Wi-Fi, an announcement, last time, the user."""
-
-_NEAR: Final = tuple(
-    ipaddress.ip_network(text)
-    for text in (
-        "10.0.0.0/8",
-        "172.16.0.0/12",
-        "192.168.0.0/16",
-        "169.254.0.0/16",
-        "127.0.0.0/8",
-        "fc00::/7",
-        "fe80::/10",
-        "::1/128",
-    )
-)
-_INSTANCE: Final = re.compile(r"(THETA([A-Z]{2})(\d{8}))(?:$|[. ])", re.ASCII)
-_MODELS: Final = {each.user_prefix: each.stated for each in CAMERAS if each.user_prefix}
-_LONGEST: Final = 64
-_ORDER: Final = ("typed", "access point", "remembered", "network")
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,11 +44,23 @@ if TYPE_CHECKING:
     from app.devices.clock import Clock
     from app.devices.theta.endpoint import Endpoint
 
-
 _CHUNK: Final = 65536
 _LENGTH_DIGITS: Final = 15
 _PLAIN: Final = frozenset({"", "identity"})
 _WHOLE: Final = frozenset({"", "identity", "chunked"})
+
+_HEADERS: Final = {
+    "Accept": "application/json",
+    "Accept-Encoding": "identity",  # nothing is unpacked, so nothing can swell
+    "Cache-Control": "no-store",
+    "User-Agent": "Turnlight",
+    "X-XSRF-Protected": "1",
+}
+_JSON_TYPE: Final = {"Content-Type": "application/json;charset=utf-8"}
+_UNAUTHORIZED: Final = 401
+_ERROR_BYTES: Final = 65536
+_KEEP_S: Final = 3.0  # an idle connection is not trusted longer
+_ANSWERS: Final = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,19 +206,6 @@ def _packed() -> BadReply:
 
 
 __all__ = ["Credentials", "Incoming", "Link", "Timeouts"]
-
-_HEADERS: Final = {
-    "Accept": "application/json",
-    "Accept-Encoding": "identity",  # nothing is unpacked, so nothing can swell
-    "Cache-Control": "no-store",
-    "User-Agent": "Turnlight",
-    "X-XSRF-Protected": "1",
-}
-_JSON_TYPE: Final = {"Content-Type": "application/json;charset=utf-8"}
-_UNAUTHORIZED: Final = 401
-_ERROR_BYTES: Final = 65536
-_KEEP_S: Final = 3.0  # an idle connection is not trusted longer
-_ANSWERS: Final = 3
 
 
 class Link:

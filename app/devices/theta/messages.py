@@ -28,12 +28,18 @@ if TYPE_CHECKING:
 
     from app.devices.theta.endpoint import Endpoint
 
-
 _NAME: Final = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,63}")
 _TAKEN: Final = re.compile(r"\d{4}:\d\d:\d\d \d\d:\d\d:\d\d(?:[+-]\d\d:\d\d)?", re.ASCII)
 _LARGEST_FILE: Final = 2**40
 # Windows takes these for devices, whatever follows the dot.
 _RESERVED: Final = re.compile(r"(?i:con|prn|aux|nul|com\d|lpt\d)(?:\..*)?")
+
+_OK: Final = 200
+_FIRMWARE: Final = re.compile(r"\d{1,6}(?:\.\d{1,6}){0,5}", re.ASCII)
+_LONGEST_ID: Final = 100
+_HINT: Final = "Try again. If the problem persists, restart the camera."
+_URL_KEYS: Final = frozenset({"fileUrl", "_dngFileUrl", "previewUrl", "_localFileUrl"})
+_URL_LISTS: Final = frozenset({"fileUrls", "_fileGroup", "_localFileGroup", "convertedFileUrls"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,13 +129,6 @@ __all__ = [
     "parse_state",
     "safe_name",
 ]
-
-_OK: Final = 200
-_FIRMWARE: Final = re.compile(r"\d{1,6}(?:\.\d{1,6}){0,5}", re.ASCII)
-_LONGEST_ID: Final = 100
-_HINT: Final = "Try again. If the problem persists, restart the camera."
-_URL_KEYS: Final = frozenset({"fileUrl", "_dngFileUrl", "previewUrl", "_localFileUrl"})
-_URL_LISTS: Final = frozenset({"fileUrls", "_fileGroup", "_localFileGroup", "convertedFileUrls"})
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ import threading
 from collections import deque
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
@@ -25,7 +25,7 @@ from app.devices.errors import BadReply, CameraRefused, DeviceError, PasswordNee
 from app.devices.mjpeg import MjpegParser, boundary_of, jpeg_size
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Callable, Iterator
     from contextlib import AbstractContextManager
 
     from numpy.typing import NDArray
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from app.devices.mailbox import Mailbox
     from app.devices.profiles import ModelProfile
     from app.devices.theta.client import OscClient
+    from app.devices.theta.link import Incoming
     from app.devices.theta.untrusted import JsonValue
 
 __all__ = ["LOST_S", "MAX_SHAPE", "MjpegParser", "PreviewFrame", "PreviewState", "PreviewStream"]
@@ -54,20 +55,6 @@ _JOIN_S: Final = 0.05
 _PAUSES_S: Final = (0.5, 1.0, 2.0)
 _SETTLE_S: Final = 1.0  # cameras want it between options and a preview
 _FLAGS: Final = cv2.IMREAD_COLOR_RGB | cv2.IMREAD_IGNORE_ORIENTATION
-
-
-class Incoming(Protocol):
-    """The camera's answer as far as the preview looks at it."""
-
-    @property
-    def headers(self) -> Mapping[str, str]:
-        """Headers, names in lower case."""
-
-    def chunks(self) -> Iterator[bytes]:
-        """Give the body as it comes; raise `Unreachable` where the connection fails."""
-
-    def close(self) -> None:
-        """End the reading from another thread, also a read that waits."""
 
 
 class PreviewState(StrEnum):

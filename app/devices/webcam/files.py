@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from app.devices.webcam.opencv import Capture
     from app.devices.webcam.protocol import Bytes
 
-
 VIDEO_ENDINGS: Final = (".avi", ".m4v", ".mkv", ".mov", ".mp4", ".mpg", ".webm")
 """Of files that are offered; what is in a file counts, and not its name."""
 
@@ -37,6 +36,20 @@ _LARGEST: Final = 8192
 _HEAD_BYTES: Final = 400
 _PACKET: Final = 188
 _ATOMS: Final = frozenset({b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip"})
+
+ENDINGS: Final = (".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp")
+"""Of files that are looked at."""
+
+EVERY_S: Final = 2.0
+"""Each picture is shown so long, seconds."""
+
+_STILLS: Final = Manner(noun="folder", revive="Choose another folder", still=True)
+_FPS: Final = 12.0  # so often the same picture is given again
+_WIDTH: Final = 1920
+_MOST_FILES: Final = 5000
+_MOST_BYTES: Final = 100 << 20
+_MOST_PIXELS: Final = 120_000_000
+_DIGITS: Final = re.compile(r"(\d{1,18})")
 
 
 class VideoFile(WebcamStream):
@@ -173,21 +186,6 @@ def _bad(path: Path) -> WebcamError:
     return WebcamError(
         f"{path.name} is no video that can be played.", "Choose another file.", "bad-file"
     )
-
-
-ENDINGS: Final = (".jpg", ".jpeg", ".png", ".webp", ".tif", ".tiff", ".bmp")
-"""Of files that are looked at."""
-
-EVERY_S: Final = 2.0
-"""Each picture is shown so long, seconds."""
-
-_STILLS: Final = Manner(noun="folder", revive="Choose another folder", still=True)
-_FPS: Final = 12.0  # so often the same picture is given again
-_WIDTH: Final = 1920
-_MOST_FILES: Final = 5000
-_MOST_BYTES: Final = 100 << 20
-_MOST_PIXELS: Final = 120_000_000
-_DIGITS: Final = re.compile(r"(\d{1,18})")
 
 
 class StillsFolder(WebcamStream):

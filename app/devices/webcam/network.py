@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from app.devices.webcam.protocol import Bytes
     from app.devices.webcam.wire import Address
 
-
 Keys: TypeAlias = "Callable[[], Credentials | None]"
 """Looks user name and password up; called in the webcam's own thread, since a keyring may wait."""
 
@@ -42,6 +41,10 @@ _MOST_CHUNKS: Final = 256  # twice the largest picture
 _GUESSES: Final = ("/", "/video")  # where the usual phone apps have their pictures
 _OK, _UNAUTHORIZED, _NOT_FOUND = 200, 401, 404
 _ANSWERS: Final = 3
+
+_FAILED_READS: Final = 3
+_STATUS: Final = re.compile(rb"RTSP/1\.\d ([1-5]\d\d)(?: |\r|\n)")
+_LONGEST_LINE: Final = 1024
 
 
 def no_keys() -> Credentials | None:
@@ -228,11 +231,6 @@ def password_error(*, refused: bool) -> WebcamError:
     return WebcamError(
         "The camera wants a user name and password.", "Both are set in its app.", "password"
     )
-
-
-_FAILED_READS: Final = 3
-_STATUS: Final = re.compile(rb"RTSP/1\.\d ([1-5]\d\d)(?: |\r|\n)")
-_LONGEST_LINE: Final = 1024
 
 
 class RtspWebcam(WebcamStream):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, TypeVar
 
 import cv2
 
-from app.devices.webcam.protocol import WebcamError, WebcamStream, as_rgb
+from app.devices.webcam.protocol import WebcamError, WebcamStream, as_rgb, no_webcam, unplugged
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -20,15 +20,42 @@ if TYPE_CHECKING:
     from app.devices.clock import Clock
     from app.devices.webcam.protocol import Bytes
 
-
 OPEN_S: Final = 6.0
 """Longest time that FFmpeg may take to open a stream, real seconds."""
 
 READ_S: Final = 6.5
 """Longest time that FFmpeg may wait for a picture, real seconds."""
 
-
 _SAYS_NOTHING: Final = "-8"  # FFmpeg's own number for it
+
+Name = TypeVar("Name")
+LINUX: Final = Path("/sys/class/video4linux")
+"""Where Linux lists what gives or takes pictures."""
+
+_LONGEST: Final = 60
+_ASKED: Final[dict[str, tuple[str, ...]]] = {
+    "darwin": ("/usr/sbin/system_profiler", "-json", "SPCameraDataType"),
+    "win32": (
+        "powershell.exe",
+        "-NoProfile",
+        "-NonInteractive",
+        "-Command",
+        "Get-PnpDevice -PresentOnly -Class Camera,Image | Select-Object FriendlyName"
+        " | ConvertTo-Json",
+    ),
+}
+_PATIENCE_S: Final = 6.0
+_MOST_CHARACTERS: Final = 200_000
+SIZE: Final = (1280, 720)
+"""Columns and rows that a webcam is asked for; it may give others."""
+
+SIZES: Final[dict[int, tuple[int, int]]] = {640: (640, 480), 1280: SIZE, 1920: (1920, 1080)}
+"""Columns and rows that may be asked for, by columns; every webcam has some of them."""
+
+_FPS: Final = 30
+_FAILED_READS: Final = 10  # some give nothing for their first reads
+_MOST_INDEX: Final = 5
+_SYSTEM: str = sys.platform  # a variable, so that each system's branch is checked on all
 
 
 @contextmanager
@@ -41,9 +68,6 @@ def quiet() -> Iterator[None]:
         yield
     finally:
         logging.setLogLevel(before)
-
-
-Name = TypeVar("Name")
 
 
 class Capture(Protocol):
@@ -137,25 +161,6 @@ class Reader:
             capture.release()
 
 
-LINUX: Final = Path("/sys/class/video4linux")
-"""Where Linux lists what gives or takes pictures."""
-
-_LONGEST: Final = 60
-_ASKED: Final[dict[str, tuple[str, ...]]] = {
-    "darwin": ("/usr/sbin/system_profiler", "-json", "SPCameraDataType"),
-    "win32": (
-        "powershell.exe",
-        "-NoProfile",
-        "-NonInteractive",
-        "-Command",
-        "Get-PnpDevice -PresentOnly -Class Camera,Image | Select-Object FriendlyName"
-        " | ConvertTo-Json",
-    ),
-}
-_PATIENCE_S: Final = 6.0
-_MOST_CHARACTERS: Final = 200_000
-
-
 def linux_names(folder: Path) -> tuple[tuple[int, str], ...]:
     """Read the list that Linux keeps; further nodes of one device carry no pictures.
 
@@ -244,18 +249,6 @@ def _first_line(path: Path) -> str:
         return ""
 
 
-SIZE: Final = (1280, 720)
-"""Columns and rows that a webcam is asked for; it may give others."""
-
-SIZES: Final[dict[int, tuple[int, int]]] = {640: (640, 480), 1280: SIZE, 1920: (1920, 1080)}
-"""Columns and rows that may be asked for, by columns; every webcam has some of them."""
-
-_FPS: Final = 30
-_FAILED_READS: Final = 10  # some give nothing for their first reads
-_MOST_INDEX: Final = 5
-_SYSTEM: str = sys.platform  # a variable, so that each system's branch is checked on all
-
-
 class OpenCvWebcam(WebcamStream):
     """A webcam of this computer.
 
@@ -300,9 +293,7 @@ class _Device:
         """Get hold of the device."""
         there = self._is_there(self._index)
         if there is False:
-            raise WebcamError(
-                "No webcam is connected.", "Plug one in and it starts by itself.", "no-webcam"
-            )
+            raise no_webcam()
         capture = opened(self._make, self._index)
         if capture is None:
             raise _busy() if there else _not_opened()
@@ -314,11 +305,11 @@ class _Device:
     def read(self) -> Bytes | None:
         """Give the next picture."""
         if not self._reader.on:
-            raise _unplugged()
+            raise unplugged()
         picture = self._reader.read()
         failed = self._reader.failed
         if failed >= _FAILED_READS or (failed > 0 and self._is_there(self._index) is False):
-            raise _unplugged()
+            raise unplugged()
         return picture
 
     def close(self) -> None:
@@ -390,7 +381,3 @@ def _not_opened() -> WebcamError:
         "Plug it in, close other programs that use it, and allow it in the privacy settings.",
         "no-webcam",
     )
-
-
-def _unplugged() -> WebcamError:
-    return WebcamError("Webcam disconnected.", "Plug it back in to continue.", "unplugged")

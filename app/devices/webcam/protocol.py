@@ -25,7 +25,6 @@ from app.devices.mailbox import Mailbox
 if TYPE_CHECKING:
     from app.devices.clock import Clock
 
-
 LOST_S: Final = 2.0
 """A webcam counts as lost after so many seconds without a picture."""
 
@@ -38,6 +37,14 @@ _SLOW_FPS: Final = 5.0
 _SLOW_AFTER_S: Final = 4.0
 _FINAL: Final = frozenset({"password", "password-refused"})
 _LEAVING_S: Final = 12.0
+
+_RUNNING: dict[threading.Thread, tuple[Token, Callable[[], None]]] = {}
+_SMALLEST: Final = 16  # pixels a side
+_LARGEST: Final = 8192
+_SEED: Final = 7
+_SHIFT: Final = 64  # pixels that the grain is shifted about
+GUESS_FOV_DEG: Final = 65.0
+"""Horizontal field of view to draw with while nothing is known: most webcams have 60 to 78 deg."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,9 +282,6 @@ class WebcamStream:
         )
 
 
-_RUNNING: dict[threading.Thread, tuple[Token, Callable[[], None]]] = {}
-
-
 @atexit.register
 def _leave() -> None:
     """Wait for threads in a read: one that comes back while the program ends would abort it."""
@@ -288,12 +292,6 @@ def _leave() -> None:
     until = time.monotonic() + _LEAVING_S
     for thread in running:
         thread.join(max(until - time.monotonic(), 0.0))
-
-
-_SMALLEST: Final = 16  # pixels a side
-_LARGEST: Final = 8192
-_SEED: Final = 7
-_SHIFT: Final = 64  # pixels that the grain is shifted about
 
 
 def as_rgb(picture: Any) -> Bytes | None:
@@ -332,9 +330,6 @@ def fitted(picture: Bytes, width: int) -> Bytes:
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
-GUESS_FOV_DEG: Final = 65.0
-"""Horizontal field of view to draw with while nothing is known: most webcams have 60 to 78 deg."""
-
 
 class WebcamError(DeviceError):
     """A webcam cannot be used, or its picture is of no use.
@@ -346,6 +341,18 @@ class WebcamError(DeviceError):
     """
 
     default_code = "webcam"
+
+
+def no_webcam() -> WebcamError:
+    """Say that there is none."""
+    return WebcamError(
+        "No webcam is connected.", "Plug one in and it starts by itself.", "no-webcam"
+    )
+
+
+def unplugged() -> WebcamError:
+    """Say that it was there."""
+    return WebcamError("Webcam disconnected.", "Plug it back in to continue.", "unplugged")
 
 
 class WebcamState(StrEnum):

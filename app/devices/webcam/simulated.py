@@ -15,7 +15,7 @@ from app.core.localization.views import Lens, look
 from app.core.solver.environment import read_environment
 from app.devices.clock import SystemClock
 from app.devices.webcam.demo_views import DemoViews
-from app.devices.webcam.protocol import WebcamError, WebcamStream
+from app.devices.webcam.protocol import WebcamError, WebcamStream, no_webcam, unplugged
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -66,16 +66,14 @@ class SimulatedSource:
     def open(self) -> None:
         """Read what is needed at once."""
         if not self.plugged:
-            raise WebcamError(
-                "No webcam is connected.", "Plug one in and it starts by itself.", "no-webcam"
-            )
+            raise no_webcam()
         self._place.read()
         self._next_s = self._clock.now()
 
     def read(self) -> Bytes | None:
         """Give the next picture when it is time for it."""
         if not self.plugged:
-            raise WebcamError("Webcam disconnected.", "Plug it back in to continue.", "unplugged")
+            raise unplugged()
         # Behind by more than a picture, it skips some, as a camera does.
         self._next_s = max(self._next_s + self._step_s, self._clock.now() - self._step_s)
         self._clock.sleep(self._next_s - self._clock.now())
@@ -263,5 +261,5 @@ class PanoramaPlace:
     def view(self, across_deg: float, up_deg: float) -> Bytes:
         """Return what is seen, (H, W, 3) uint8 sRGB."""
         if self._panorama is None:
-            raise WebcamError("Webcam disconnected.", "Plug it back in to continue.", "unplugged")
+            raise unplugged()
         return look(self._panorama, across_deg, self._lens, up_deg)

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
     from app.devices.clock import Clock
 
-
 Scheme: TypeAlias = Literal["http", "https", "rtsp"]
 
 LONGEST_ADDRESS: Final = 500
@@ -38,6 +37,15 @@ _SCHEME: Final = re.compile(r"([A-Za-z][A-Za-z0-9+.-]*)://")
 _HAS_PORT: Final = re.compile(r"(?:[^:\[\]]+|\[[^\]]*\]):\d+")
 _SECRETS: Final = frozenset({"auth", "key", "pass", "passwd", "password", "pwd", "token"})
 _HINT: Final = "Type it as the camera’s app shows it, for example http://192.168.1.20:8080/video."
+
+CONNECT_S: Final = 5.0
+"""Longest time until a camera has answered, seconds."""
+
+FAILURES: Final = (OSError, HTTPException, ValueError)
+"""All that a broken or hostile connection raises."""
+
+_PART_S: Final = 0.5  # of a read that has begun, before the deadline is looked at again
+_TLS: Final = "https"
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,16 +149,6 @@ def _checked(path: str) -> str:
 
 def _bad(message: str, hint: str) -> WebcamError:
     return WebcamError(message, hint, "bad-address")
-
-
-CONNECT_S: Final = 5.0
-"""Longest time until a camera has answered, seconds."""
-
-FAILURES: Final = (OSError, HTTPException, ValueError)
-"""All that a broken or hostile connection raises."""
-
-_PART_S: Final = 0.5  # of a read that has begun, before the deadline is looked at again
-_TLS: Final = "https"
 
 
 class Wire:
