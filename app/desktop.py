@@ -44,12 +44,12 @@ def start(wishes: LaunchOptions) -> int:
             raise
         raise missing_library(str(error)) from error
     from app.devices.clock import SystemClock
-    from app.devices.demo import DevicesAtHand
+    from app.devices.device_sets import RealDevices
 
     clock = SystemClock()
     if wishes.demo:
         from app.core.base.paths import resources
-        from app.devices.demo import DemoDevices
+        from app.devices.device_sets import DemoDevices
 
         devices = DemoDevices(clock, resources() / "demo" / "location")
         try:
@@ -57,6 +57,6 @@ def start(wishes: LaunchOptions) -> int:
         finally:
             devices.close()
     else:
-        code = run(wishes, DevicesAtHand(clock), clock)
+        code = run(wishes, RealDevices(clock), clock)
     leave_if_stuck(code)
     return code

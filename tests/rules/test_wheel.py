@@ -169,7 +169,7 @@ def test_installed_program_works_in_a_folder_with_an_app_of_its_own(
     demo = (
         "import sys\n"
         "from app.devices.clock import SystemClock\n"
-        "from app.devices.demo import DemoDevices\n"
+        "from app.devices.device_sets import DemoDevices\n"
         "from app.core.base.paths import resources\n"
         "from app.core.base.progress import Token\n"
         "devices = DemoDevices(SystemClock(), resources() / 'demo' / 'location')\n"

@@ -217,12 +217,9 @@ def _exposure_of(job: Job, url: str) -> Exposure:
     finally:
         with suppress(OSError):
             path.unlink()
-    limits = EXPOSURE_LIMITS.items()
-    if (
-        found is None
-        or not found.known
-        or not all(least <= getattr(found, name) <= most for name, (least, most) in limits)
-    ):
+    ranges = EXPOSURE_LIMITS.items()
+    plausible = all(least <= getattr(found, name, 0.0) <= most for name, (least, most) in ranges)
+    if found is None or not found.known or not plausible:
         raise CaptureFailed(
             "The camera does not state the exposure it metered.",
             "Take a bracket by hand and merge its files.",
@@ -232,16 +229,14 @@ def _exposure_of(job: Job, url: str) -> Exposure:
 
 
 def _start_of(job: Job, url: str) -> bytes:
-    parts: list[bytes] = []
-    length = 0
+    data = b""
     with job.client.open_file(url) as incoming:
         for chunk in incoming.chunks():
             job.token.check()
-            parts.append(chunk)
-            length += len(chunk)
-            if length >= HEAD_BYTES:
+            data += chunk
+            if len(data) >= HEAD_BYTES:
                 break
-    return b"".join(parts)[:HEAD_BYTES]
+    return data[:HEAD_BYTES]
 
 
 def as_sent(value: float) -> int | float:

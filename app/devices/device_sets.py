@@ -1,7 +1,7 @@
-"""Devices for trying the program without any: simulated ones at the demo location.
+"""The devices that the window is given: real ones, or simulated ones to try the program with.
 
-The camera runs in a process of its own and is spoken to over the network of this computer, as a
-real one would be; the webcam stands at the sitter of the demo location.
+The camera of the demo runs in a process of its own and is spoken to over the network of this
+computer, as a real one would be; the webcam stands at the sitter of the demo location.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ _TICK_S: Final = 0.05
 _START_S: Final = 20.0
 
 
-class DevicesAtHand:
-    """What is really there."""
+class RealDevices:
+    """The cameras and webcams of this computer and its network."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -129,7 +129,7 @@ class CameraProcess:
                 stream.close()
 
 
-class DemoDevices(DevicesAtHand):
+class DemoDevices(RealDevices):
     """Simulated devices at the demo location; a typed address is still a real one."""
 
     def __init__(self, clock: Clock, location: Path) -> None:
