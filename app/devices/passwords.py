@@ -1,4 +1,4 @@
-"""Passwords of cameras: in the system's own keyring, or nowhere.
+"""Passwords of cameras: kept in the system's own keyring or nowhere, and answered as a digest.
 
 Nothing is written into a file or a log, here or anywhere else in the program. A keyring that is
 missing, locked or broken is no error: the user is asked again the next time.

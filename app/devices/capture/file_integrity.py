@@ -1,7 +1,8 @@
-"""Whether the files of a camera have come whole, and are the bracket that was planned.
+"""Whether files have come whole, and are the bracket that was planned, by their own EXIF.
 
 Cameras do not always do what they were told, and say nothing: some take three equal exposures,
-some ignore ISO outside the manual program.
+some ignore ISO outside the manual program. What `app.core.hdr` says of a bracket by itself (lenses
+that were exposed differently, copies) is not said here.
 """
 
 from __future__ import annotations

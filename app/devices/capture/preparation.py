@@ -1,4 +1,4 @@
-"""The camera's settings: what a capture changes, and how they are put back.
+"""Before and after the bracket: is the camera ready, what is changed on it, and how it is put back.
 
 Whatever is going to be changed is read and written into the session's journal first, so that even
 after a power cut the camera can be given back as it was.
@@ -14,6 +14,7 @@ from app.devices.capture.recovery import NOT_NOW
 from app.devices.capture.status import Stage
 from app.devices.errors import CameraNotReady, CameraRefused, CaptureFailed, DeviceError
 from app.devices.profiles import KELVIN, WIDEST, profile_for
+from app.devices.theta.untrusted import number
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -192,8 +193,8 @@ def _check_power(state: State) -> None:
 
 
 def _check_storage(job: Job) -> None:
-    left = read(job.contact, ("remainingPictures",)).get("remainingPictures")
-    if isinstance(left, bool) or not isinstance(left, (int, float)):
+    left = number(read(job.contact, ("remainingPictures",)).get("remainingPictures"))
+    if left is None:
         return
     wanted = _MOST_SHOTS[job.kind] + 1
     if left < wanted:

@@ -6,6 +6,10 @@
 
 A file in `originals` gets its name only when it is whole; until then it is called ``NAME.part``.
 So whatever happens in between, opening the folder again finds every file that was complete.
+
+`Debts` lists the captures that still owe a camera its settings, so that the next one puts them
+back: a capture notes itself there before it changes anything. What exactly is owed stands in the
+journal of its session.
 """
 
 from __future__ import annotations

@@ -1,4 +1,9 @@
-"""Pictures one by one: for metering, and for cameras without a bracket of their own."""
+"""Pictures one by one: for metering, and for cameras without a bracket of their own.
+
+The value that a camera meters cannot be asked for (in its automatic program it answers 0), so one
+picture is taken in it and its EXIF is read. Its lenses may have been set differently then; their
+mean is what counts.
+"""
 
 from __future__ import annotations
 
@@ -24,6 +29,7 @@ from app.devices.errors import (
     Unreachable,
     not_written,
 )
+from app.devices.theta import untrusted
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -192,14 +198,8 @@ def _values(stated: Any, least: float, largest: float) -> tuple[float, ...]:
     """Return the numbers of a list that can be exposures; 0 stands for automatic."""
     if not isinstance(stated, list) or len(stated) > _MOST_VALUES:
         return ()
-    numbers = (
-        float(value)
-        for value in stated
-        if isinstance(value, (int, float))
-        and not isinstance(value, bool)
-        and least <= value <= largest
-    )
-    return tuple(sorted(set(numbers)))
+    numbers = {untrusted.number(value) for value in stated}
+    return tuple(sorted(each for each in numbers if each is not None and least <= each <= largest))
 
 
 def _exposure_of(job: Job, url: str) -> Exposure:

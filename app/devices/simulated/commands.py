@@ -1,4 +1,4 @@
-"""The commands of a simulated camera."""
+"""The commands of a simulated camera, and what it says of pictures while it takes them."""
 
 from __future__ import annotations
 

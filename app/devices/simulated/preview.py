@@ -1,4 +1,9 @@
-"""The one live preview of a simulated camera: whether it is open, and when it ends."""
+"""The live preview of a simulated camera: a loop of pictures of its scene, one client at a time.
+
+Every picture carries its number as a row of black and white blocks at the bottom, and a bright dot
+that goes round the horizon, so that anyone who looks at one knows how old it is. The loop is
+encoded once, hence sending costs next to nothing.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the faults of a simulated camera show: in what it says and does."""
+"""Where the faults of a simulated camera show: in what it says and does, and in single answers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,11 @@
-"""A camera that was found, and which addresses may be tried for one without being asked to."""
+"""Cameras that were found: announced in the network, remembered from the last time, and described.
+
+A Ricoh Theta that has joined a network announces itself as "THETA" and its serial number under
+``_osc._tcp.local.``, without further facts. Anybody in the network can announce anything, and
+anybody who can write to the user's folder can change the camera that was used last: names and
+addresses are only hints here; whoever uses them asks at the address what is there. Only addresses
+that are near are tried without the user's asking. No password is kept here.
+"""
 
 from __future__ import annotations
 

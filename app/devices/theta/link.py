@@ -3,6 +3,7 @@
 `requests` prepares a request and an adapter of its kind carries it. Its `Session.send` is not
 used: that follows proxies and cookies, and reads the whole body of a redirect or a 401, however
 long it is.
+A reply's body is read piece by piece, within limits of size, time and pace.
 """
 
 from __future__ import annotations

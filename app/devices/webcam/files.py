@@ -1,4 +1,7 @@
-"""A folder of pictures in place of a webcam: in the order of their names, at a pace or by steps."""
+"""Files in place of a webcam: a folder of pictures in the order of their names, or a video.
+
+Pictures are shown at a pace or by steps; a video plays at its own pace and begins again at its end.
+"""
 
 from __future__ import annotations
 

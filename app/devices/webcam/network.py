@@ -1,4 +1,10 @@
-"""A phone or another network camera that sends JPEG pictures over http or https."""
+"""Network cameras: those that send JPEG pictures over http or https, and those that speak RTSP.
+
+RTSP goes through the FFmpeg that is part of OpenCV. FFmpeg tells nobody why it cannot open a
+stream, so the camera is first asked with one request of our own. FFmpeg itself then has a limit for
+opening and one for each picture: no thread of it waits longer than that, even for a camera that
+accepts the connection and says nothing.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Real webcams and their names, through OpenCV."""
+"""Real webcams and their names, through OpenCV; none of its errors get out, nothing stays open."""
 
 from __future__ import annotations
 

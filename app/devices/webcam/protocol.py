@@ -1,4 +1,7 @@
-"""What a webcam is to the rest of the program."""
+"""What a webcam is to the rest of the program, and the thread that each of them has.
+
+The thread opens the device, delivers pictures of the right kind, and opens it again by itself.
+"""
 
 from __future__ import annotations
 
