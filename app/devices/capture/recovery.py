@@ -291,7 +291,7 @@ class Contact:
             try:
                 self.client.use_api_2()
             except CameraRefused as error:
-                busy = self.client.state().capture_status not in ("", "idle")
+                busy = not self.client.state().idle
                 idle = 0 if busy else idle + 1
                 late = idle > _NOT_NOW_S or self.clock.now() > until
                 if error.code not in NOT_NOW or late:

@@ -156,8 +156,7 @@ def watch(job: Job, run: Run) -> None:
     """
     began, idle, seen = job.clock.now(), 0, False
     while True:
-        status = job.contact.ask(job.client.state).capture_status
-        if status in ("", "idle"):
+        if job.contact.ask(job.client.state).idle:
             idle += 1
         else:
             # Not while it is idle: the time may have passed while nobody heard it.
@@ -171,7 +170,7 @@ def watch(job: Job, run: Run) -> None:
 
 def watch_if_busy(job: Job, run: Run) -> None:
     """Wait for the end of what the camera is doing, if it is doing something."""
-    if job.contact.ask(job.client.state).capture_status not in ("", "idle"):
+    if not job.contact.ask(job.client.state).idle:
         watch(job, run)
 
 
@@ -282,14 +281,13 @@ def _follow(job: Job, command: Command, run: Run) -> tuple[str, ...]:
         command = ask_how_far(job, command)
         if command.state != "done" and _overdue(job, run):
             # Some never say that they are done; their state tells.
-            status = job.contact.ask(job.client.state).capture_status
-            idle = idle + 1 if status in ("", "idle") else 0
-            if idle >= 2 and _complete(job):
+            idle = idle + 1 if job.contact.ask(job.client.state).idle else 0
+            if idle >= 2 and len(_taken(job)) >= len(job.plan.shots):
                 return ()
             if idle != 1:
                 _check_deadline(job, run.until)
     urls = command.file_urls
-    if not urls and not command.refused_urls and not _complete(job):
+    if not urls and not command.refused_urls and len(_taken(job)) < len(job.plan.shots):
         raise CaptureFailed(
             "The bracket was stopped at the camera.",
             "What it took is on the camera. Start again.",
@@ -304,17 +302,15 @@ def _after_silence(job: Job, run: Run) -> tuple[str, ...]:
     Raises `_NotHeard` when it did nothing.
     """
     watch(job, run)
-    wanted = len(job.plan.shots)
-    previous = job.session.journal.previous_latest
-    if not find_frames(job.contact, wanted, previous=previous):
+    if not _taken(job):
         raise _NotHeard
     return ()
 
 
-def _complete(job: Job) -> bool:
-    wanted = len(job.plan.shots)
-    found = find_frames(job.contact, wanted, previous=job.session.journal.previous_latest)
-    return len(found) >= wanted
+def _taken(job: Job) -> tuple[FileEntry, ...]:
+    """Return the files on the camera that are newer than the start of the bracket."""
+    previous = job.session.journal.previous_latest
+    return find_frames(job.contact, len(job.plan.shots), previous=previous)
 
 
 def _overdue(job: Job, run: Run) -> bool:

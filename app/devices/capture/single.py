@@ -309,8 +309,7 @@ def _taken(job: Job, longest_s: float, previous: str) -> Taken:
         command = ask_how_far(job, command)
         if spent > _OVERDUE_S and command.state != "done":
             # Some never say that they are done; their state and their files tell.
-            status = job.contact.ask(job.client.state).capture_status
-            idle = idle + 1 if status in ("", "idle") else 0
+            idle = idle + 1 if job.contact.ask(job.client.state).idle else 0
             found = find_frames(job.contact, 1, previous=previous) if idle >= 2 else ()
             if found:
                 return Taken(found[0].url, named=False)
@@ -414,7 +413,7 @@ def _taken_anyway(job: Job, longest_s: float, previous: str) -> Taken | None:
     quiet = 0.0
     while job.clock.now() < until and quiet <= _LATE_FILE_S:
         state = job.contact.ask(job.client.state)
-        busy = state.capture_status not in ("", "idle")
+        busy = not state.idle
         quiet = 0.0 if busy else quiet + 1.0
         newer = () if busy else find_frames(job.contact, 2, previous=previous)
         if newer:

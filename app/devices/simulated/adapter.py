@@ -11,7 +11,6 @@ pause longer than the read timeout ends with `ReadTimeout` (in the headers) or `
 from __future__ import annotations
 
 import io
-from http import HTTPStatus
 from typing import TYPE_CHECKING, Any, Final
 
 import requests
@@ -23,7 +22,7 @@ from urllib3.connectionpool import HTTPConnectionPool
 from urllib3.exceptions import ConnectTimeoutError
 from urllib3.util import Timeout
 
-from app.devices.simulated.exchange import Drop, Pause, Request
+from app.devices.simulated.exchange import Drop, Pause, Request, head_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -237,14 +236,9 @@ def _wire(reply: Reply, pieces: Iterator[Piece]) -> Iterator[Piece]:
     if reply.status == 0:
         # Hung up before the first word: the end of the stream, not a reset.
         return
-    stated = [value for name, value in reply.headers if name.lower() == "content-length"]
-    known = reply.status in set(HTTPStatus)
-    phrase = HTTPStatus(reply.status).phrase if known else "Unknown"
-    lines = [f"HTTP/1.1 {reply.status} {phrase}"]
-    lines += [f"{name}: {value}" for name, value in reply.headers]
-    if not stated:
-        lines.append("Transfer-Encoding: chunked")
-    yield "\r\n".join([*lines, "", ""]).encode("latin-1", "replace")
+    stated = any(name.lower() == "content-length" for name, _ in reply.headers)
+    extra = () if stated else (("Transfer-Encoding", "chunked"),)
+    yield head_of(reply.status, (*reply.headers, *extra))
     for piece in pieces:
         if stated or isinstance(piece, Pause | Drop):
             yield piece

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
+from http import HTTPStatus
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 if TYPE_CHECKING:
@@ -97,6 +98,13 @@ class Reply:
 
 NO_ANSWER: Final = Reply(0, delay_s=NO_ANSWER_S)
 """Nobody is there: not even the connection is taken."""
+
+
+def head_of(status: int, headers: Iterable[tuple[str, str]]) -> bytes:
+    """Write the head of an answer, up to its empty line."""
+    phrase = HTTPStatus(status).phrase if status in set(HTTPStatus) else "Unknown"
+    lines = [f"HTTP/1.1 {status} {phrase}", *(f"{name}: {value}" for name, value in headers)]
+    return "\r\n".join([*lines, "", ""]).encode("latin-1", "replace")
 
 
 class CommandRefused(Exception):

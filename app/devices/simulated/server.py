@@ -20,10 +20,10 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, Self
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
 from app.devices.clock import SystemClock, wait
-from app.devices.simulated.exchange import Drop, Pause, Request
+from app.devices.simulated.exchange import Drop, Pause, Request, head_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterator
     from types import TracebackType
 
     from app.devices.clock import Clock
@@ -251,7 +251,9 @@ class _Handler(BaseHTTPRequestHandler):
             extra = [("Transfer-Encoding", "chunked")]
         elif stated is None:
             extra = [("Content-Length", "0")]
-        self._send_head(reply.status, (*reply.headers, *extra))
+        if self.close_connection:
+            extra.append(("Connection", "close"))
+        self._send(head_of(reply.status, (*reply.headers, *extra)))
         sent = self._send_body(first, pieces, chunked=chunked)
         if sent is None:
             return
@@ -259,14 +261,6 @@ class _Handler(BaseHTTPRequestHandler):
             self._send(b"0\r\n\r\n")
         elif stated is not None and stated != str(sent):
             self.close_connection = True
-
-    def _send_head(self, status: int, headers: Iterable[tuple[str, str]]) -> None:
-        known = status in HTTPStatus.__members__.values()
-        reason = HTTPStatus(status).phrase if known else "Unknown"
-        lines = [f"HTTP/1.1 {status} {reason}", *(f"{name}: {value}" for name, value in headers)]
-        if self.close_connection:
-            lines.append("Connection: close")
-        self._send("\r\n".join([*lines, "", ""]).encode("latin-1", "replace"))
 
     def _send_body(
         self, first: Piece | None, pieces: Iterator[Piece], *, chunked: bool

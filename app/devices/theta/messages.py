@@ -167,6 +167,11 @@ class State:
     board_temperature: float | None = None
     battery_temperature: float | None = None
 
+    @property
+    def idle(self) -> bool:
+        """Whether the camera does nothing, as far as it tells."""
+        return self.capture_status in ("", "idle")
+
 
 @dataclass(frozen=True, slots=True)
 class OscError:
