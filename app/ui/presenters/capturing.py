@@ -30,8 +30,6 @@ from app.core.storage.places import (
     read_place,
 )
 from app.core.text.turns import turn_words
-from app.devices.capture.session import FILE as OWED
-from app.devices.capture.session import Debts
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import FILE as OWED
 from app.devices.capture.session import Debts, Session
