@@ -17,23 +17,23 @@ from typing import Any
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
+from app.core.base.files import atomic_write_text
+from app.core.second_light.added import from_numbers
+from app.core.second_light.contrast import prepare_face
+from app.core.second_light.dimming import FULL, powers_of
+from app.core.second_light.greedy import GreedyReport, compare
+from app.core.second_light.lamp_presets import parse
+from app.core.second_light.lamp_tables import lamp_tables
+from app.core.second_light.near import prepare_near
+from app.core.second_light.scale import illuminance
+from app.core.second_light.search import place_all
+from app.core.solver.environment import read_environment, reduce
+from app.core.solver.head_shape import load_shape_of
+from app.core.solver.reach import OBJECTIVES
+from app.core.solver.style_pack import load_named_pack, load_transport_of
 
-from app.core.base.files import atomic_write_text  # noqa: E402
-from app.core.second_light.added import from_numbers  # noqa: E402
-from app.core.second_light.contrast import prepare_face  # noqa: E402
-from app.core.second_light.dimming import FULL, powers_of  # noqa: E402
-from app.core.second_light.greedy import GreedyReport, compare  # noqa: E402
-from app.core.second_light.lamp_presets import parse  # noqa: E402
-from app.core.second_light.lamp_tables import lamp_tables  # noqa: E402
-from app.core.second_light.near import prepare_near  # noqa: E402
-from app.core.second_light.scale import illuminance  # noqa: E402
-from app.core.second_light.search import place_all  # noqa: E402
-from app.core.solver.environment import read_environment, reduce  # noqa: E402
-from app.core.solver.head_shape import load_shape_of  # noqa: E402
-from app.core.solver.reach import OBJECTIVES  # noqa: E402
-from app.core.solver.style_pack import load_named_pack, load_transport_of  # noqa: E402
+ROOT = Path(__file__).resolve().parent.parent
+
 
 # Vertical illuminance at the face, lux: night, cellar, interiors, studio, overcast, sun.
 LUX = {

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
+from app.core.baking.scene import Camera, HeadMesh, build_scene, frame_head, load_head
+from app.core.baking.skin import find_skin
+from app.core.solver.environment import enlarge, read_environment, reduce
 
-from app.core.baking.scene import Camera, HeadMesh, build_scene, frame_head, load_head  # noqa: E402
-from app.core.baking.skin import find_skin  # noqa: E402
-from app.core.solver.environment import enlarge, read_environment, reduce  # noqa: E402
+ROOT = Path(__file__).resolve().parent.parent
+
 
 Float32 = NDArray[np.float32]
 

@@ -16,10 +16,10 @@ import pytest
 from app.core.base.colour import luminance
 from app.core.hdr.metadata import read_frame
 from app.core.hdr.pipeline import MergeOptions
-from app.core.simulation.view import enlarged
 from app.core.solver.environment import reduce_radiance
 from app.devices.simulated.personality import PERSONALITIES
 from app.devices.simulated.scene import Scene
+from app.devices.simulated.view import enlarged
 from tests.acceptance.test_probe import light
 from tests.helpers.cameras import Rig
 

@@ -26,8 +26,6 @@ from app.core.base.paths import resources
 from app.core.base.progress import Token
 from app.core.hdr.frame import Exposure
 from app.core.hdr.rough import Rough
-from app.core.simulation.bracket_maker import meter, write_bracket
-from app.core.simulation.cameras import THETA_V
 from app.core.solver.environment import from_radiance, read_environment
 from app.core.solver.style_pack import load_named_pack
 from app.devices.capture.session import Session
@@ -35,6 +33,8 @@ from app.devices.capture.status import Status
 from app.devices.clock import VirtualClock
 from app.devices.errors import Unreachable
 from app.devices.found import FoundCamera
+from app.devices.simulated.bracket_maker import meter, write_bracket
+from app.devices.simulated.cameras import THETA_V
 from app.devices.theta.endpoint import ACCESS_POINT
 from app.devices.theta.link import Credentials
 

@@ -18,9 +18,9 @@ from app.core.base.paths import resources
 from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import plan
 from app.core.hdr.theta_limits import theta_limits
-from app.core.simulation.bracket_maker import meter, write_bracket
-from app.core.simulation.cameras import THETA_V
 from app.core.solver.environment import read_environment, reduce
+from app.devices.simulated.bracket_maker import meter, write_bracket
+from app.devices.simulated.cameras import THETA_V
 
 EV100 = 9.0
 

@@ -14,22 +14,21 @@ import cv2
 import numpy as np
 import pytest
 
-from app.commands import bench_start
 from app.core.base.angles import difference
 from app.core.base.errors import Cancelled, CoreError
 from app.core.base.progress import Token, silent
-from app.core.bench import growth, machine, merge, run
-from app.core.bench.bars import BARS, Bar, missed
-from app.core.bench.environments import environment_cases
-from app.core.bench.growth import Growth, grow, growth_json, growth_svg
-from app.core.bench.headings import heading_cases
-from app.core.bench.pictures import gallery_case, picture_cases
-from app.core.bench.rows import Case, Peer, PeerCase, Row, bandwidth, clock, time_all
-from app.core.bench.run import find_peers, run_all
-from app.core.bench.search import plain_match, plain_quality, product_match
 from app.core.solver.search import curves, quality_curves
 from app.core.solver.solve import measure
-from app.devices.bench import preview_case
+from benchmarks.timing import growth, machine, merge, run, start
+from benchmarks.timing.bars import BARS, Bar, missed
+from benchmarks.timing.environments import environment_cases
+from benchmarks.timing.growth import Growth, grow, growth_json, growth_svg
+from benchmarks.timing.headings import heading_cases
+from benchmarks.timing.pictures import gallery_case, picture_cases
+from benchmarks.timing.preview import preview_case
+from benchmarks.timing.rows import Case, Peer, PeerCase, Row, bandwidth, clock, time_all
+from benchmarks.timing.run import find_peers, run_all
+from benchmarks.timing.search import plain_match, plain_quality, product_match
 from tests.helpers.synthetic import lambert_sphere_transport, synthetic_pack
 
 
@@ -101,7 +100,7 @@ def test_previews_are_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
         return decoded[-1]
 
     monkeypatch.setattr(
-        "app.devices.bench.np",
+        "benchmarks.timing.preview.np",
         SimpleNamespace(
             asarray=note,
             frombuffer=np.frombuffer,
@@ -143,7 +142,7 @@ def hurry(monkeypatch: pytest.MonkeyPatch) -> None:
         work()
         return [0.001]
 
-    monkeypatch.setattr("app.core.bench.rows.clock", once)
+    monkeypatch.setattr("benchmarks.timing.rows.clock", once)
     monkeypatch.setattr(growth, "clock", once)
 
 
@@ -299,9 +298,9 @@ def test_machines_have_no_names() -> None:
 def test_a_command_line_that_fails_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     def ended(code: int) -> None:
         done = SimpleNamespace(returncode=code, stderr=b"one\nno panorama\n")
-        monkeypatch.setattr("app.commands.bench_start.subprocess.run", lambda *_, **__: done)
+        monkeypatch.setattr("benchmarks.timing.start.subprocess.run", lambda *_, **__: done)
 
-    case = bench_start.start_case()
+    case = start.start_case()
     ended(0)
     case.fast()
     ended(2)

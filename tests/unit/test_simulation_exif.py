@@ -14,7 +14,7 @@ import pytest
 from app.core.hdr.frame import Exposure, LensExposure, Pose
 from app.core.hdr.makernote import parse_ricoh_note
 from app.core.hdr.metadata import read_frame
-from app.core.simulation.cameras import (
+from app.devices.simulated.cameras import (
     CAMERAS,
     GENERIC,
     THETA_S,
@@ -23,8 +23,8 @@ from app.core.simulation.cameras import (
     CameraModel,
     camera_named,
 )
-from app.core.simulation.exif import Tags, exif_segment, with_segments
-from app.core.simulation.exposure_maker import TagEdit, shoot
+from app.devices.simulated.exif import Tags, exif_segment, with_segments
+from app.devices.simulated.exposure_maker import TagEdit, shoot
 
 EXPOSURE = Exposure(0.01666666, 125.0, 2.0)
 GREY = np.full((32, 64, 3), 100.0, dtype=np.float32)

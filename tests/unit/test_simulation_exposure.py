@@ -12,12 +12,12 @@ import pytest
 from app.core.base import sphere
 from app.core.base.paths import resources
 from app.core.hdr.frame import Exposure, Pose
-from app.core.simulation.cameras import GENERIC, THETA_S, THETA_V, THETA_X, THETA_Z1
-from app.core.simulation.curves import CURVES, GAMMA_18, LOG, SRGB, Curve
-from app.core.simulation.exposure_maker import Options, Shot, develop, jpeg, shoot
-from app.core.simulation.sensor import saturation_cd_m2
-from app.core.simulation.view import enlarged
 from app.core.solver.environment import read_environment, reduce_radiance
+from app.devices.simulated.cameras import GENERIC, THETA_S, THETA_V, THETA_X, THETA_Z1
+from app.devices.simulated.curves import CURVES, GAMMA_18, LOG, SRGB, Curve
+from app.devices.simulated.exposure_maker import Options, Shot, develop, jpeg, shoot
+from app.devices.simulated.sensor import saturation_cd_m2
+from app.devices.simulated.view import enlarged
 
 EXPOSURE = Exposure(1.0 / 60.0, 100.0, 2.0)
 LEVEL = saturation_cd_m2(EXPOSURE)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from app.core.base import sphere
-from app.core.simulation.lens import bloomed, column_gains
 from app.core.solver.environment import energy, solid_angles
+from app.devices.simulated.lens import bloomed, column_gains
 
 
 def test_bloom_keeps_energy_and_uniform_light() -> None:

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.base.colour import srgb_decode
-from app.core.simulation.phone import (
+from benchmarks.scripted_turn.phone import (
     CLEAN,
     Disturbance,
     disturbed,

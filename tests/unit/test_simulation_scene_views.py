@@ -17,8 +17,8 @@ from app.core.base.angles import difference
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.localization.views import Lens
-from app.core.simulation.scene_files import SceneFiles, level_pose, probe_environment
-from app.core.simulation.scene_views import SceneViews, Stand
+from benchmarks.scripted_turn.scene_files import SceneFiles, level_pose, probe_environment
+from benchmarks.scripted_turn.scene_views import SceneViews, Stand
 
 Floats = NDArray[np.float64]
 FOLDER: Final = resources() / "demo" / "location"

@@ -10,10 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal
 
-from app.core.simulation.cameras import GENERIC, THETA_S, THETA_SC2, THETA_V, THETA_X, THETA_Z1
+from app.devices.simulated.cameras import GENERIC, THETA_S, THETA_SC2, THETA_V, THETA_X, THETA_Z1
 
 if TYPE_CHECKING:
-    from app.core.simulation.cameras import CameraModel
+    from app.devices.simulated.cameras import CameraModel
 
 # fmt: off
 _SHUTTERS: Final = (

@@ -12,9 +12,9 @@ import cv2
 import numpy as np
 
 from app.core.hdr.frame import Exposure
-from app.core.simulation.bracket_maker import meter
-from app.core.simulation.exif import with_segments
-from app.core.simulation.exposure_maker import Options, Shot, develop, jpeg, segments_of, tags_of
+from app.devices.simulated.bracket_maker import meter
+from app.devices.simulated.exif import with_segments
+from app.devices.simulated.exposure_maker import Options, Shot, develop, jpeg, segments_of, tags_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.core.base.colour import FloatImage
-    from app.core.simulation.cameras import CameraModel
+    from app.devices.simulated.cameras import CameraModel
     from app.devices.simulated.personality import Personality
     from app.devices.simulated.replies import JsonValue
 
@@ -124,7 +124,7 @@ class Scene:
         Standard deviation of the rotation, about each axis, by which single pictures differ from
         each other as long as stitching and levelling are left to the camera.
     **options
-        Of `app.core.simulation.exposure_maker.Shot`: `scale`, `tilt`, `bloom` and so on.
+        Of `app.devices.simulated.exposure_maker.Shot`: `scale`, `tilt`, `bloom` and so on.
     """
 
     def __init__(

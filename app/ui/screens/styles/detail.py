@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
-from app.core.evaluation.certainty import caution
+from app.core.solver.certainty import caution
 from app.core.localization.views import background_view
 from app.core.portrait.glare import Glare, eye_light, face_direction_words, glare
 from app.core.portrait.ratio import (
