@@ -33,9 +33,8 @@ from app.core.hdr.half_size import anchors
 from app.core.hdr.merge import SIZE, merge
 from app.core.hdr.pixels import open_frames
 from app.core.solver.environment import read_environment, reduce_radiance
-from app.devices.simulated.bracket_maker import make_bracket, meter
-from app.devices.simulated.cameras import CameraModel, camera_named
-from app.devices.simulated.view import enlarged
+from app.devices.simulated.sensor import meter
+from benchmarks.brackets import camera_named, enlarged, make_bracket
 from benchmarks.memorial_map import read_map
 
 if TYPE_CHECKING:
@@ -44,6 +43,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.core.hdr.weighting import Scheme
+    from app.devices.simulated.cameras import CameraModel
 
     Bytes = NDArray[np.uint8]
     Float64 = NDArray[np.float64]

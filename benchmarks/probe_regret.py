@@ -30,8 +30,9 @@ from app.core.hdr.whatif import choose, given_up
 from app.core.solver.environment import read_environment, reduce_radiance
 from app.core.solver.reach import OBJECTIVES
 from app.core.solver.style_pack import StylePack, load_named_pack
-from app.devices.simulated.bracket_maker import meter, write_bracket
 from app.devices.simulated.cameras import THETA_V
+from app.devices.simulated.sensor import meter
+from benchmarks.brackets import write_bracket
 from benchmarks.sun_restored import SUNS, load
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -38,9 +38,8 @@ from app.core.solver.environment import (
 )
 from app.core.solver.reach import OBJECTIVES
 from app.core.solver.style_pack import StylePack, load_named_pack
-from app.devices.simulated.bracket_maker import meter as meter_with
-from app.devices.simulated.bracket_maker import write_bracket
-from app.devices.simulated.cameras import camera_named
+from app.devices.simulated.sensor import meter as meter_with
+from benchmarks.brackets import camera_named, write_bracket
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -6,11 +6,11 @@ import hashlib
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
-from app.core.baking.preintegrate import Effort, preintegrate_styles
 from app.core.baking.scene import load_head
 from app.core.baking.skin import find_skin
 from app.core.base.progress import span
 from benchmarks.evaluation.evaluate import ENVIRONMENTS, PICTURES
+from benchmarks.evaluation.preintegrate import Effort, preintegrate_styles
 from benchmarks.evaluation.tables import TableNote, Tables, styles_digest
 
 if TYPE_CHECKING:

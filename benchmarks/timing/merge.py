@@ -15,8 +15,9 @@ from app.core.hdr.pipeline import measure
 from app.core.hdr.planner import plan
 from app.core.hdr.theta_limits import theta_limits
 from app.core.solver.environment import read_environment, reduce_radiance
-from app.devices.simulated.bracket_maker import meter, write_bracket
 from app.devices.simulated.cameras import THETA_V
+from app.devices.simulated.sensor import meter
+from benchmarks.brackets import write_bracket
 from benchmarks.timing.rows import Case, PeerCase
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from app.core.hdr.pipeline import MergeOptions
 from app.core.solver.environment import reduce_radiance
 from app.devices.simulated.personality import PERSONALITIES
 from app.devices.simulated.scene import Scene
-from app.devices.simulated.view import enlarged
+from benchmarks.brackets import enlarged
 from tests.acceptance.test_probe import light
 from tests.helpers.cameras import Rig
 

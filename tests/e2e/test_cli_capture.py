@@ -33,10 +33,11 @@ from app.devices.capture.status import Status
 from app.devices.clock import VirtualClock
 from app.devices.errors import Unreachable
 from app.devices.found import FoundCamera
-from app.devices.simulated.bracket_maker import meter, write_bracket
 from app.devices.simulated.cameras import THETA_V
+from app.devices.simulated.sensor import meter
 from app.devices.theta.endpoint import ACCESS_POINT
 from app.devices.theta.link import Credentials
+from benchmarks.brackets import write_bracket
 
 ROOT = Path(__file__).resolve().parents[2]
 TURNLIGHT = [sys.executable, "-m", "app"]

@@ -19,8 +19,9 @@ from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import plan
 from app.core.hdr.theta_limits import theta_limits
 from app.core.solver.environment import read_environment, reduce
-from app.devices.simulated.bracket_maker import meter, write_bracket
 from app.devices.simulated.cameras import THETA_V
+from app.devices.simulated.sensor import meter
+from benchmarks.brackets import write_bracket
 
 EV100 = 9.0
 

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from app.core.base.sphere import directions, rotation
 from app.core.hdr.frame import Exposure
 from app.core.solver.environment import reduce_radiance
-from app.devices.simulated.bracket_maker import write_bracket
-from app.devices.simulated.cameras import CAMERAS, GENERIC, CameraModel
+from app.devices.simulated.cameras import GENERIC, CameraModel
+from benchmarks.brackets import CAMERAS, write_bracket
 
 Float32 = NDArray[np.float32]
 Bool = NDArray[np.bool_]

@@ -31,11 +31,11 @@ from app.devices.errors import (
 from app.devices.found import described, is_near, merged
 from app.devices.last_camera import remember
 from app.devices.mdns_discovery import Advert
-from app.devices.simulated.adapter import CameraAdapter
 from app.devices.simulated.server import CameraServer
 from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
 from app.devices.theta.link import Link, Timeouts
 from app.devices.theta.messages import Info
+from tests.helpers.camera_adapter import CameraAdapter
 from tests.helpers.simulated import Talker
 
 Answer = dict[str, Any] | Exception

@@ -22,9 +22,9 @@ from app.core.hdr.frame import Exposure
 from app.devices import incoming, watch
 from app.devices.clock import VirtualClock
 from app.devices.errors import CaptureFailed, Unreachable
-from app.devices.simulated.bracket_maker import write_bracket
 from app.devices.simulated.cameras import THETA_V, THETA_Z1, CameraModel
 from app.devices.watch import IncomingBracket, WatchedFolder
+from benchmarks.brackets import write_bracket
 
 LIGHT = np.full((16, 32, 3), 200.0, np.float32)
 SHUTTERS = (1 / 60, 1 / 15, 1 / 250)

@@ -22,9 +22,9 @@ from app.core.hdr.merge import merge
 from app.core.hdr.pixels import FrameStack, open_frames
 from app.core.hdr.weighting import Scheme
 from app.core.solver.environment import energy, read_environment, reduce_radiance
-from app.devices.simulated.bracket_maker import make_bracket, meter
 from app.devices.simulated.cameras import GENERIC
-from app.devices.simulated.view import enlarged
+from app.devices.simulated.sensor import meter
+from benchmarks.brackets import enlarged, make_bracket
 
 SRGB = SimpleNamespace(
     table=np.repeat(srgb_decode(np.arange(256) / 255.0).astype(np.float64)[None], 3, axis=0)

@@ -16,7 +16,7 @@ from app.core.hdr.response import (
     choose_response,
     srgb_response,
 )
-from app.devices.simulated.curves import CURVES, FILMIC, GAMMA_18, GAMMA_22, GAMMA_26, SRGB, Curve
+from benchmarks.camera_curves import CURVES, FILMIC, GAMMA_18, GAMMA_22, GAMMA_26, SRGB, Curve
 from tests.helpers.brackets import (
     FULL,
     PAPER,

@@ -14,10 +14,10 @@ from app.core.base.paths import resources
 from app.core.hdr.frame import Exposure, Pose
 from app.core.solver.environment import read_environment, reduce_radiance
 from app.devices.simulated.cameras import GENERIC, THETA_S, THETA_V, THETA_X, THETA_Z1
-from app.devices.simulated.curves import CURVES, GAMMA_18, LOG, SRGB, Curve
-from app.devices.simulated.exposure_maker import Options, Shot, develop, jpeg, shoot
+from app.devices.simulated.exposure_maker import Options, Shot, develop, jpeg
 from app.devices.simulated.sensor import saturation_cd_m2
-from app.devices.simulated.view import enlarged
+from benchmarks.brackets import enlarged, shoot
+from benchmarks.camera_curves import CURVES, GAMMA_18, LOG, SRGB, Curve
 
 EXPOSURE = Exposure(1.0 / 60.0, 100.0, 2.0)
 LEVEL = saturation_cd_m2(EXPOSURE)

@@ -10,7 +10,8 @@ from app.core.base import sphere
 from app.core.hdr.frame import Pose
 from app.core.hdr.level import tilt_rotation
 from app.core.solver.environment import energy, from_radiance, reduce_radiance
-from app.devices.simulated.view import enlarged, view_of
+from app.devices.simulated.view import view_of
+from benchmarks.brackets import enlarged
 from tests.helpers.shared import SHARED, needs_shared
 
 

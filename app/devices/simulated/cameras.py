@@ -116,31 +116,3 @@ GENERIC: Final = CameraModel(
     levels_itself=False,
     maker_note=False,
 )
-
-CAMERAS: Final = (THETA_S, THETA_SC2, THETA_V, THETA_Z1, THETA_X, GENERIC)
-"""All of them."""
-
-
-def camera_named(name: str) -> CameraModel:
-    """Find a camera by its short name.
-
-    Parameters
-    ----------
-    name : str
-        "S", "SC2", "V", "Z1", "X" or "generic", in any case.
-
-    Raises
-    ------
-    ValueError
-        When there is none of that name.
-
-    Examples
-    --------
-    >>> camera_named("z1").model
-    'RICOH THETA Z1  '
-    """
-    for camera in CAMERAS:
-        if camera.name.casefold() == name.strip().casefold():
-            return camera
-    known = ", ".join(camera.name for camera in CAMERAS)
-    raise ValueError(f"there is no camera {name!r}; known: {known}")

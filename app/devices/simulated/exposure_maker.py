@@ -16,7 +16,7 @@ environment is `scale` cd/m2.
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, TypeAlias, TypedDict, Unpack
 
 import cv2
@@ -24,8 +24,7 @@ import numpy as np
 
 from app.core.hdr.frame import LensExposure, Pose
 from app.core.hdr.level import tilt_rotation
-from app.devices.simulated.curves import SRGB, Curve
-from app.devices.simulated.exif import Tags, exif_segment, pose_segment, with_segments
+from app.devices.simulated.exif import Tags, exif_segment, pose_segment
 from app.devices.simulated.lens import bloomed, column_gains
 from app.devices.simulated.sensor import add_sensor_noise, saturation_cd_m2
 from app.devices.simulated.view import view_of
@@ -33,7 +32,7 @@ from app.devices.simulated.view import view_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from app.core.base.colour import FloatImage
     from app.core.hdr.frame import Exposure
@@ -50,6 +49,58 @@ SUBSAMPLINGS: Final = {
 """Colour subsampling of JPEG files by name."""
 
 _BAND_ROWS: Final = 16
+_STEPS: Final = 65536
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """A camera curve.
+
+    Attributes
+    ----------
+    forward : Callable
+        From linear light in 0..1 (float64 array) to coded values in 0..1.
+    """
+
+    name: str
+    forward: Callable[[NDArray[np.float64]], NDArray[np.float64]] = field(repr=False)
+
+    def encode(self, linear: ArrayLike) -> NDArray[np.float64]:
+        """Code linear light.
+
+        Parameters
+        ----------
+        linear : array_like, any shape
+            Linear light, 1 = saturation; what lies outside 0..1 is clipped.
+
+        Returns
+        -------
+        NDArray[np.float64], same shape
+            Coded values in 0..1.
+        """
+        return self.forward(np.clip(np.asarray(linear, dtype=np.float64), 0.0, 1.0))
+
+    def table(self) -> NDArray[np.uint8]:
+        """Return the bytes for equal steps of the square root of linear light.
+
+        The square root keeps the steps fine enough near black, where some curves are steep.
+
+        Returns
+        -------
+        NDArray[np.uint8], (65536,)
+            Entry i is the byte of linear light (i / 65535)**2, rounded to nearest.
+        """
+        roots = np.arange(_STEPS) / (_STEPS - 1)
+        return np.asarray(np.rint(self.encode(roots**2) * 255.0), dtype=np.uint8)
+
+
+def _srgb(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+    """IEC 61966-2-1."""
+    power = 1.055 * np.power(linear, 1.0 / 2.4) - 0.055
+    return np.where(linear <= 0.0031308, 12.92 * linear, power)
+
+
+SRGB: Final = Curve("srgb", _srgb)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,36 +164,6 @@ class Options(TypedDict, total=False):
     subsampling: str
     taken: str
     edit_tags: TagEdit | None
-
-
-def shoot(
-    environment: FloatImage,
-    camera: CameraModel,
-    exposure: Exposure,
-    *,
-    seed: int = 0,
-    **options: Unpack[Options],
-) -> bytes:
-    """Take a frame and store it as the camera would.
-
-    Parameters
-    ----------
-    environment : NDArray[np.float32], (H, 2 H, 3)
-        Linear Rec. 709 light, `Shot.scale` cd/m2 per unit, finite and not negative.
-
-    Raises
-    ------
-    ValueError
-        When sizes do not fit (`view.view_of`), or quality, subsampling or gains are invalid.
-    """
-    shot = Shot(**options)
-    picture = develop(environment, camera, exposure, seed=seed, **options)
-    data = jpeg(picture, shot.quality, shot.subsampling)
-    shape = (picture.shape[0], picture.shape[1])
-    tags: Tags | None = tags_of(camera, exposure, shot, shape)
-    if tags is not None and shot.edit_tags is not None:
-        tags = shot.edit_tags(tags)
-    return data if tags is None else with_segments(data, segments_of(tags))
 
 
 def develop(

@@ -12,9 +12,9 @@ import cv2
 import numpy as np
 
 from app.core.hdr.frame import Exposure
-from app.devices.simulated.bracket_maker import meter
 from app.devices.simulated.exif import with_segments
 from app.devices.simulated.exposure_maker import Options, Shot, develop, jpeg, segments_of, tags_of
+from app.devices.simulated.sensor import meter
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -9,9 +9,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from app.core.base.colour import srgb_encode
+from app.core.hdr.frame import Exposure
+from app.core.solver.environment import solid_angles
+
 if TYPE_CHECKING:
     from app.core.base.colour import FloatImage
-    from app.core.hdr.frame import Exposure
     from app.devices.simulated.cameras import CameraModel
 
 _BRIGHTEST: Final = 8.0
@@ -90,3 +93,43 @@ def _quantiles() -> FloatImage:
     result: FloatImage = (values / values.std()).astype(np.float32)
     result.flags.writeable = False
     return result
+
+
+def meter(
+    environment: FloatImage,
+    camera: CameraModel,
+    *,
+    scale: float = 1.0,
+    target: float = 0.46,
+) -> Exposure:
+    """Find the exposure that an automatic camera would choose: mean sRGB value at `target`.
+
+    The mean is taken over the sphere, at base ISO and the widest aperture; the exposure time is
+    whatever it takes and lies on no list of the camera's.
+
+    Parameters
+    ----------
+    environment : NDArray[np.float32], (H, 2 H, 3)
+        Linear Rec. 709 light, not all black.
+    scale : float, optional
+        Luminance in cd/m2 of one unit.
+    target : float, optional
+        Mean of the coded values, 0 to 1.
+
+    Returns
+    -------
+    Exposure
+        With that mean within 0.001, where the environment allows it.
+    """
+    height, width = environment.shape[:2]
+    step = max(height // 256, 1)
+    light = np.asarray(environment[::step, ::step], dtype=np.float64) * scale
+    weights = solid_angles((height, width))[::step, None, None] + np.zeros(light.shape)
+    low, high = -40.0, 40.0
+    for _ in range(40):
+        stops = 0.5 * (low + high)
+        mean = np.average(srgb_encode(light * 2.0**stops), weights=weights)
+        low, high = (stops, high) if mean < target else (low, stops)
+    aperture = min(camera.apertures)
+    unit = Exposure(1.0, camera.base_iso, aperture)
+    return Exposure(saturation_cd_m2(unit) * 2.0**low, camera.base_iso, aperture)

@@ -24,31 +24,6 @@ _Taps: TypeAlias = tuple[NDArray[np.intp], NDArray[np.float32]]
 """First of two neighbouring texels, and the share of the second; one of each per pixel."""
 
 
-def enlarged(
-    environment: FloatImage, shape: tuple[int, int], *, smooth: bool = False
-) -> FloatImage:
-    """Bring an environment to another size, as frames of that size see it.
-
-    Parameters
-    ----------
-    environment : NDArray[np.float32], (H, W, 3)
-        Linear radiance, any scale.
-    shape : tuple[int, int]
-        Rows and columns wanted.
-    smooth : bool, optional
-        Whether texels are joined by straight lines (bilinear between their middles), which looks
-        like a photograph. Otherwise every texel is constant over its area and each pixel the
-        mean over its own area by solid angle: reducing the result gives the environment again.
-        Smaller sizes are always reached by that mean.
-
-    Returns
-    -------
-    NDArray[np.float32], (rows, columns, 3)
-        Linear radiance in the same scale.
-    """
-    return view_of(environment, shape, smooth=smooth).band(0, shape[0])
-
-
 @dataclass(frozen=True, slots=True)
 class View:
     """An environment as one frame sees it, ready to be sampled in bands of rows.

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Final, Unpack
 
 import numpy as np
 
-from app.core.base.colour import srgb_encode
 from app.core.base.files import atomic_write_bytes
-from app.core.hdr.frame import Exposure
-from app.core.solver.environment import solid_angles
-from app.devices.simulated.exposure_maker import Options, Shot, shoot
-from app.devices.simulated.sensor import saturation_cd_m2
+from app.devices.simulated.cameras import GENERIC, THETA_S, THETA_SC2, THETA_V, THETA_X, THETA_Z1
+from app.devices.simulated.exif import Tags, with_segments
+from app.devices.simulated.exposure_maker import Options, Shot, develop, jpeg, segments_of, tags_of
+from app.devices.simulated.view import view_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,52 +21,95 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.core.base.colour import FloatImage
+    from app.core.hdr.frame import Exposure
     from app.devices.simulated.cameras import CameraModel
     from app.devices.simulated.exposure_maker import TagEdit
 
+CAMERAS: Final = (THETA_S, THETA_SC2, THETA_V, THETA_Z1, THETA_X, GENERIC)
+"""All simulated models."""
+
 _STAMP: Final = "%Y:%m:%d %H:%M:%S"
-_MIDDLE: Final = 0.46
 _SECONDS_APART: Final = 3
 
 
-def meter(
+def camera_named(name: str) -> CameraModel:
+    """Find a camera by its short name.
+
+    Parameters
+    ----------
+    name : str
+        "S", "SC2", "V", "Z1", "X" or "generic", in any case.
+
+    Raises
+    ------
+    ValueError
+        When there is none of that name.
+
+    Examples
+    --------
+    >>> camera_named("z1").model
+    'RICOH THETA Z1  '
+    """
+    for camera in CAMERAS:
+        if camera.name.casefold() == name.strip().casefold():
+            return camera
+    known = ", ".join(camera.name for camera in CAMERAS)
+    raise ValueError(f"there is no camera {name!r}; known: {known}")
+
+
+def enlarged(
+    environment: FloatImage, shape: tuple[int, int], *, smooth: bool = False
+) -> FloatImage:
+    """Bring an environment to another size, as frames of that size see it.
+
+    Parameters
+    ----------
+    environment : NDArray[np.float32], (H, W, 3)
+        Linear radiance, any scale.
+    shape : tuple[int, int]
+        Rows and columns wanted.
+    smooth : bool, optional
+        Whether texels are joined by straight lines (bilinear between their middles), which looks
+        like a photograph. Otherwise every texel is constant over its area and each pixel the
+        mean over its own area by solid angle: reducing the result gives the environment again.
+        Smaller sizes are always reached by that mean.
+
+    Returns
+    -------
+    NDArray[np.float32], (rows, columns, 3)
+        Linear radiance in the same scale.
+    """
+    return view_of(environment, shape, smooth=smooth).band(0, shape[0])
+
+
+def shoot(
     environment: FloatImage,
     camera: CameraModel,
+    exposure: Exposure,
     *,
-    scale: float = 1.0,
-    target: float = _MIDDLE,
-) -> Exposure:
-    """Find the exposure that an automatic camera would choose: mean sRGB value at `target`.
-
-    The mean is taken over the sphere, at base ISO and the widest aperture; the exposure time is
-    whatever it takes and lies on no list of the camera's.
+    seed: int = 0,
+    **options: Unpack[Options],
+) -> bytes:
+    """Take a frame and store it as the camera would.
 
     Parameters
     ----------
     environment : NDArray[np.float32], (H, 2 H, 3)
-        Linear Rec. 709 light, not all black.
-    scale : float, optional
-        Luminance in cd/m2 of one unit.
-    target : float, optional
-        Mean of the coded values, 0 to 1.
+        Linear Rec. 709 light, `Shot.scale` cd/m2 per unit, finite and not negative.
 
-    Returns
-    -------
-    Exposure
-        With that mean within 0.001, where the environment allows it.
+    Raises
+    ------
+    ValueError
+        When sizes do not fit (`view.view_of`), or quality, subsampling or gains are invalid.
     """
-    height, width = environment.shape[:2]
-    step = max(height // 256, 1)
-    light = np.asarray(environment[::step, ::step], dtype=np.float64) * scale
-    weights = solid_angles((height, width))[::step, None, None] + np.zeros(light.shape)
-    low, high = -40.0, 40.0
-    for _ in range(40):
-        stops = 0.5 * (low + high)
-        mean = np.average(srgb_encode(light * 2.0**stops), weights=weights)
-        low, high = (stops, high) if mean < target else (low, stops)
-    aperture = min(camera.apertures)
-    unit = Exposure(1.0, camera.base_iso, aperture)
-    return Exposure(saturation_cd_m2(unit) * 2.0**low, camera.base_iso, aperture)
+    shot = Shot(**options)
+    picture = develop(environment, camera, exposure, seed=seed, **options)
+    data = jpeg(picture, shot.quality, shot.subsampling)
+    shape = (picture.shape[0], picture.shape[1])
+    tags: Tags | None = tags_of(camera, exposure, shot, shape)
+    if tags is not None and shot.edit_tags is not None:
+        tags = shot.edit_tags(tags)
+    return data if tags is None else with_segments(data, segments_of(tags))
 
 
 def make_bracket(
