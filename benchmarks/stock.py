@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from app.core.baking.scene import Camera, HeadMesh, build_scene, frame_head, load_head
 from app.core.baking.skin import find_skin
 from app.core.solver.environment import enlarge, read_environment, reduce
+
+if TYPE_CHECKING:
+    from app.core.base.colour import FloatImage
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -117,3 +120,20 @@ def read_light(path: Path) -> Float32:
     light = reduce(read_environment(path))
     scaled: Float32 = (light / light.mean()).astype(np.float32)
     return scaled
+
+
+def rotate(radiance: FloatImage, columns: int) -> FloatImage:
+    """Turn an environment by whole texels, clockwise from above.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, W, ...)
+        Environment at turn 0.
+
+    Returns
+    -------
+    NDArray[np.float32], (H, W, ...)
+        What the sitter sees at turn 360 columns / W degrees: column j shows column
+        (j + columns) mod W.
+    """
+    return np.roll(radiance, -columns, axis=1)

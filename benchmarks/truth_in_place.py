@@ -24,13 +24,13 @@ from numpy.typing import NDArray
 from app.core.baking.backend import select_variant
 from app.core.base.colour import luminance
 from app.core.base.files import atomic_write_text
-from app.core.solver.environment import read_environment, reduce, rotate
+from app.core.solver.environment import read_environment, reduce
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.transport import Transport, load_named, render
 from app.core.solver.weights import target_weights
 from benchmarks.brute_force import band_limited, curves
-from benchmarks.stock import ROOT
+from benchmarks.stock import ROOT, rotate
 
 if TYPE_CHECKING:
     from collections.abc import Callable

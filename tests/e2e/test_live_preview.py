@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from app.devices.clock import Clock, ScaledClock, SystemClock
+from app.devices.clock import Clock, SystemClock
 from app.devices.errors import PasswordNeeded
 from app.devices.mailbox import Mailbox
 from app.devices.preview import (
@@ -31,6 +31,7 @@ from app.devices.simulated.server import CameraServer
 from app.devices.theta.client import OscClient
 from app.devices.theta.endpoint import Endpoint
 from app.devices.theta.link import Credentials, Link, Timeouts
+from tests.helpers.scaled_clock import ScaledClock
 
 SHAPE = (64, 128)
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from app.core.base import sphere
-from app.core.solver.environment import mean_luminance
+from app.core.base.colour import luminance
+from app.core.solver.environment import energy
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -78,3 +79,14 @@ def _meets_ball(
     limit = math.sqrt(max(1.0 - (radius / distance) ** 2, 0.0))
     met: NDArray[np.bool_] = (looks @ (middle / distance)) >= limit
     return met
+
+
+def mean_luminance(radiance: FloatImage) -> float:
+    """Mean luminance over the sphere, weighted by solid angle.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, W, 3)
+        Linear Rec. 709 radiance.
+    """
+    return float(energy(luminance(radiance))) / (4.0 * np.pi)

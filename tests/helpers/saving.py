@@ -57,7 +57,7 @@ def capture_from(url: str, speed: str) -> int:
     """``turnlight capture`` into the folder "session", so many times as fast as in life."""
     from app.cli import main
     from app.commands import capture
-    from app.devices.clock import ScaledClock
+    from tests.helpers.scaled_clock import ScaledClock
 
     with patch.object(capture, "SystemClock", lambda: ScaledClock(float(speed))):
         return main(["capture", "--camera", url, "-o", "session"])

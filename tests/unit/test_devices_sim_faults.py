@@ -9,10 +9,23 @@ from typing import Any
 import pytest
 
 from app.devices.simulated.exchange import Drop, Reply
-from app.devices.simulated.faults import FAULTS, LASTING, Faults, faults_named
+from app.devices.simulated.faults import FAULTS, Faults, faults_named
 from app.devices.simulated.personality import PERSONALITIES, personality_named
 from app.devices.simulated.replies import NO_ANSWER_S
 from tests.helpers.simulated import Talker, bracket, content, path_of
+
+LASTING = frozenset(
+    {
+        "401",
+        "storage-full",
+        "battery-low",
+        "overheating",
+        "unequal-lens-iso",
+        "never-done",
+        "404-router-in-place-of-the-camera",
+    }
+)
+"""Those that do not go away by themselves."""
 
 SEEDS = range(8)
 TIMES = (0.01666666, 0.06666666, 0.004)

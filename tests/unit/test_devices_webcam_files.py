@@ -14,11 +14,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.devices.clock import ScaledClock, VirtualClock
+from app.devices.clock import VirtualClock
 from app.devices.webcam import WebcamError, WebcamState
 from app.devices.webcam.rtsp import open_url
 from app.devices.webcam.stills import EVERY_S, StillsFolder, _Pile, stills_in
 from app.devices.webcam.video_file import VideoFile, _Player, check_video
+from tests.helpers.scaled_clock import ScaledClock
 
 Bytes = NDArray[np.uint8]
 PATIENCE_S: Final = 15.0

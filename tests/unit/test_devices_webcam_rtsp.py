@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 import pytest
 
-from app.devices.clock import ScaledClock, SystemClock, VirtualClock
+from app.devices.clock import SystemClock, VirtualClock
 from app.devices.theta.digest import Credentials
 from app.devices.webcam import WebcamError, WebcamState
 from app.devices.webcam.address import Address
@@ -25,6 +25,7 @@ from app.devices.webcam.network import no_keys
 from app.devices.webcam.rtsp import OPEN_S, RtspWebcam, _Stream, open_url
 from tests.helpers.live_server import Answer, LiveServer
 from tests.helpers.rtsp_server import RtspServer
+from tests.helpers.scaled_clock import ScaledClock
 
 KEYS: Final = Credentials("an/na", "pa@ss")
 

@@ -14,13 +14,13 @@ from app.core.base.colour import srgb_encode
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.hdr.frame import Exposure, Pose
-from app.core.hdr.metadata import read_frame
-from app.core.solver.environment import mean_luminance, read_environment, solid_angles
+from app.core.solver.environment import read_environment, solid_angles
 from app.devices.simulated.cameras import GENERIC, THETA_S, THETA_V
 from app.devices.simulated.exposure_maker import Options, develop
 from app.devices.simulated.sensor import meter
 from benchmarks.brackets import make_bracket, write_bracket
-from tests.helpers.people import with_person
+from tests.helpers.frames import read_frame
+from tests.helpers.people import mean_luminance, with_person
 
 BRACKET = [Exposure(t, 100.0, 2.0) for t in (1.0 / 60.0, 1.0 / 15.0, 1.0 / 250.0)]
 

@@ -13,11 +13,11 @@ import pytest
 
 from app.core.hdr.frame import Exposure, LensExposure, Pose
 from app.core.hdr.makernote import parse_ricoh_note
-from app.core.hdr.metadata import read_frame
 from app.devices.simulated.cameras import GENERIC, THETA_S, THETA_V, THETA_X, CameraModel
 from app.devices.simulated.exif import Tags, exif_segment, with_segments
 from app.devices.simulated.exposure_maker import TagEdit
 from benchmarks.brackets import CAMERAS, camera_named, shoot
+from tests.helpers.frames import read_frame
 
 EXPOSURE = Exposure(0.01666666, 125.0, 2.0)
 GREY = np.full((32, 64, 3), 100.0, dtype=np.float32)
