@@ -18,7 +18,6 @@ _OK: Final = 200
 _STREAMS: Final = frozenset({200, 206})
 _NOT_OK: Final = 300
 _ERRORS: Final = 400
-_NOT_FOUND: Final = 404
 _SERVER_ERRORS: Final = 500
 _ELSEWHERE: Final = frozenset({404, 405, 407, 410, 421, 426, 451, 511})
 _ERROR_BYTES: Final = 65536
