@@ -13,7 +13,7 @@ from app.core.base.files import atomic_write_bytes
 from app.devices.simulated.cameras import GENERIC, THETA_S, THETA_SC2, THETA_V, THETA_X, THETA_Z1
 from app.devices.simulated.exif import Tags, with_segments
 from app.devices.simulated.exposure_maker import Options, Shot, develop, jpeg, segments_of, tags_of
-from app.devices.simulated.view import view_of
+from app.devices.simulated.optics import view_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -100,7 +100,7 @@ def shoot(
     Raises
     ------
     ValueError
-        When sizes do not fit (`view.view_of`), or quality, subsampling or gains are invalid.
+        When sizes do not fit (`optics.view_of`), or quality, subsampling or gains are invalid.
     """
     shot = Shot(**options)
     picture = develop(environment, camera, exposure, seed=seed, **options)
@@ -127,7 +127,7 @@ def make_bracket(
     Parameters
     ----------
     environment : (H, 2 H, 3) float32, or one of them for each frame
-        The light; several where something moves between the frames (`people.with_person`).
+        The light; several where something moves between the frames.
     shifts : sequence of (3, 3) float64 or None, optional
         `Shot.shift` of each frame.
     **options

@@ -25,9 +25,8 @@ import numpy as np
 from app.core.hdr.frame import LensExposure, Pose
 from app.core.hdr.level import tilt_rotation
 from app.devices.simulated.exif import Tags, exif_segment, pose_segment
-from app.devices.simulated.lens import bloomed, column_gains
+from app.devices.simulated.optics import bloomed, column_gains, view_of
 from app.devices.simulated.sensor import add_sensor_noise, saturation_cd_m2
-from app.devices.simulated.view import view_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -184,7 +183,7 @@ def develop(
     Raises
     ------
     ValueError
-        As `shoot`.
+        When sizes do not fit (`optics.view_of`), or gains are invalid.
     """
     shot = Shot(**options)
     if min(*shot.lens_gain, *shot.white_balance, shot.scale) <= 0.0:
