@@ -13,24 +13,28 @@ import argparse
 import json
 import time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
 
-from stock import INDOORS, ROOT, as_placed, generic_head, read_light, stock_picture  # isort: skip
-
-from typing import TYPE_CHECKING
-
 from app.core.baking.backend import select_variant
 from app.core.base.colour import luminance
 from app.core.base.files import atomic_write_text
-from app.core.solver.environment import rotate
 from app.core.solver.reach import Limits
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.transport import Transport, load_named, load_transport, render
 from app.core.solver.weights import target_weights
+from benchmarks.stock import (
+    INDOORS,
+    ROOT,
+    as_placed,
+    generic_head,
+    read_light,
+    rotate,
+    stock_picture,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,24 +8,23 @@ Writes the table as Markdown and the pictures as ``images/calibration.png`` besi
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
+from app.core.base.files import atomic_write_text
+from app.core.base.images import write_png
+from app.core.solver.environment import Environment, read_environment, reduce
+from app.core.solver.pictures import greyed, panorama, portrait
+from app.core.solver.solve import StyleResult, solve_all
+from app.core.solver.style_pack import load_named_pack
+from app.core.solver.transport import load_named, render, to_image
+from app.export.result_sheet.canvas import Canvas
+from app.export.result_sheet.lettering import Lettering
+from app.export.result_sheet.theme import BG, DIM, TEXT
 
-from app.core.base.files import atomic_write_text  # noqa: E402
-from app.core.base.images import write_png  # noqa: E402
-from app.core.solver.environment import Environment, read_environment, reduce  # noqa: E402
-from app.core.solver.pictures import greyed, panorama, portrait  # noqa: E402
-from app.core.solver.solve import StyleResult, solve_all  # noqa: E402
-from app.core.solver.style_pack import load_named_pack  # noqa: E402
-from app.core.solver.transport import load_named, render, to_image  # noqa: E402
-from app.export.result_sheet.canvas import Canvas  # noqa: E402
-from app.export.result_sheet.lettering import Lettering  # noqa: E402
-from app.export.result_sheet.theme import BG, DIM, TEXT  # noqa: E402
+ROOT = Path(__file__).resolve().parent.parent
+
 
 CELL, GAP, HEAD, LEFT = 62, 4, 30, 170
 BEGIN, END = "<!-- table: benchmarks/calibration.py -->", "<!-- end of table -->"

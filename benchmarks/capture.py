@@ -21,7 +21,6 @@ from unittest.mock import patch
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
 
 from app.core.base.progress import Token  # noqa: E402
 from app.core.hdr import pipeline as measuring  # noqa: E402

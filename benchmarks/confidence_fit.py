@@ -21,12 +21,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from heading_cases import (  # isort: skip
-    LOCATION, Case, crop_cases, cut_out, demo_spots, demo_views, learnt, location, location_cases,
-    nothing_cases, scenes,
-)  # fmt: skip
-from locate_cases import SPOTS_M  # isort: skip
-
 from app.core.base.angles import difference
 from app.core.localization import photo_check
 from app.core.localization.confidence import (
@@ -40,6 +34,20 @@ from app.core.localization.confidence import (
 )  # fmt: skip
 from app.core.localization.heading import HeadingIndex, Sight, compare, see
 from app.core.localization.photo_check import read_photo
+from benchmarks.heading_cases import (
+    LOCATION,
+    Case,
+    crop_cases,
+    cut_out,
+    demo_spots,
+    demo_views,
+    learnt,
+    location,
+    location_cases,
+    nothing_cases,
+    scenes,
+)  # fmt: skip
+from benchmarks.locate_cases import SPOTS_M
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -20,36 +20,37 @@ import argparse
 import itertools
 import json
 import subprocess
-import sys
 import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
-
-from app.core.base.colour import luminance  # noqa: E402
-from app.core.base.images import write_png  # noqa: E402
-from app.core.base.sphere import direction, directions, positions  # noqa: E402
-from app.core.hdr.display import display_panorama  # noqa: E402
-from app.core.hdr.finish import MergeOptions  # noqa: E402
-from app.core.hdr.frame import Merged  # noqa: E402, TC001
-from app.core.hdr.lights import find_lights  # noqa: E402
-from app.core.hdr.pipeline import Probe, measure  # noqa: E402
-from app.core.hdr.whatif import choose, given_up  # noqa: E402
-from app.core.solver.environment import (  # noqa: E402
+from app.core.base.colour import luminance
+from app.core.base.images import write_png
+from app.core.base.sphere import direction, directions, positions
+from app.core.hdr.display import display_panorama
+from app.core.hdr.finish import MergeOptions
+from app.core.hdr.lights import find_lights
+from app.core.hdr.pipeline import Probe, measure
+from app.core.hdr.whatif import choose, given_up
+from app.core.solver.environment import (
     read_environment,
     reduce_radiance,
     solid_angles,
 )
-from app.core.solver.solve import solve_all  # noqa: E402
-from app.core.solver.style_pack import StylePack, load_named_pack  # noqa: E402
-from tests.helpers.fisheye import Rig, bracket  # noqa: E402
+from app.core.solver.solve import solve_all
+from app.core.solver.style_pack import StylePack, load_named_pack
+from tests.helpers.fisheye import Rig, bracket
+
+if TYPE_CHECKING:
+    from app.core.hdr.frame import Merged
+
+ROOT = Path(__file__).resolve().parent.parent
+
 
 STOPS = (2.0, -1.0, -4.0, -7.0, -10.0)
 MOST = 500.0

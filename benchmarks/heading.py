@@ -20,17 +20,26 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import numpy as np
 
-from heading_cases import (  # isort: skip
-    LOCATION, SHARED, Case, crop_cases, cut_out, demo_spots, demo_views, learnt, location,
-    location_cases, nothing_cases, scenes,
-)  # fmt: skip
-from heading_turn import turn_rows, turn_table  # isort: skip
-
 from app.core.base.angles import difference
 from app.core.base.files import atomic_write_text
 from app.core.localization.confidence import LEAST_CONFIDENCE, trust
 from app.core.localization.heading import Found, HeadingIndex, Sight, compare, find_heading, see
 from app.core.localization.heading_conversion import offset_angle
+from benchmarks.heading_cases import (
+    LOCATION,
+    SHARED,
+    Case,
+    crop_cases,
+    cut_out,
+    demo_spots,
+    demo_views,
+    learnt,
+    location,
+    location_cases,
+    nothing_cases,
+    scenes,
+)  # fmt: skip
+from benchmarks.heading_turn import turn_rows, turn_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

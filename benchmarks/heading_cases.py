@@ -6,7 +6,6 @@ Every picture is drawn from one stream of random numbers: the same seed gives th
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -15,23 +14,23 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
-
-from app.core.base import sphere  # noqa: E402
-from app.core.base.colour import srgb_encode, to_bytes  # noqa: E402
-from app.core.base.paths import resources  # noqa: E402
-from app.core.hdr.display import display_gain, display_panorama  # noqa: E402
-from app.core.localization.field_of_view import ASSUMED_DEG  # noqa: E402
-from app.core.localization.heading import HeadingIndex, build_index  # noqa: E402
-from app.core.localization.views import Lens  # noqa: E402
-from app.core.simulation.phone import Disturbance, disturbed, random_disturbance  # noqa: E402
-from app.core.simulation.scene_files import probe_environment  # noqa: E402
-from app.core.simulation.scene_views import SceneViews, Stand  # noqa: E402
-from app.core.solver.environment import read_environment  # noqa: E402
+from app.core.base import sphere
+from app.core.base.colour import srgb_encode, to_bytes
+from app.core.base.paths import resources
+from app.core.hdr.display import display_gain, display_panorama
+from app.core.localization.field_of_view import ASSUMED_DEG
+from app.core.localization.heading import HeadingIndex, build_index
+from app.core.localization.views import Lens
+from app.core.solver.environment import read_environment
+from benchmarks.scripted_turn.phone import Disturbance, disturbed, random_disturbance
+from benchmarks.scripted_turn.scene_files import probe_environment
+from benchmarks.scripted_turn.scene_views import SceneViews, Stand
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
+
+ROOT = Path(__file__).resolve().parent.parent
+
 
 Bytes = NDArray[np.uint8]
 Float32 = NDArray[np.float32]

@@ -12,16 +12,15 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from heading_cases import SIZE, disturbance  # isort: skip
-
 from app.core.base.angles import difference
 from app.core.localization.field_of_view import assumed_fov
 from app.core.localization.heading import Heading, HeadingIndex, find_heading
 from app.core.localization.heading_conversion import Looks, offset_angle, turn_of_heading
 from app.core.localization.sitter import Sitter, background_mask, find_sitter
 from app.core.localization.views import Lens
-from app.core.simulation.phone import disturbed
-from app.core.simulation.scene_views import SceneViews, Stand
+from benchmarks.heading_cases import SIZE, disturbance
+from benchmarks.scripted_turn.phone import disturbed
+from benchmarks.scripted_turn.scene_views import SceneViews, Stand
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

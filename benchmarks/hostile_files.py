@@ -22,12 +22,9 @@ import time
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
-
-from app.core.base.files import atomic_write_text  # noqa: E402
-from tests.helpers.hostile_files import make_corpus  # noqa: E402
-from tests.helpers.hostile_runs import (  # noqa: E402
+from app.core.base.files import atomic_write_text
+from tests.helpers.hostile_files import make_corpus
+from tests.helpers.hostile_runs import (
     MOST_RSS,
     Case,
     Outcome,
@@ -35,6 +32,8 @@ from tests.helpers.hostile_runs import (  # noqa: E402
     file_cases,
     option_cases,
 )
+
+ROOT = Path(__file__).resolve().parent.parent
 
 
 def main() -> None:

@@ -18,16 +18,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from heading_cases import LOCATION, ROOT, demo_spots, demo_views, scenes  # isort: skip
-
 from app.core.base import sphere
 from app.core.base.angles import difference, wrap
 from app.core.base.colour import srgb_decode, srgb_encode, to_bytes
 from app.core.base.paths import resources
 from app.core.localization.views import Lens
-from app.core.simulation.phone import disturbed, random_disturbance, tone_mapped
-from app.core.simulation.scene_files import EYE_M, SceneFiles, shown
-from app.core.simulation.scene_views import Stand
+from benchmarks.heading_cases import LOCATION, ROOT, demo_spots, demo_views, scenes
+from benchmarks.scripted_turn.phone import disturbed, random_disturbance, tone_mapped
+from benchmarks.scripted_turn.scene_files import EYE_M, SceneFiles, shown
+from benchmarks.scripted_turn.scene_views import Stand
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -384,7 +383,7 @@ class Views:
 
 
 def _unshown(tone: Float32) -> Float32:
-    """Undo `app.core.simulation.scene_files.shown`."""
+    """Undo `benchmarks.scripted_turn.scene_files.shown`."""
     less = np.float32(1.0) - tone
     light = 12.5 * (np.sqrt(less**2 + 0.16 * tone) - less)
     return np.asarray(light, np.float32)

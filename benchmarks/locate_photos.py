@@ -22,14 +22,21 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from locate_cases import (  # isort: skip
-    SPOTS_M, People, Views, World, boxes, developed, drawn_shots, filed, traced,
-)  # fmt: skip
-from heading_cases import LOCATION, ROOT, demo_spots, learnt, scenes  # isort: skip
-
 from app.core.base.angles import difference
 from app.core.base.files import atomic_write_text
 from app.core.localization.photo_check import read_photo, search_photo
+from benchmarks.heading_cases import LOCATION, ROOT, demo_spots, learnt, scenes
+from benchmarks.locate_cases import (
+    SPOTS_M,
+    People,
+    Views,
+    World,
+    boxes,
+    developed,
+    drawn_shots,
+    filed,
+    traced,
+)  # fmt: skip
 
 if TYPE_CHECKING:
     from app.core.localization.heading import HeadingIndex

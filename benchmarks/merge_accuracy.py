@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import tempfile
 import time
 import warnings
@@ -26,22 +25,18 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
-
-from memorial_map import read_map  # noqa: E402
-
-from app.core.base.colour import luminance, srgb_decode  # noqa: E402
-from app.core.base.paths import resources  # noqa: E402
-from app.core.hdr.agreement import doubts  # noqa: E402
-from app.core.hdr.frame import Bracket, Exposure, Frame, Merged  # noqa: E402
-from app.core.hdr.half_size import anchors  # noqa: E402
-from app.core.hdr.merge import SIZE, merge  # noqa: E402
-from app.core.hdr.pixels import open_frames  # noqa: E402
-from app.core.simulation.bracket_maker import make_bracket, meter  # noqa: E402
-from app.core.simulation.cameras import CameraModel, camera_named  # noqa: E402
-from app.core.simulation.view import enlarged  # noqa: E402
-from app.core.solver.environment import read_environment, reduce_radiance  # noqa: E402
+from app.core.base.colour import luminance, srgb_decode
+from app.core.base.paths import resources
+from app.core.hdr.agreement import doubts
+from app.core.hdr.frame import Bracket, Exposure, Frame, Merged
+from app.core.hdr.half_size import anchors
+from app.core.hdr.merge import SIZE, merge
+from app.core.hdr.pixels import open_frames
+from app.core.solver.environment import read_environment, reduce_radiance
+from app.devices.simulated.cameras import camera_named
+from app.devices.simulated.sensor import meter
+from benchmarks.brackets import enlarged, make_bracket
+from benchmarks.memorial_map import read_map
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -49,9 +44,13 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.core.hdr.weighting import Scheme
+    from app.devices.simulated.cameras import CameraModel
 
     Bytes = NDArray[np.uint8]
     Float64 = NDArray[np.float64]
+
+ROOT = Path(__file__).resolve().parent.parent
+
 
 BRACKETS = {"paper": (2.0, 0.0, -2.0), "full": (2.0, 0.0, -2.0, -4.0, -6.0, -8.0, -10.0)}
 CLIPPED = 254

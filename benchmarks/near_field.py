@@ -20,8 +20,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stock import ROOT, generic_head  # isort: skip
-
 from app.core.baking.backend import select_variant
 from app.core.baking.bake_cache import BakeCache
 from app.core.baking.exposure import Points, expose, place_points, shine
@@ -45,6 +43,7 @@ from app.core.second_light.placements import direction
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import Transport, load_named
+from benchmarks.stock import ROOT, generic_head
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -22,15 +22,22 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from stock import ROOT  # isort: skip
-from truth_in_place import OBJECTIVES, ROUNDS, SEEDS, TURNS, grey_of, light_at, pictures_file  # isort: skip
-
 from app.core.base.colour import srgb_encode
 from app.core.base.files import atomic_write_text
-from app.core.solver.environment import read_environment, reduce, rotate
+from app.core.solver.environment import read_environment, reduce
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.transport import Transport, load_named, render
+from benchmarks.stock import ROOT, rotate
+from benchmarks.truth_in_place import (
+    OBJECTIVES,
+    ROUNDS,
+    SEEDS,
+    TURNS,
+    grey_of,
+    light_at,
+    pictures_file,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -10,26 +10,24 @@ rewards a face that is merely brighter in the right half, and so has a bias of i
 from __future__ import annotations
 
 import argparse
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
-
-from typing import TYPE_CHECKING  # noqa: E402
-
-from app.core.base.angles import TURNS, difference, wrap  # noqa: E402
-from app.core.base.files import atomic_write_text  # noqa: E402
-from app.core.solver.lamps import far_lamp  # noqa: E402
-from app.core.solver.solve import solve_all  # noqa: E402
-from app.core.solver.style_pack import StylePack, load_named_pack  # noqa: E402
-from app.core.solver.styles import Style, StyleLamp  # noqa: E402
+from app.core.base.angles import TURNS, difference, wrap
+from app.core.base.files import atomic_write_text
+from app.core.solver.lamps import far_lamp
+from app.core.solver.solve import solve_all
+from app.core.solver.style_pack import StylePack, load_named_pack
+from app.core.solver.styles import Style, StyleLamp
 
 if TYPE_CHECKING:
     from app.core.solver.reach import Objective
+
+ROOT = Path(__file__).resolve().parent.parent
+
 
 LAMPS = 4 * TURNS  # azimuths tried: on texels, between them, and half-way
 DIAMETER_DEG = 5.0

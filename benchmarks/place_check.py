@@ -18,16 +18,15 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from stock import ROOT, generic_head  # isort: skip
-
 from app.core.baking.backend import select_variant
 from app.core.baking.scene import build_scene
 from app.core.baking.skin import find_skin
 from app.core.base.files import atomic_write_text
 from app.core.solver.transport import Transport, load_named
+from benchmarks.stock import ROOT, generic_head
 
 if TYPE_CHECKING:
-    from place_light import Portrait, Sitting
+    from benchmarks.place_light import Portrait, Sitting
 
 SPOTS_AND_TURNS: Final = ((2, 0.0), (0, 180.0))  # in the court; inside the doors, facing out
 SEEDS: Final = 2
@@ -117,7 +116,7 @@ def theirs(sitting: Sitting, seed: int) -> Float32:
 
 def ours(sitting: Sitting, head: Portrait, seed: int) -> Float32:
     """Return the same as the truth in the place is made, (P, 3)."""
-    from place_light import through_skin
+    from benchmarks.place_light import through_skin
 
     front = np.flatnonzero(head.points.normals[:, 2] > -0.3)
     entering = np.zeros((head.points.count, 3, 4, 1), np.float32)
@@ -146,7 +145,7 @@ def compared(first: tuple[Float64, Float64], second: tuple[Float64, Float64]) ->
 
 def check(work: Path, number: int, turn: float, transport: Transport) -> dict[str, Any]:
     """Compare at one spot and turn."""
-    from place_light import SPOTS, Sitting, portrait
+    from benchmarks.place_light import SPOTS, Sitting, portrait
 
     head, started = portrait(transport.pixels), time.perf_counter()
     sitting = Sitting(SPOTS[number], overcast())
@@ -169,7 +168,7 @@ def main() -> None:
     parser.add_argument("-o", type=Path, default=ROOT / "docs" / "place-check.json")
     args = parser.parse_args()
     select_variant("llvm")
-    import place_light  # noqa: F401 - makes the location's modules known
+    import benchmarks.place_light  # noqa: F401 - makes the location's modules known
 
     args.work.mkdir(parents=True, exist_ok=True)
     transport = load_named("generic")

@@ -15,7 +15,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from stock import ROOT, generic_head  # isort: skip
+from benchmarks.stock import ROOT, generic_head
 
 sys.path.insert(0, str(ROOT / "scripts"))
 

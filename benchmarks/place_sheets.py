@@ -18,16 +18,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from stock import ROOT  # isort: skip
-from truth_in_place import OBJECTIVES, ROUNDS, SEEDS, TURNS, light_at, pictures_file  # isort: skip
-
-from app.core.solver.environment import rotate
 from app.core.solver.pictures import portrait
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import load_named, render, to_image
 from app.export.result_sheet.canvas import Canvas
 from app.export.result_sheet.lettering import Lettering
 from app.export.result_sheet.theme import BG, DIM, SCALE, TEXT
+from benchmarks.stock import ROOT, rotate
+from benchmarks.truth_in_place import OBJECTIVES, ROUNDS, SEEDS, TURNS, light_at, pictures_file
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

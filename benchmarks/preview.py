@@ -25,7 +25,6 @@ from typing import TYPE_CHECKING
 # Before numpy wakes a thread for each core.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
 
 import cv2  # noqa: E402
 import numpy as np  # noqa: E402

@@ -12,32 +12,32 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from app.core.base.files import atomic_write_text
+from app.core.hdr.audit import audit
+from app.core.hdr.finish import MergeOptions, still_clipped
+from app.core.hdr.lights import light_grid
+from app.core.hdr.pipeline import measure
+from app.core.hdr.planner import plan
+from app.core.hdr.sky import SkyWord, direct_normal_lux
+from app.core.hdr.whatif import choose, given_up
+from app.core.solver.environment import read_environment, reduce_radiance
+from app.core.solver.reach import OBJECTIVES
+from app.core.solver.style_pack import StylePack, load_named_pack
+from app.devices.simulated.cameras import THETA_V
+from app.devices.simulated.sensor import meter
+from benchmarks.brackets import write_bracket
+from benchmarks.sun_restored import SUNS, load
+
 ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
 
-from sun_restored import SUNS, load  # noqa: E402
 
-from app.core.base.files import atomic_write_text  # noqa: E402
-from app.core.hdr.audit import audit  # noqa: E402
 from app.core.hdr.camera_table import camera_facts  # noqa: E402
-from app.core.hdr.finish import MergeOptions, still_clipped  # noqa: E402
-from app.core.hdr.lights import light_grid  # noqa: E402
-from app.core.hdr.pipeline import measure  # noqa: E402
-from app.core.hdr.planner import plan  # noqa: E402
-from app.core.hdr.sky import SkyWord, direct_normal_lux  # noqa: E402
-from app.core.hdr.whatif import choose, given_up  # noqa: E402
-from app.core.simulation.bracket_maker import meter, write_bracket  # noqa: E402
-from app.core.simulation.cameras import THETA_V  # noqa: E402
-from app.core.solver.environment import read_environment, reduce_radiance  # noqa: E402
-from app.core.solver.reach import OBJECTIVES  # noqa: E402
-from app.core.solver.style_pack import StylePack, load_named_pack  # noqa: E402
 
 # Exposure value (ISO 100) that a meter would read in each scene without a sun.
 EV100 = {"courtyard": 13.0, "forest": 11.0, "interior": 8.0, "night": 4.0, "studio": 9.0}

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import tempfile
 import time
 from dataclasses import dataclass, field
@@ -25,16 +24,13 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import numpy as np
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
-
-from app.core.base.paths import resources  # noqa: E402
-from app.core.hdr.bracket import read_bracket  # noqa: E402
-from app.core.hdr.handheld import laid  # noqa: E402
-from app.core.hdr.pipeline import MergeOptions, Probe, measure  # noqa: E402
-from app.core.solver.environment import read_environment  # noqa: E402
-from app.core.solver.style_pack import load_named_pack  # noqa: E402
-from tests.helpers.odd_brackets import (  # noqa: E402
+from app.core.base.paths import resources
+from app.core.hdr.bracket import read_bracket
+from app.core.hdr.handheld import laid
+from app.core.hdr.pipeline import MergeOptions, Probe, measure
+from app.core.solver.environment import read_environment
+from app.core.solver.style_pack import load_named_pack
+from tests.helpers.odd_brackets import (
     Made,
     Way,
     decoded,
@@ -52,6 +48,9 @@ if TYPE_CHECKING:
 
     Bytes = NDArray[np.uint8]
     Float32 = NDArray[np.float32]
+
+ROOT = Path(__file__).resolve().parent.parent
+
 
 SHAPE = (600, 900)
 SHARED = ROOT.parent / "shared" / "data"

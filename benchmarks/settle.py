@@ -19,20 +19,14 @@ import json
 import time
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-
-from brute_force import FINE, TURNS, curves, head_alone  # isort: skip
-from stock import ROOT, generic_head, read_light, stock_picture  # isort: skip
-
-from typing import TYPE_CHECKING
 
 from app.core.baking.backend import select_variant
 from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.base.files import atomic_write_text
-from app.core.solver.environment import rotate
 from app.core.solver.reach import (
     Limits,
     Objective,
@@ -41,6 +35,8 @@ from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import Transport, load_named, render
 from app.core.solver.weights import target_weights
+from benchmarks.brute_force import FINE, TURNS, curves, head_alone
+from benchmarks.stock import ROOT, generic_head, read_light, rotate, stock_picture
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

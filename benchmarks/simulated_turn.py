@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 import time
 from dataclasses import asdict
 from pathlib import Path
@@ -21,17 +20,16 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import numpy as np
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
-
-from app.core.base.angles import difference  # noqa: E402
-from app.core.base.files import atomic_write_text  # noqa: E402
-from app.core.simulation.turn_runs import Run, demo_world, draw, run_turn  # noqa: E402
+from app.core.base.angles import difference
+from app.core.base.files import atomic_write_text
+from benchmarks.scripted_turn.turn_runs import Run, demo_world, draw, run_turn
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.simulation.turn_loop import Outcome
+    from benchmarks.scripted_turn.turn_loop import Outcome
+
+ROOT = Path(__file__).resolve().parent.parent
 
 
 MARKS = ("<!-- table -->", "<!-- end of table -->")

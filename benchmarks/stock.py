@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
+from app.core.baking.scene import Camera, HeadMesh, build_scene, frame_head, load_head
+from app.core.baking.skin import find_skin
+from app.core.solver.environment import enlarge, read_environment, reduce
 
-from app.core.baking.scene import Camera, HeadMesh, build_scene, frame_head, load_head  # noqa: E402
-from app.core.baking.skin import find_skin  # noqa: E402
-from app.core.solver.environment import enlarge, read_environment, reduce  # noqa: E402
+if TYPE_CHECKING:
+    from app.core.base.colour import FloatImage
+
+ROOT = Path(__file__).resolve().parent.parent
+
 
 Float32 = NDArray[np.float32]
 
@@ -118,3 +120,20 @@ def read_light(path: Path) -> Float32:
     light = reduce(read_environment(path))
     scaled: Float32 = (light / light.mean()).astype(np.float32)
     return scaled
+
+
+def rotate(radiance: FloatImage, columns: int) -> FloatImage:
+    """Turn an environment by whole texels, clockwise from above.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, W, ...)
+        Environment at turn 0.
+
+    Returns
+    -------
+    NDArray[np.float32], (H, W, ...)
+        What the sitter sees at turn 360 columns / W degrees: column j shows column
+        (j + columns) mod W.
+    """
+    return np.roll(radiance, -columns, axis=1)

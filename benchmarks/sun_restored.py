@@ -14,7 +14,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,29 +21,29 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))
-
-from app.core.base.colour import luminance, srgb_encode  # noqa: E402
-from app.core.base.sphere import direction, directions_at  # noqa: E402
-from app.core.hdr import camera_table  # noqa: E402
-from app.core.hdr.frame import Exposure, Merged  # noqa: E402
-from app.core.hdr.lights import find_lights  # noqa: E402
-from app.core.hdr.pipeline import MergeOptions, measure  # noqa: E402
-from app.core.hdr.planner import CameraLimits, plan  # noqa: E402
-from app.core.hdr.sky import SkyWord, direct_normal_lux  # noqa: E402
-from app.core.hdr.sun import restore  # noqa: E402
-from app.core.hdr.whatif import choose, given_up  # noqa: E402
-from app.core.simulation.bracket_maker import meter as meter_with  # noqa: E402
-from app.core.simulation.bracket_maker import write_bracket  # noqa: E402
-from app.core.simulation.cameras import camera_named  # noqa: E402
-from app.core.solver.environment import (  # noqa: E402
+from app.core.base.colour import luminance, srgb_encode
+from app.core.base.sphere import direction, directions_at
+from app.core.hdr import camera_table
+from app.core.hdr.frame import Exposure, Merged
+from app.core.hdr.lights import find_lights
+from app.core.hdr.pipeline import MergeOptions, measure
+from app.core.hdr.planner import CameraLimits, plan
+from app.core.hdr.sky import SkyWord, direct_normal_lux
+from app.core.hdr.sun import restore
+from app.core.hdr.whatif import choose, given_up
+from app.core.solver.environment import (
     read_environment,
     reduce_radiance,
     solid_angles,
 )
-from app.core.solver.reach import OBJECTIVES  # noqa: E402
-from app.core.solver.style_pack import StylePack, load_named_pack  # noqa: E402
+from app.core.solver.reach import OBJECTIVES
+from app.core.solver.style_pack import StylePack, load_named_pack
+from app.devices.simulated.cameras import camera_named
+from app.devices.simulated.sensor import meter as meter_with
+from benchmarks.brackets import write_bracket
+
+ROOT = Path(__file__).resolve().parent.parent
+
 
 Float32 = NDArray[np.float32]
 

@@ -14,22 +14,21 @@ import argparse
 import json
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-
-from stock import INDOORS, ROOT, generic_head, read_light, stock_picture  # isort: skip
-
-from typing import TYPE_CHECKING
 
 from app.core.baking.backend import select_variant
 from app.core.baking.exposure import vertex_points
 from app.core.baking.reduction import texel_noise
 from app.core.baking.scene import build_scene
 from app.core.baking.skin import find_skin
-from app.core.baking.walk import scene_tables, trace_plainly
+from app.core.baking.walk import scene_tables
 from app.core.base.files import atomic_write_text
 from app.core.solver.transport import Transport, load_named, load_transport, render
+from benchmarks.plain_walk import trace_plainly
+from benchmarks.stock import INDOORS, ROOT, generic_head, read_light, stock_picture
 
 if TYPE_CHECKING:
     from collections.abc import Callable

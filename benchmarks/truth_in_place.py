@@ -21,24 +21,22 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from brute_force import band_limited, curves  # isort: skip
-from stock import ROOT  # isort: skip
-
 from app.core.baking.backend import select_variant
 from app.core.base.colour import luminance
 from app.core.base.files import atomic_write_text
-from app.core.solver.environment import read_environment, reduce, rotate
+from app.core.solver.environment import read_environment, reduce
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.core.solver.transport import Transport, load_named, render
 from app.core.solver.weights import target_weights
+from benchmarks.brute_force import band_limited, curves
+from benchmarks.stock import ROOT, rotate
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from place_light import Portrait, Sitting
-
     from app.core.solver.reach import Objective
+    from benchmarks.place_light import Portrait, Sitting
 
 TURNS: Final = 64
 SEEDS: Final = 2
@@ -65,7 +63,7 @@ def kept(file: Path, make: Callable[[], Float32]) -> Float32:
 def render_places(work: Path, spots: list[int], rounds: tuple[int, ...]) -> None:
     """Make what is missing of the light at the skin, and the pictures of all turns."""
     select_variant("llvm")
-    from place_light import SPOTS, Sitting, portrait
+    from benchmarks.place_light import SPOTS, Sitting, portrait
 
     work.mkdir(parents=True, exist_ok=True)
     head = portrait(load_named("generic").pixels)
@@ -123,7 +121,7 @@ def pictures_of(
     work: Path, name: str, rounds: int, head: Portrait, front: NDArray[np.int64]
 ) -> Float32:
     """All pictures of a spot, (TURNS * SEEDS, P, 3): what came through the skin, and glints."""
-    from place_light import through_skin
+    from benchmarks.place_light import through_skin
 
     def mean(column: int, what: str) -> Float32:
         parts = [np.load(part_of(work, name, column, each, what)) for each in range(rounds)]

@@ -1,4 +1,4 @@
-"""Render ``resources/evaluation/offsets.npz``: the demo location's light 1 and 2 ft off its spots.
+"""Render ``benchmarks/evaluation/offsets.npz``: the demo location's light 1 and 2 ft off its spots.
 
 Usage::
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 _ROOT: Final = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(_ROOT))
-_OUT: Final = _ROOT / "resources" / "evaluation" / "offsets.npz"
+_OUT: Final = _ROOT / "benchmarks" / "evaluation" / "offsets.npz"
 _SHAPE: Final = (64, 128)
 _FOOT_M: Final = 0.3048
 _FEET: Final = (0.0, 1.0, 2.0)
@@ -100,8 +100,8 @@ class _Camera:
 def build(out: Path, samples: int, spots: int) -> None:
     """Render every place and write the table."""
     from app.core.baking.backend import select_variant
-    from app.core.evaluation.offsets import Offsets, save_offsets
     from app.core.solver.environment import reduce_radiance
+    from benchmarks.evaluation.offsets import Offsets, save_offsets
 
     select_variant("llvm")
     from demo_location.frame import EYE_HEIGHT, SPOTS, direction, to_world

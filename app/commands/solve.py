@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from app.commands.outputs import check_ending, check_outputs, head_files
 from app.commands.solver_args import add_questions, finite
 from app.core.base.images import write_png
-from app.core.evaluation.certainty import caution
+from app.core.solver.certainty import caution
 from app.core.solver.environment import Environment, read_environment, reduce, reduce_radiance
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_pack import load_named_pack, load_transport_of

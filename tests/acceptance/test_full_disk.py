@@ -17,7 +17,6 @@ from typing import Final
 import numpy as np
 import pytest
 
-from app.devices.clock import ScaledClock
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.personality import personality_named
 from app.devices.simulated.scene import Scene
@@ -27,6 +26,7 @@ from tests.helpers.hostile_files import write_picture
 from tests.helpers.hostile_runs import Case, Outcome, Zygote
 from tests.helpers.quick import quick_first
 from tests.helpers.saving import KINDS
+from tests.helpers.scaled_clock import ScaledClock
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="limits and disks as on POSIX")
 

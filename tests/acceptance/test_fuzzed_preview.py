@@ -16,10 +16,10 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from app.core.simulation.exif import with_segments
-from app.core.simulation.exposure_maker import jpeg
 from app.devices.errors import BadReply
 from app.devices.mjpeg import MAX_FRAME_BYTES, MjpegParser, boundary_of
+from app.devices.simulated.exif import with_segments
+from app.devices.simulated.exposure_maker import jpeg
 from app.devices.theta.preview import PreviewFrame, decode
 
 QUICK = 400

@@ -21,13 +21,13 @@ from app.core.solver.environment import read_environment
 from app.devices.capture.file_integrity import sha256_of, whole_picture
 from app.devices.capture.journal import SessionJournal
 from app.devices.capture.session import Session
-from app.devices.clock import ScaledClock
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.personality import personality_named
 from app.devices.simulated.scene import Scene
 from app.devices.simulated.server import CameraServer
 from tests.helpers.cameras import room
 from tests.helpers.killed import capture_into
+from tests.helpers.scaled_clock import ScaledClock
 
 pytestmark = [
     pytest.mark.slow,

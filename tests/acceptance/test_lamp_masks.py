@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from app.core.base.paths import resources
 from app.core.second_light.dark_room import capture_lamp
 from app.core.second_light.mask import find_mask
-from app.core.simulation.cameras import camera_named
 from app.core.solver.environment import energy, read_environment, reduce_radiance
 from app.core.solver.style_pack import load_named_pack
+from app.devices.simulated.cameras import camera_named
 from tests.helpers.dark_room import Form, Lamp, bracket, overlap, phone, room
 
 BAR = 0.9

@@ -23,14 +23,14 @@ from app.core.hdr.frame import Exposure, Pose
 from app.core.hdr.pipeline import MergeOptions, Probe, measure
 from app.core.hdr.planner import plan
 from app.core.hdr.whatif import choose, given_up
-from app.core.simulation.bracket_maker import meter, write_bracket
-from app.core.simulation.cameras import THETA_S, THETA_V
-from app.core.simulation.curves import FILMIC, GAMMA_18, GAMMA_26, LOG, SHOULDER, Curve
-from app.core.simulation.people import with_person
-from app.core.simulation.view import enlarged
 from app.core.solver.environment import read_environment, reduce_radiance
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
+from app.devices.simulated.cameras import THETA_S, THETA_V
+from app.devices.simulated.sensor import meter
+from benchmarks.brackets import enlarged, write_bracket
+from benchmarks.camera_curves import FILMIC, GAMMA_18, GAMMA_26, LOG, SHOULDER, Curve
+from tests.helpers.people import with_person
 
 SCENES = tuple(sorted(p.stem for p in (resources() / "demo" / "scenes").glob("*.exr")))
 EV100 = 10.0

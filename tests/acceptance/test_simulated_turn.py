@@ -9,8 +9,8 @@ from functools import cache
 
 import pytest
 
-from app.core.simulation.turn_loop import Outcome
-from app.core.simulation.turn_runs import demo_world, draw, run_turn
+from benchmarks.scripted_turn.turn_loop import Outcome
+from benchmarks.scripted_turn.turn_runs import demo_world, draw, run_turn
 
 RUNS = range(0, 200, 17)
 

@@ -18,8 +18,8 @@ from pathlib import Path
 import pytest
 
 from app.core.base.paths import resources
-from app.core.bench.bars import BARS
-from app.core.bench.rows import Row
+from benchmarks.timing.bars import BARS
+from benchmarks.timing.rows import Row
 
 ROOT = Path(__file__).resolve().parents[2]
 SLACK = 4.0

@@ -26,17 +26,18 @@ from app.core.base.paths import resources
 from app.core.base.progress import Token
 from app.core.hdr.frame import Exposure
 from app.core.hdr.rough import Rough
-from app.core.simulation.bracket_maker import meter, write_bracket
-from app.core.simulation.cameras import THETA_V
 from app.core.solver.environment import from_radiance, read_environment
 from app.core.solver.style_pack import load_named_pack
 from app.devices.capture.session import Session
 from app.devices.capture.status import Status
 from app.devices.clock import VirtualClock
 from app.devices.errors import Unreachable
+from app.devices.simulated.cameras import THETA_V
+from app.devices.simulated.sensor import meter
 from app.devices.theta.endpoint import ACCESS_POINT
 from app.devices.theta.found import FoundCamera
 from app.devices.theta.link import Credentials
+from benchmarks.brackets import write_bracket
 
 ROOT = Path(__file__).resolve().parents[2]
 TURNLIGHT = [sys.executable, "-m", "app"]

@@ -18,9 +18,10 @@ from app.core.base.paths import resources
 from app.core.hdr.camera_table import camera_facts
 from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import plan
-from app.core.simulation.bracket_maker import meter, write_bracket
-from app.core.simulation.cameras import THETA_V
 from app.core.solver.environment import read_environment, reduce
+from app.devices.simulated.cameras import THETA_V
+from app.devices.simulated.sensor import meter
+from benchmarks.brackets import write_bracket
 
 EV100 = 9.0
 

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from app.devices.clock import Clock, ScaledClock, SystemClock
+from app.devices.clock import Clock, SystemClock
 from app.devices.errors import PasswordNeeded
 from app.devices.mailbox import Mailbox
 from app.devices.profiles import profile_named
@@ -28,6 +28,7 @@ from app.devices.theta.preview import (
     decode,
     opened_preview,
 )
+from tests.helpers.scaled_clock import ScaledClock
 
 SHAPE = (64, 128)
 

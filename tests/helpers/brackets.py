@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.paths import resources
-from app.core.simulation.bracket_maker import meter
-from app.core.simulation.cameras import GENERIC
-from app.core.simulation.curves import SRGB, Curve
 from app.core.solver.environment import read_environment
+from app.devices.simulated.cameras import GENERIC
+from app.devices.simulated.sensor import meter
+from benchmarks.camera_curves import SRGB, Curve
 
 Float = NDArray[np.float64]
 Bytes = NDArray[np.uint8]

@@ -15,13 +15,13 @@ from app.core.solver.style_pack import StylePack, load_named_pack
 from app.devices.capture.machine import Capture, CaptureResult
 from app.devices.capture.session import Session
 from app.devices.clock import VirtualClock
-from app.devices.simulated.adapter import CameraAdapter
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.personality import Personality, personality_named
 from app.devices.simulated.scene import Scene
 from app.devices.theta.client import OscClient
 from app.devices.theta.endpoint import Endpoint
 from app.devices.theta.link import Credentials, Link
+from tests.helpers.camera_adapter import CameraAdapter
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence

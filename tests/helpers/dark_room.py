@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from app.core.base.sphere import directions, rotation
 from app.core.hdr.frame import Exposure
-from app.core.simulation.bracket_maker import write_bracket
-from app.core.simulation.cameras import CAMERAS, GENERIC, CameraModel
 from app.core.solver.environment import reduce_radiance
+from app.devices.simulated.cameras import CAMERAS, GENERIC, CameraModel
+from benchmarks.brackets import write_bracket
 
 Float32 = NDArray[np.float32]
 Bool = NDArray[np.bool_]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.colour import srgb_encode
-from app.core.simulation.exif import Tags, exif_segment, with_segments
+from app.devices.simulated.exif import Tags, exif_segment, with_segments
 
 Float = NDArray[np.float32]
 Bytes = NDArray[np.uint8]

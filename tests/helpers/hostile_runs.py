@@ -359,7 +359,9 @@ def serve() -> None:
         "cv2",
         "app.export.result_sheet",
         "app.core.hdr.pipeline",
-        "app.core.evaluation.report.page",
+        "benchmarks.evaluation.command",
+        "benchmarks.evaluation.report.page",
+        "benchmarks.timing.command",
     ):
         importlib.import_module(name)
     answers = os.fdopen(os.dup(1), "w")

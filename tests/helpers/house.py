@@ -1,4 +1,4 @@
-"""Counts the program's own source: lines, modules, docstrings, and who imports whom."""
+"""Counts the program's own source: lines, modules, docstrings, and what imports what."""
 
 from __future__ import annotations
 
@@ -7,8 +7,12 @@ import io
 import tokenize
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-__all__ = ["House", "counted"]
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+__all__ = ["House", "counted", "libraries", "unreached"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +60,31 @@ def counted(package: Path) -> House:
         if file.name != "__init__.py" and _only_at_home(name, imports)
     )
     return House(lines, len(files), code, docstrings, single, _circles(imports))
+
+
+def libraries(package: Path) -> frozenset[str]:
+    """Return the top-level names that a package imports, inside functions and for types too."""
+    found: set[str] = set()
+    for file in package.rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                found.update(alias.name.partition(".")[0] for alias in node.names)
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                found.add(node.module.partition(".")[0])
+    return frozenset(found)
+
+
+def unreached(package: Path, entries: Iterable[str]) -> frozenset[str]:
+    """Return the modules that no chain of imports leads to from some entry modules."""
+    files = {_name(package, file): file for file in package.rglob("*.py")}
+    imports: dict[str, set[str]] = {}
+    for name, file in files.items():
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        # An import runs the packages around a module first.
+        around = {name.rsplit(".", up)[0] for up in range(1, name.count(".") + 1)}
+        imports[name] = _imported(tree, name, file.name == "__init__.py", set(files)) | around
+    imports[""] = set(entries)
+    return frozenset(files) - _reached("", imports)
 
 
 def _name(package: Path, file: Path) -> str:

@@ -11,10 +11,10 @@ from app.core.base.progress import Token
 from app.core.solver.style_pack import load_named_pack
 from app.devices.capture.machine import Capture
 from app.devices.capture.session import Session
-from app.devices.clock import ScaledClock
 from app.devices.theta.client import OscClient
 from app.devices.theta.endpoint import Endpoint
 from app.devices.theta.link import Link
+from tests.helpers.scaled_clock import ScaledClock
 
 
 def capture_into(url: str, folder: Path, speed: float, home: Path, told: Connection) -> None:

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from app.core.simulation.exposure_maker import jpeg
+from app.devices.simulated.exposure_maker import jpeg
 
 __all__ = ["Answer", "LiveServer", "head", "jpegs", "part", "stream"]
 

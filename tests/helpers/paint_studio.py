@@ -16,9 +16,10 @@ from app.core.solver.place_light import PlaceLight, prepare
 from app.devices.clock import VirtualClock
 from app.ui.presenters.model import Head, Model, Step
 from app.ui.presenters.place_controller import PlaceController
-from app.ui.presenters.services import Folders, ImmediateRunner, Services
+from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo import UndoStack
 from app.ui.screens.paint.presenter import PaintPresenter
+from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
 from tests.helpers.told import Told
 

@@ -15,7 +15,6 @@ from app.core.solver.environment import from_radiance
 from app.core.solver.place_light import prepare
 from app.core.storage.places import Place
 from app.devices.errors import Unreachable
-from app.devices.simulated.adapter import CameraAdapter
 from app.devices.theta.discovery import Discovery
 from app.devices.theta.endpoint import Endpoint
 from app.devices.theta.found import FoundCamera, described
@@ -26,6 +25,7 @@ from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo import UndoStack
 from app.ui.screens.probe.presenter import ProbePresenter
+from tests.helpers.camera_adapter import CameraAdapter
 from tests.helpers.cameras import Rig
 from tests.helpers.probes import place as lit_place
 from tests.helpers.told import Told

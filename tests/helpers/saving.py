@@ -45,11 +45,11 @@ def save(kind: str, number: str) -> int:
 def bench_into(folder: str) -> int:
     """``turnlight bench -o`` without its minutes of measuring."""
     from app.cli import main
-    from app.commands import bench
-    from app.core.bench.run import Bench
+    from benchmarks.timing import command
+    from benchmarks.timing.run import Bench
 
     machine = {"cores": 1, "words": "x" * 9000}
-    with patch.object(bench, "run_all", lambda *_, **__: Bench((), 1e9, (), machine)):
+    with patch.object(command, "run_all", lambda *_, **__: Bench((), 1e9, (), machine)):
         return main(["bench", "-o", folder])
 
 
@@ -57,7 +57,7 @@ def capture_from(url: str, speed: str) -> int:
     """``turnlight capture`` into the folder "session", so many times as fast as in life."""
     from app.cli import main
     from app.commands import capture
-    from app.devices.clock import ScaledClock
+    from tests.helpers.scaled_clock import ScaledClock
 
     with patch.object(capture, "SystemClock", lambda: ScaledClock(float(speed))):
         return main(["capture", "--camera", url, "-o", "session"])

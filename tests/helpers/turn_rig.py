@@ -27,11 +27,12 @@ from app.devices.mailbox import Mailbox
 from app.devices.webcam import WebcamError, WebcamFrame, WebcamState
 from app.ui.presenters.model import Head, Model, Step
 from app.ui.presenters.place_controller import PlaceController
-from app.ui.presenters.services import Folders, ImmediateRunner, Services
+from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo import UndoStack
 from app.ui.screens.turn import heading_tracker
 from app.ui.screens.turn.presenter import TurnPresenter
 from app.ui.screens.turn.state import TurnState, TurnView
+from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
 
 __all__ = [

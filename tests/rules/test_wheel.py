@@ -21,7 +21,7 @@ pytestmark = pytest.mark.slow
 
 
 def call(
-    *command: str | Path, cwd: Path, extra: dict[str, str] | None = None
+    *command: str | Path, cwd: Path, extra: dict[str, str] | None = None, code: int = 0
 ) -> subprocess.CompletedProcess[str]:
     # Nothing of this run's own paths may help the installed program.
     env = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
@@ -34,7 +34,7 @@ def call(
         timeout=280,
         check=False,
     )
-    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.returncode == code, done.stdout + done.stderr
     return done
 
 
@@ -92,7 +92,8 @@ def test_wheel_holds_package_and_resources(wheel: Path) -> None:
     extra = {name for name in names - expected if not name.startswith("turnlight-")}
     # What is new and not yet under version control; no leavings of a run.
     assert not [name for name in extra if name.endswith((".pyc", ".part", ".tmp"))]
-    assert not [name for name in names if name.startswith(("tests/", "resources/", "docs/"))]
+    elsewhere = ("tests/", "resources/", "docs/", "benchmarks/")
+    assert not [name for name in names if name.startswith(elsewhere)]
 
 
 def on_disk() -> list[str]:
@@ -136,6 +137,21 @@ def test_installed_program_works_elsewhere(installed: Path, tmp_path: Path) -> N
     assert set(answers) == {style["name"] for style in styles}
     assert any(answer["attainable"] for answer in answers.values())
     assert (tmp_path / "sheet.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("words", [["bench"], ["bench", "--help"], ["evaluate", "-o", "a.html"]])
+def test_instruments_need_a_clone(installed: Path, tmp_path: Path, words: list[str]) -> None:
+    turnlight = installed / ("turnlight.exe" if os.name == "nt" else "turnlight")
+    # Another package of that name, where Python would find it.
+    (tmp_path / "benchmarks").mkdir()
+    (tmp_path / "benchmarks" / "__init__.py").write_text("raise SystemExit('the wrong one')\n")
+    done = call(turnlight, *words, cwd=tmp_path, extra={"PYTHONPATH": "."}, code=2)
+    assert done.stdout == ""
+    assert done.stderr == (
+        f"turnlight: '{words[0]}' is not part of the installed program. "
+        f"Clone Turnlight's source and run 'python3 run.py {words[0]}' in it.\n"
+    )
+    assert f"\n    {words[0]} " in call(turnlight, "--help", cwd=tmp_path).stdout
 
 
 @pytest.mark.parametrize("path", [None, ".", "trailing"])

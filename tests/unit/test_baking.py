@@ -119,7 +119,8 @@ class TestWithMitsuba:
 
         from app.core.baking.exposure import vertex_points
         from app.core.baking.scene import build_scene, frame_head, load_head
-        from app.core.baking.walk import scene_tables, trace_plainly
+        from app.core.baking.walk import scene_tables
+        from benchmarks.plain_walk import trace_plainly
 
         head = load_head("sphere", write_obj(tmp_path / "s.obj", *sphere()), None)
         # A thin medium: in a dense one some walks never come out of the middle of the sphere.
@@ -141,7 +142,8 @@ class TestWithMitsuba:
         from app.core.baking.bake import Quality, bake
         from app.core.baking.exposure import vertex_points
         from app.core.baking.scene import build_scene, frame_head, load_head
-        from app.core.baking.walk import scene_tables, trace_plainly
+        from app.core.baking.walk import scene_tables
+        from benchmarks.plain_walk import trace_plainly
 
         head = load_head("generic", HEADS / "generic.ply", HEADS / "generic-eyes.ply")
         skin = find_skin("medium")

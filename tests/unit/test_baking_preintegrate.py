@@ -11,13 +11,13 @@ pytest.importorskip("mitsuba")
 
 from app.core.baking.backend import select_variant
 from app.core.baking.bake import Quality, bake
-from app.core.baking.preintegrate import Effort, Preintegrated, preintegrate_styles
 from app.core.baking.scene import load_head
 from app.core.baking.skin import find_skin
 from app.core.base.errors import BakeError, Cancelled
 from app.core.base.progress import Token
 from app.core.solver.style_pack_build import build_pack
 from app.core.solver.styles import load_styles
+from benchmarks.evaluation.preintegrate import Effort, Preintegrated, preintegrate_styles
 from tests.helpers.meshes import sphere, write_obj
 
 SHAPE = (8, 16)

@@ -14,8 +14,9 @@ from app.commands import render as command
 from app.core.base import colour
 from app.core.base.errors import CoreError, EnvironmentFileError, TransportError
 from app.core.base.images import write_exr
-from app.core.solver.environment import reduce_radiance, rotate
+from app.core.solver.environment import reduce_radiance
 from app.core.solver.transport import Transport, load_named, render, to_image
+from benchmarks.stock import rotate
 from tests.helpers.synthetic import lambert_sphere_transport
 
 

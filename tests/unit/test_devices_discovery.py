@@ -22,7 +22,6 @@ from app.devices.errors import (
     PasswordNeeded,
     Unreachable,
 )
-from app.devices.simulated.adapter import CameraAdapter
 from app.devices.simulated.server import CameraServer
 from app.devices.theta.discovery import (
     Discovery,
@@ -34,6 +33,7 @@ from app.devices.theta.endpoint import ACCESS_POINT, Endpoint
 from app.devices.theta.found import Advert, described, is_near, merged, remember
 from app.devices.theta.link import Link, Timeouts
 from app.devices.theta.messages import Info
+from tests.helpers.camera_adapter import CameraAdapter
 from tests.helpers.simulated import Talker
 
 Answer = dict[str, Any] | Exception

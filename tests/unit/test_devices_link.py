@@ -16,7 +16,7 @@ import pytest
 import requests
 from requests.adapters import HTTPAdapter
 
-from app.devices.clock import Clock, ScaledClock, SystemClock, VirtualClock
+from app.devices.clock import Clock, SystemClock, VirtualClock
 from app.devices.errors import (
     BadReply,
     CameraRefused,
@@ -31,6 +31,7 @@ from app.devices.theta.endpoint import Endpoint
 from app.devices.theta.link import Credentials, Link, Timeouts
 from app.devices.theta.untrusted import MAX_BYTES
 from tests.helpers.osc_wire import INFO, REFUSED, STATE, Rig, http
+from tests.helpers.scaled_clock import ScaledClock
 
 PATH = "/osc/info"
 KEYS = Credentials("THETAYN10020030", "10020030")

@@ -7,9 +7,9 @@ import time
 import numpy as np
 import pytest
 
-from app.core.simulation.exif import with_segments
-from app.core.simulation.exposure_maker import jpeg
 from app.devices.mjpeg import MAX_FRAME_BYTES, MjpegParser, boundary_of, jpeg_size
+from app.devices.simulated.exif import with_segments
+from app.devices.simulated.exposure_maker import jpeg
 
 RICOH = "---osclivepreview---"
 

@@ -13,12 +13,13 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.simulation.exif import with_segments
-from app.core.simulation.exposure_maker import jpeg
-from app.devices.clock import ScaledClock, VirtualClock
+from app.devices.clock import VirtualClock
 from app.devices.errors import BadReply, CameraRefused, DeviceError, PasswordNeeded, Unreachable
 from app.devices.mailbox import Mailbox
+from app.devices.simulated.exif import with_segments
+from app.devices.simulated.exposure_maker import jpeg
 from app.devices.theta.preview import PreviewFrame, PreviewState, PreviewStream, decode
+from tests.helpers.scaled_clock import ScaledClock
 
 RICOH = "---osclivepreview---"
 SPEED = 50.0

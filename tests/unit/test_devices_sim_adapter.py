@@ -10,9 +10,9 @@ import requests
 from requests.auth import HTTPDigestAuth
 
 from app.devices.clock import VirtualClock
-from app.devices.simulated.adapter import CameraAdapter
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.exchange import NO_ANSWER, Drop, Pause, Piece, Reply, Request
+from tests.helpers.camera_adapter import CameraAdapter
 from tests.helpers.simulated import QUICK, room
 
 AT = "http://192.168.1.1"

@@ -12,10 +12,10 @@ import pytest
 
 from app.core.hdr.camera_table import camera_facts
 from app.core.hdr.makernote import read_ricoh_note
-from app.devices.clock import ScaledClock
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.exchange import NO_ANSWER_S, Pause, Request
 from app.devices.simulated.personality import PERSONALITIES, Personality, personality_named
+from tests.helpers.scaled_clock import ScaledClock
 from tests.helpers.simulated import JSON, QUICK, Talker, bracket, content, path_of, room
 
 ALL = [pytest.param(person, id=person.name) for person in PERSONALITIES]

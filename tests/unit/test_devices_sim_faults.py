@@ -9,9 +9,22 @@ from typing import Any
 import pytest
 
 from app.devices.simulated.exchange import NO_ANSWER_S, Drop, Reply
-from app.devices.simulated.faults import FAULTS, LASTING, Faults, faults_named
+from app.devices.simulated.faults import FAULTS, Faults, faults_named
 from app.devices.simulated.personality import PERSONALITIES, personality_named
 from tests.helpers.simulated import Talker, bracket, content, path_of
+
+LASTING = frozenset(
+    {
+        "401",
+        "storage-full",
+        "battery-low",
+        "overheating",
+        "unequal-lens-iso",
+        "never-done",
+        "404-router-in-place-of-the-camera",
+    }
+)
+"""Those that do not go away by themselves."""
 
 SEEDS = range(8)
 TIMES = (0.01666666, 0.06666666, 0.004)

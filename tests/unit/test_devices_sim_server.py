@@ -12,9 +12,9 @@ from collections.abc import Callable, Iterable, Iterator
 import pytest
 import requests
 
-from app.devices.clock import ScaledClock
 from app.devices.simulated.exchange import Drop, Pause, Piece, Reply, Request
 from app.devices.simulated.server import MAX_BODY_BYTES, CameraServer
+from tests.helpers.scaled_clock import ScaledClock
 
 JSON = ("Content-Type", "application/json")
 

@@ -19,12 +19,12 @@ from app.core.base.errors import Cancelled
 from app.core.base.files import open_file
 from app.core.base.progress import Token
 from app.core.hdr.frame import Exposure
-from app.core.simulation.bracket_maker import write_bracket
-from app.core.simulation.cameras import THETA_V, THETA_Z1, CameraModel
 from app.devices.capture import file_integrity, watch
 from app.devices.capture.watch import IncomingBracket, WatchedFolder
 from app.devices.clock import VirtualClock
 from app.devices.errors import CaptureFailed, Unreachable
+from app.devices.simulated.cameras import THETA_V, THETA_Z1, CameraModel
+from benchmarks.brackets import write_bracket
 
 LIGHT = np.full((16, 32, 3), 200.0, np.float32)
 SHUTTERS = (1 / 60, 1 / 15, 1 / 250)

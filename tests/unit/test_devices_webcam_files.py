@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.devices.clock import ScaledClock, VirtualClock
+from app.devices.clock import VirtualClock
 from app.devices.webcam import WebcamError, WebcamState
 from app.devices.webcam.files import (
     EVERY_S,
@@ -26,6 +26,7 @@ from app.devices.webcam.files import (
     stills_in,
 )
 from app.devices.webcam.opencv import open_url
+from tests.helpers.scaled_clock import ScaledClock
 
 Bytes = NDArray[np.uint8]
 PATIENCE_S: Final = 15.0

@@ -17,13 +17,14 @@ from typing import Final
 import numpy as np
 import pytest
 
-from app.devices.clock import ScaledClock, SystemClock
+from app.devices.clock import SystemClock
 from app.devices.mjpeg import MAX_FRAME_BYTES
 from app.devices.passwords import Credentials
 from app.devices.webcam import WebcamError, WebcamState
 from app.devices.webcam.network import MjpegWebcam, _Stream, no_keys
 from app.devices.webcam.wire import CONNECT_S, Address, Wire, unreachable
 from tests.helpers.live_server import Answer, LiveServer, head, jpegs, part, stream
+from tests.helpers.scaled_clock import ScaledClock
 
 PICTURES: Final = jpegs(4)
 PATIENCE_S: Final = 10.0

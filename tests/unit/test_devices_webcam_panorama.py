@@ -12,10 +12,11 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.localization.views import Lens, look
-from app.devices.clock import ScaledClock, VirtualClock
+from app.devices.clock import VirtualClock
 from app.devices.webcam import PanoramaWebcam, WebcamError, WebcamState
 from app.devices.webcam.simulated import PANORAMA_FPS, PanoramaPlace, SimulatedSource
 from tests.helpers.demo_place import demo_panorama
+from tests.helpers.scaled_clock import ScaledClock
 
 Bytes = NDArray[np.uint8]
 SIZE: Final = (320, 180)

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 import pytest
 
-from app.devices.clock import ScaledClock, SystemClock, VirtualClock
+from app.devices.clock import SystemClock, VirtualClock
 from app.devices.passwords import Credentials
 from app.devices.webcam import WebcamError, WebcamState
 from app.devices.webcam.network import RtspWebcam, _RtspStream, no_keys
@@ -25,6 +25,7 @@ from app.devices.webcam.opencv import OPEN_S, open_url
 from app.devices.webcam.wire import Address
 from tests.helpers.live_server import Answer, LiveServer
 from tests.helpers.rtsp_server import RtspServer
+from tests.helpers.scaled_clock import ScaledClock
 
 KEYS: Final = Credentials("an/na", "pa@ss")
 

@@ -17,11 +17,12 @@ from app.core.base.angles import difference
 from app.core.base.paths import resources
 from app.core.localization.heading import build_index, find_heading
 from app.core.localization.heading_conversion import turn_of_heading
-from app.devices.clock import ScaledClock, VirtualClock
+from app.devices.clock import VirtualClock
 from app.devices.webcam import SimulatedWebcam, WebcamError, WebcamFrame, WebcamState
 from app.devices.webcam.demo_views import DemoViews
 from app.devices.webcam.simulated import FOV_DEG, FPS, DemoLocation, SimulatedSource
 from tests.helpers.demo_place import demo_panorama
+from tests.helpers.scaled_clock import ScaledClock
 
 Bytes = NDArray[np.uint8]
 VIEWS: Final = resources() / "demo" / "location" / "views"

@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 
 from app.core.base.errors import EnvironmentFileError
 from app.core.solver import environment as env
+from benchmarks.stock import rotate
+from tests.helpers.people import mean_luminance
 
 SIZES = st.sampled_from([(1, 2), (3, 6), (5, 10), (16, 32), (32, 64), (37, 74), (50, 100)])
 
@@ -86,9 +88,7 @@ def test_own_size_is_kept_to_the_bit() -> None:
 def test_turning_by_whole_texels_is_a_rotation(columns: int) -> None:
     radiance = some_radiance((48, 96))
     turned = env.reduce_radiance(radiance, turn_deg=columns * 5.625)
-    np.testing.assert_allclose(
-        turned, env.rotate(env.reduce_radiance(radiance), columns), rtol=2e-6
-    )
+    np.testing.assert_allclose(turned, rotate(env.reduce_radiance(radiance), columns), rtol=2e-6)
 
 
 def test_turn_brings_the_faced_azimuth_to_the_centre() -> None:
@@ -102,7 +102,7 @@ def test_turn_brings_the_faced_azimuth_to_the_centre() -> None:
 def test_any_turn_is_the_limit_of_fine_rotations() -> None:
     # 33.3 degrees of 3600 columns are 333 of them: the exact answer by rolling, then reducing.
     radiance = some_radiance((8, 3600))[:, :, :1]
-    rolled = env.reduce_radiance(env.rotate(radiance, 333), (8, 16))
+    rolled = env.reduce_radiance(rotate(radiance, 333), (8, 16))
     np.testing.assert_allclose(env.reduce_radiance(radiance, (8, 16), 33.3), rolled, rtol=2e-6)
 
 
@@ -191,7 +191,7 @@ def test_arrays_of_another_shape_are_refused(shape: tuple[int, ...]) -> None:
 def test_mean_luminance_weighs_by_solid_angle() -> None:
     radiance = np.zeros((2, 4, 3), np.float32)
     radiance[0] = 2.0
-    assert env.mean_luminance(radiance) == pytest.approx(1.0, rel=1e-6)
+    assert mean_luminance(radiance) == pytest.approx(1.0, rel=1e-6)
 
 
 def test_the_largest_float_does_not_overflow() -> None:

@@ -10,13 +10,15 @@ import pytest
 
 from app.core.base.errors import CoreError, EnvironmentFileError, TransportError
 from app.core.base.paths import resources
-from app.core.evaluation.certainty import Certainty, caution, load_certainty, save_certainty
-from app.core.evaluation.differences import best_turns, change, has_rival
-from app.core.evaluation.evaluate import block_sums, quality_at_turns
-from app.core.evaluation.heads import Answers, spread
-from app.core.evaluation.offsets import Offsets, load_offsets, save_offsets
-from app.core.evaluation.scenes import default_scenes, find_scenes, read_scenes
-from app.core.evaluation.tables import (
+from app.core.solver.certainty import Certainty, caution, load_certainty
+from app.core.solver.styles import load_styles
+from benchmarks.evaluation.differences import best_turns, change, has_rival
+from benchmarks.evaluation.evaluate import PICTURES, block_sums, quality_at_turns
+from benchmarks.evaluation.heads import Answers, spread
+from benchmarks.evaluation.offsets import Offsets, load_offsets, save_offsets
+from benchmarks.evaluation.report.numbers import save_certainty
+from benchmarks.evaluation.scenes import default_scenes, find_scenes, read_scenes
+from benchmarks.evaluation.tables import (
     TableNote,
     Tables,
     load_tables,
@@ -24,7 +26,6 @@ from app.core.evaluation.tables import (
     styles_digest,
     tables_path,
 )
-from app.core.solver.styles import load_styles
 from tests.helpers.hostile_files import write_picture
 
 TURNS = np.arange(64) * 360.0 / 64
@@ -222,8 +223,9 @@ def test_scenes_are_found_or_refused(tmp_path: Path, monkeypatch: pytest.MonkeyP
         find_scenes(beside)
 
 
-def test_tables_lie_among_the_programs_own_files() -> None:
-    assert tables_path() == resources() / "evaluation" / "tables.npz"
+def test_tables_lie_beside_their_module(tmp_path: Path) -> None:
+    assert load_tables(tables_path()).pictures == PICTURES
+    assert tables_path(tmp_path) == tmp_path / "tables.npz"
 
 
 def test_one_bad_panorama_is_left_out_and_named(tmp_path: Path) -> None:

@@ -18,10 +18,11 @@ from app.core.hdr.decoding import MemoryRows
 from app.core.hdr.frame import Exposure, Frame
 from app.core.hdr.metadata import read_header
 from app.core.hdr.pipeline import MergeOptions, Probe, measure, rehearse
-from app.core.simulation.bracket_maker import meter, write_bracket
-from app.core.simulation.cameras import THETA_V
 from app.core.solver.environment import read_environment
 from app.core.solver.style_pack import StylePack, load_named_pack
+from app.devices.simulated.cameras import THETA_V
+from app.devices.simulated.sensor import meter
+from benchmarks.brackets import write_bracket
 
 SHAPE = (256, 512)
 

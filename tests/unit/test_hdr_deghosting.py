@@ -22,14 +22,14 @@ from app.core.hdr.frame import Exposure
 from app.core.hdr.merge import merge
 from app.core.hdr.pixels import open_frames, proxy_shape
 from app.core.hdr.response import srgb_response
-from app.core.simulation.bracket_maker import meter
-from app.core.simulation.cameras import camera_named
-from app.core.simulation.curves import curve_named
-from app.core.simulation.exposure_maker import develop, jpeg
-from app.core.simulation.people import with_person
-from app.core.solver.environment import mean_luminance, read_environment, reduce_radiance
+from app.core.solver.environment import read_environment, reduce_radiance
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
+from app.devices.simulated.cameras import camera_named
+from app.devices.simulated.exposure_maker import develop, jpeg
+from app.devices.simulated.sensor import meter
+from benchmarks.camera_curves import curve_named
+from tests.helpers.people import mean_luminance, with_person
 from tests.helpers.quick import quick_first
 
 SCENES = ["city", "courtyard", "forest", "interior", "night", "studio", "sunrise", "sunset"]

@@ -23,10 +23,11 @@ from app.core.hdr.half_size import anchors
 from app.core.hdr.merge import merge
 from app.core.hdr.pipeline import measure
 from app.core.hdr.pixels import FrameStack, open_frames
-from app.core.simulation.bracket_maker import make_bracket, meter, write_bracket
-from app.core.simulation.cameras import THETA_V
 from app.core.solver.environment import read_environment, reduce_radiance
 from app.core.solver.style_pack import load_named_pack
+from app.devices.simulated.cameras import THETA_V
+from app.devices.simulated.sensor import meter
+from benchmarks.brackets import make_bracket, write_bracket
 from tests.helpers.quick import quick_first
 
 CURVE = SimpleNamespace(

@@ -12,7 +12,8 @@ from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.hdr.finish import apply_gains
 from app.core.hdr.lights import MAX_LIGHTS, Light, find_lights, light_grid, upsampled
-from app.core.solver.environment import energy, read_environment, rotate
+from app.core.solver.environment import energy, read_environment
+from benchmarks.stock import rotate
 from tests.helpers.probes import clip, place
 
 SCENES = Path(__file__).resolve().parents[2] / "resources" / "demo" / "scenes"

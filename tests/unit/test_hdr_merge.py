@@ -21,10 +21,10 @@ from app.core.hdr.frame import Bracket, Exposure, Frame, Merged
 from app.core.hdr.merge import merge
 from app.core.hdr.pixels import FrameStack, open_frames
 from app.core.hdr.weighting import Scheme
-from app.core.simulation.bracket_maker import make_bracket, meter
-from app.core.simulation.cameras import GENERIC
-from app.core.simulation.view import enlarged
 from app.core.solver.environment import energy, read_environment, reduce_radiance
+from app.devices.simulated.cameras import GENERIC
+from app.devices.simulated.sensor import meter
+from benchmarks.brackets import enlarged, make_bracket
 
 SRGB = SimpleNamespace(
     table=np.repeat(srgb_decode(np.arange(256) / 255.0).astype(np.float64)[None], 3, axis=0)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from app.core.base.errors import ProbeError
 from app.core.hdr.exposures import metered_exposure
 from app.core.hdr.frame import Exposure, LensExposure, Pose
-from app.core.hdr.metadata import read_frame, read_header
+from app.core.hdr.metadata import read_header
 from tests.helpers.exif_bytes import (
     RATIONAL,
     SHORT,
@@ -27,6 +27,7 @@ from tests.helpers.exif_bytes import (
     tagged,
     text,
 )
+from tests.helpers.frames import read_frame
 from tests.helpers.shared import SHARED, needs_shared
 
 MODEL = 0x0110

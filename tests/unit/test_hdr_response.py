@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import cv2
@@ -10,13 +11,15 @@ import pytest
 from numpy.typing import NDArray
 
 from app.core.base.colour import srgb_decode
+from app.core.hdr.brightness_transfer import match_codes
 from app.core.hdr.response import (
     ResponseChoice,
-    check_steps,
     choose_response,
     srgb_response,
 )
-from app.core.simulation.curves import CURVES, FILMIC, GAMMA_18, GAMMA_22, GAMMA_26, SRGB, Curve
+from app.core.hdr.response_recovery import srgb_table
+from app.core.hdr.steps import StepCheck, check_matches, reach
+from benchmarks.camera_curves import CURVES, FILMIC, GAMMA_18, GAMMA_22, GAMMA_26, SRGB, Curve
 from tests.helpers.brackets import (
     FULL,
     PAPER,
@@ -34,6 +37,12 @@ OTHERS = [curve for curve in CURVES if curve is not SRGB]
 SIGMOID = Curve("sigmoid", lambda x: 0.2 * SRGB.encode(x) + 0.8 * _smooth(SRGB.encode(x)))
 REINHARD = Curve("reinhard", lambda x: SRGB.encode(4.0 * x / (1.0 + 3.0 * x)))
 DEEP_LOG = Curve("deep-log", lambda x: np.log1p(1000.0 * x) / np.log1p(1000.0))
+
+
+def check_steps(samples: NDArray[Any], stops: Sequence[float], table: Any = None) -> StepCheck:
+    """Measure the steps between the frames of a bracket, by sRGB when no table is given."""
+    matches = match_codes(samples, stops, reach(stops))
+    return check_matches(matches, stops, srgb_table() if table is None else table)
 
 
 def _smooth(value: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -15,11 +15,12 @@ from app.core.hdr.frame import Exposure
 from app.core.hdr.pipeline import measure
 from app.core.hdr.planner import plan
 from app.core.hdr.rough import rough_environment
-from app.core.simulation.bracket_maker import meter, write_bracket
-from app.core.simulation.cameras import THETA_V
 from app.core.solver.environment import Environment, read_environment, reduce
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack
+from app.devices.simulated.cameras import THETA_V
+from app.devices.simulated.sensor import meter
+from benchmarks.brackets import write_bracket
 
 
 @lru_cache

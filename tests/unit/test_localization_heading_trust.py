@@ -30,8 +30,8 @@ from app.core.localization.heading import (
 from app.core.localization.picture_file import read_shown_panorama
 from app.core.localization.rotation import Outlook, fit
 from app.core.localization.views import Lens, look
-from app.core.simulation.scene_files import probe_environment
-from app.core.simulation.scene_views import SceneViews, Stand
+from benchmarks.scripted_turn.scene_files import probe_environment
+from benchmarks.scripted_turn.scene_views import SceneViews, Stand
 from tests.helpers.demo_place import demo_panorama
 
 Bytes = NDArray[np.uint8]

@@ -21,10 +21,10 @@ from app.core.painting import (
 from app.core.painting.canvas import Canvas, weights_of
 from app.core.painting.stroke import Stroke
 from app.core.solver.relighting_cache import light_table
-from app.core.solver.solve import solve_painted
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.styles import load_styles
 from app.core.solver.transport import load_named
+from tests.helpers.painted import solve_painted
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment
 
 GENERIC, PACK = load_named("generic"), load_named_pack("generic")

@@ -23,9 +23,9 @@ from app.core.painting import (
 )
 from app.core.painting.canvas import head_values
 from app.core.solver.relighting_cache import LightTable, light_table
-from app.core.solver.solve import solve_painted
 from app.core.solver.transport import load_named, render, to_image
 from app.core.solver.weights import painted
+from tests.helpers.painted import solve_painted
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment
 
 TRANSPORT = lambert_sphere_transport()

@@ -8,11 +8,12 @@ import pytest
 from app.core.base.errors import StyleError
 from app.core.painting import PaintSession, blank, canvas_size, from_style, from_weights
 from app.core.painting.canvas import head_values, make_canvas, resized, weights_of
-from app.core.solver.solve import solve_all, solve_painted
+from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.styles import NAMES
 from app.core.solver.transport import load_named
 from app.core.solver.weights import target_weights
+from tests.helpers.painted import solve_painted
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment, synthetic_pack
 
 GENERIC, PACK = load_named("generic"), load_named_pack("generic")

@@ -12,8 +12,8 @@ from app.core.base.errors import Cancelled, CoreError
 from app.ui.presenters.event import Event
 from app.ui.presenters.input_sorting import sort_out
 from app.ui.presenters.model import Model, Step
-from app.ui.presenters.services import ImmediateRunner
 from app.ui.presenters.undo import Undoable, UndoStack
+from tests.helpers.immediate_runner import ImmediateRunner
 
 
 def test_event_tells_everybody_once_and_in_order() -> None:

@@ -13,8 +13,8 @@ from app.core.base.paths import resources
 from app.core.second_light.scale import stated_white
 from app.core.storage.places import PlaceSummary, create_place, list_places
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
-from app.ui.presenters.services import ImmediateRunner
 from app.ui.screens.light.presenter import LightPresenter
+from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.styles_screen import HoldingRunner, Table, on_time, scene_light
 
 SCENE = resources() / "demo" / "scenes" / "studio.exr"

@@ -24,8 +24,8 @@ from app.ui.presenters.disk_words import disk_words
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import PlacesListPresenter
-from app.ui.presenters.services import ImmediateRunner
 from app.ui.presenters.unfinished import unfinished
+from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.styles_screen import HoldingRunner, Table, on_time
 
 SCENE = resources() / "demo" / "scenes" / "studio.exr"
@@ -285,7 +285,7 @@ from pathlib import Path
 sys.path[:0] = [{root!r}]
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 from tests.helpers.styles_screen import Table, on_time
-from app.ui.presenters.services import ImmediateRunner
+from tests.helpers.immediate_runner import ImmediateRunner
 home = Path({home!r})
 table = on_time(Table(home, ImmediateRunner()))
 # A panorama of 64 x 128 floats takes 100 kB.

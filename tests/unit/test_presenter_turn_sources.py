@@ -16,10 +16,11 @@ from app.core.storage.settings import Settings
 from app.devices.clock import VirtualClock
 from app.devices.webcam import GUESS_FOV_DEG, LiveSource, WebcamError, WebcamState
 from app.ui.presenters.model import Model
-from app.ui.presenters.services import Folders, ImmediateRunner, Services
+from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo import UndoStack
 from app.ui.screens.turn.camera import LiveCamera
 from app.ui.screens.turn.sources import NO_WEBCAMS, SourcesPresenter, SourcesState, SourcesView
+from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.turn_rig import FakeWebcam
 
 PHONE = "http://10.0.0.7:8080/video"

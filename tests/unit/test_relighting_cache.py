@@ -12,9 +12,10 @@ from app.core.solver.relighting_cache import (
     painted_curves,
     table_picture,
 )
-from app.core.solver.solve import solve_on_table, solve_painted
+from app.core.solver.solve import solve_on_table
 from app.core.solver.transport import render
 from app.core.solver.weights import painted
+from tests.helpers.painted import solve_painted
 from tests.helpers.synthetic import lambert_sphere_transport
 
 TRANSPORT = lambert_sphere_transport()

@@ -13,7 +13,7 @@ import pytest
 
 from app.core.base.errors import CoreError
 from app.core.second_light.captured import CapturedLamp, make_lamp
-from app.core.second_light.comparable import at_distance, compare, with_lux
+from app.core.second_light.comparable import compare, with_lux
 from app.core.second_light.lamp_file import read_lamp_file
 from app.core.second_light.library import (
     add_lamp,
@@ -219,10 +219,3 @@ def test_a_meter_reading_gives_the_scale() -> None:
     for lux in (0.0, -1.0, float("nan"), 1e9):
         with pytest.raises(CoreError, match="no illuminance"):
             with_lux(lamp(), lux)
-
-
-def test_a_captured_lamp_holds_for_its_distance() -> None:
-    assert at_distance(lamp(), 0.152).distance_m == 0.15
-    with pytest.raises(CoreError, match=r"captured at 0\.15 m and holds for that distance only"):
-        at_distance(lamp(), 0.3)
-    assert at_distance(replace(lamp(), distance_m=None), 0.3).distance_m == 0.3

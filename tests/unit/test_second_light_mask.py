@@ -15,9 +15,9 @@ from app.core.hdr.masks import parse_mask
 from app.core.second_light.captured import make_lamp
 from app.core.second_light.dark_room import capture_lamp
 from app.core.second_light.mask import edit_mask, find_mask
-from app.core.simulation.cameras import camera_named
 from app.core.solver.environment import energy, read_environment, reduce_radiance
 from app.core.solver.style_pack import load_named_pack
+from app.devices.simulated.cameras import camera_named
 from tests.helpers.dark_room import Lamp, bracket, coverage, overlap, phone, room
 from tests.helpers.quick import quick_first
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from app.core.second_light.mask_brush import dab, stroke
+from app.core.second_light.mask_brush import stroke
 from app.core.solver.environment import energy
 
 SHAPE = (256, 512)
@@ -19,17 +19,17 @@ def cap_sr(radius_deg: float) -> float:
 
 @pytest.mark.parametrize("at", [(0.0, 0.0), (179.9, 10.0), (40.0, 60.0), (-90.0, -85.0)])
 def test_a_dab_covers_its_cap_wherever_it_lies(at: tuple[float, float]) -> None:
-    alpha = dab(np.zeros(SHAPE, np.float32), at, 6.0, True)
+    alpha = stroke(np.zeros(SHAPE, np.float32), (at,), 6.0, True)
     assert float(energy(alpha)) == pytest.approx(cap_sr(6.0), rel=0.03)
     assert alpha.min() >= 0.0
     assert alpha.max() == 1.0
 
 
 def test_what_is_set_can_be_cleared_and_nothing_else_changes() -> None:
-    lamp = dab(np.zeros(SHAPE, np.float32), (-60.0, 0.0), 8.0, True)
-    more = dab(lamp, (60.0, 0.0), 5.0, True)
+    lamp = stroke(np.zeros(SHAPE, np.float32), ((-60.0, 0.0),), 8.0, True)
+    more = stroke(lamp, ((60.0, 0.0),), 5.0, True)
     assert np.array_equal(more[:, :200], lamp[:, :200])
-    again = dab(more, (60.0, 0.0), 7.0, False)
+    again = stroke(more, ((60.0, 0.0),), 7.0, False)
     assert np.array_equal(again, lamp)
     assert float(lamp[:, 256:].sum()) == 0.0, "the first is as it was"
 
@@ -43,5 +43,5 @@ def test_a_stroke_leaves_no_gaps_and_goes_the_short_way_around() -> None:
 
 
 def test_the_smallest_brush_still_takes_a_texel() -> None:
-    alpha = dab(np.zeros(SHAPE, np.float32), (0.35, 0.35), 0.0, True)
+    alpha = stroke(np.zeros(SHAPE, np.float32), ((0.35, 0.35),), 0.0, True)
     assert alpha.max() > 0.9

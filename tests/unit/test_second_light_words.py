@@ -11,7 +11,6 @@ import pytest
 from app.core.base.errors import CoreError, EnvironmentFileError
 from app.core.base.images import write_exr, write_hdr
 from app.core.second_light.dimming import power_words, powers_of
-from app.core.second_light.greedy import compare
 from app.core.second_light.lamp_file import read_lamp_file
 from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.placements import COUNT, direction, placement
@@ -21,6 +20,7 @@ from app.core.second_light.search import place_all
 from app.core.second_light.search_kernel import Spot, best_spot, refine
 from app.core.second_light.words import metres, placement_words
 from app.core.solver.environment import solid_angles
+from benchmarks.second_light import compare
 from tests.helpers.second_light import captured, coloured_place, pack
 from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment
 
@@ -203,9 +203,9 @@ def test_the_report_of_greedy() -> None:
             place_all(pack(), transport, place, captured(), objective, greedy=way)
             for way in (False, True)
         )
-        report = compare(full, quick, objective)
-        assert len(report.pairs) == 18
-        for pair, one, other in zip(report.pairs, full, quick, strict=True):
+        pairs = compare(full, quick, objective)
+        assert len(pairs) == 18
+        for pair, one, other in zip(pairs, full, quick, strict=True):
             if pair.same:
                 assert pair.lost == 0.0
                 assert pair.turn_apart_deg == 0.0

@@ -18,9 +18,9 @@ from app.core.storage.settings import (
     Setting,
     Settings,
     SettingsError,
-    document,
     setting,
 )
+from tests.helpers.settings_page import document
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 IDS = [entry.key for entry in TABLE]

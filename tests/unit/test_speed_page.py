@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from app.core.bench.bars import BARS
+from benchmarks.timing.bars import BARS
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "benchmarks" / "results"

@@ -120,32 +120,3 @@ class Profile:
 
     def escaped(self, slot: Any, direction: Any, value: Any, active: Any) -> None:
         """Nothing to note."""
-
-
-@dataclass(frozen=True, slots=True)
-class Strays:
-    """Adds paths to the texel that they escape to."""
-
-    environment: tuple[int, int]
-    tally: Tally
-
-    def met(self, at: Meeting) -> None:
-        """Nothing to note."""
-
-    def escaped(self, slot: Any, direction: Any, value: Any, active: Any) -> None:
-        """See `Finder.escaped`."""
-        height, width = self.environment
-        texel = _texel_of(direction, self.environment)
-        self.tally.add(slot * (height * width) + texel, value, active)
-
-
-def _texel_of(direction: Any, environment: tuple[int, int]) -> Any:
-    """Texel that a direction in the head frame belongs to, at turn 0."""
-    import drjit as dr
-    import mitsuba as mi
-
-    height, width = environment
-    u = 0.5 + dr.atan2(-direction.x, direction.z) / dr.two_pi
-    v = dr.acos(dr.clip(direction.y, -1, 1)) / dr.pi
-    row = dr.minimum(mi.UInt32(v * height), height - 1)
-    return row * width + dr.minimum(mi.UInt32(u * width), width - 1)

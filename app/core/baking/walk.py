@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.baking.finders import PROFILE_BINS, Finder, Meeting, Profile, Shares, Strays
+from app.core.baking.finders import PROFILE_BINS, Finder, Meeting, Profile, Shares
 from app.core.baking.lanes import Table, Tally, Watch, negate, run_lanes, unwatched
 from app.core.baking.scene import MILLIMETRES_PER_UNIT, HeadMesh
 
@@ -31,10 +31,10 @@ __all__ = [
     "Gathered",
     "SceneTables",
     "fit_profile",
+    "follow",
     "lean_scale",
     "scene_tables",
     "trace_pixels",
-    "trace_plainly",
     "trace_profile",
 ]
 
@@ -121,7 +121,7 @@ def trace_pixels(
     """
     rows = len(pixels) * tables.points
     shares = Shares(tables, Tally(rows), Tally(rows * 3))
-    _follow(tables, pixels, paths, seed, shares, watch)
+    follow(tables, pixels, paths, seed, shares, watch)
     share = shares.share.sums(len(pixels), tables.points)
     lean = shares.lean.sums(len(pixels), tables.points, 3)
     share /= np.float32(paths)
@@ -144,35 +144,11 @@ def trace_profile(
         Any scale.
     """
     profile = Profile(Tally(PROFILE_BINS))
-    _follow(tables, pixels, paths, seed, profile, watch)
+    follow(tables, pixels, paths, seed, profile, watch)
     return profile.tally.sums(PROFILE_BINS)
 
 
-def trace_plainly(
-    tables: SceneTables,
-    pixels: NDArray[np.int32],
-    paths: int,
-    seed: int,
-    environment: tuple[int, int],
-) -> Float32:
-    """Transport of some pixels by plain backward path tracing: unbiased, and noisy.
-
-    The paths are those of `trace_pixels`; each adds its weight to the texel it escapes to. This is
-    the reference that the product form is tested against.
-
-    Returns
-    -------
-    (n, H * W, 3) float32
-    """
-    texels = environment[0] * environment[1]
-    strays = Strays(environment, Tally(len(pixels) * texels))
-    _follow(tables, pixels, paths, seed, strays, unwatched)
-    found = strays.tally.sums(len(pixels), texels)
-    found /= np.float32(paths)
-    return found
-
-
-def _follow(
+def follow(
     tables: SceneTables,
     pixels: NDArray[np.int32],
     paths: int,

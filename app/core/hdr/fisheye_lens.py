@@ -70,14 +70,6 @@ def bent(angles: Float64, bends: tuple[float, ...]) -> Float64:
     return angles * (1.0 + factor)
 
 
-def turned(axes: Float64, clockwise_deg: float) -> Float64:
-    """Return the axes of a lens whose picture is stored turned clockwise."""
-    angle = math.radians(clockwise_deg)
-    cosine, sine = math.cos(angle), math.sin(angle)
-    turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    return np.asarray(turn @ axes)
-
-
 @dataclass(frozen=True, slots=True)
 class Model:
     """What is known of a camera's lenses before its picture is looked at.

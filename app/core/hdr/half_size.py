@@ -43,7 +43,6 @@ if TYPE_CHECKING:
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
-Plane: TypeAlias = NDArray[Any]
 
 # An anchor still tells detail in what a frame so much brighter shows at the end of its range:
 # there the anchor's codes are about 70.

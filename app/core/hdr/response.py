@@ -21,7 +21,7 @@ import numpy as np
 from app.core.hdr.brightness_transfer import match_codes
 from app.core.hdr.own_curves import recover_own_curves
 from app.core.hdr.response_recovery import recover_curve, srgb_table
-from app.core.hdr.steps import StepCheck, check_matches, check_steps, reach
+from app.core.hdr.steps import StepCheck, check_matches, reach
 from app.core.hdr.tags import TagError, explain_by_tags, recover_with_tag
 
 if TYPE_CHECKING:
@@ -38,7 +38,6 @@ __all__ = [
     "ResponseChoice",
     "StepCheck",
     "TagError",
-    "check_steps",
     "choose_response",
     "srgb_response",
 ]

@@ -13,13 +13,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core.hdr.brightness_transfer import match_codes
-from app.core.hdr.response_recovery import srgb_table
-
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.hdr.brightness_transfer import CodeMatches, Floats, Samples
+    from app.core.hdr.brightness_transfer import CodeMatches, Floats
 
 # Brackets of 20 scenes with an sRGB curve, noise and JPEG 95: three quarters of the levels of
 # 2-stop steps lie within 0.015 stops, of turned frames within 0.03. A curve that is off by so
@@ -115,30 +112,8 @@ def tolerance(step: float) -> float:
     return _TOLERANCE + _TOLERANCE_PER_STOP * abs(step)
 
 
-def check_steps(samples: Samples, stops: Sequence[float], table: Floats | None = None) -> StepCheck:
-    """Measure the steps between the frames of a bracket.
-
-    Parameters
-    ----------
-    samples : (K, N, 3) uint8
-        Coded values of the same N places in all K frames, brightest frame first.
-    stops : Sequence[float]
-        Stated exposure of each frame in stops, falling.
-    table : (256,) or (3, 256) float64, optional
-        Linear light of each code, of all channels or each; sRGB when not given.
-
-    Raises
-    ------
-    ValueError
-        When the samples are not (K, N, 3) bytes or the number of stops is not K.
-    """
-    curve = srgb_table() if table is None else table
-    matches = match_codes(samples, stops, reach(stops))
-    return check_matches(matches, stops, curve)
-
-
 def check_matches(matches: CodeMatches, stops: Sequence[float], table: Floats) -> StepCheck:
-    """Compare matching codes with the stated steps; see `check_steps`.
+    """Compare matching codes with the stated steps between the frames of a bracket.
 
     Parameters
     ----------

@@ -106,7 +106,6 @@ def _followed(found: Alignment, steady: Steady, sizes: tuple[Size, Size]) -> Ove
 __all__ = ["Alignment", "align", "laid_over", "sitter_mask"]
 
 Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 

@@ -28,7 +28,6 @@ from app.core.localization.heading_conversion import (
 )
 from app.core.text.turns import Mode
 
-Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
 Picture = TypeVar("Picture", NDArray[np.uint8], NDArray[np.float32])

@@ -272,27 +272,6 @@ def placed_at(
     return _turned(fine, rotation(-azimuth_deg, altitude_deg) @ fine.centring, shape)
 
 
-def over(light: FloatImage, alpha: Float32, scene: FloatImage) -> FloatImage:
-    """Composite a lamp over the light of a place (eq. 7).
-
-    Parameters
-    ----------
-    light : NDArray[np.float32], (..., H, W, 3)
-        The lamp, premultiplied.
-    alpha : NDArray[np.float32], (..., H, W)
-        Its mask.
-    scene : NDArray[np.float32], (H, W, 3)
-        The place as the face sees it at its turn, in the same unit.
-
-    Returns
-    -------
-    NDArray[np.float32], (..., H, W, 3)
-        light + (1 - alpha) scene.
-    """
-    mixed: FloatImage = light + (np.float32(1.0) - alpha)[..., None] * scene
-    return mixed
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class _Fine:
     """A lamp at the size that it is turned at, in cd/m2 where that is known."""

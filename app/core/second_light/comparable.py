@@ -16,7 +16,6 @@ from app.core.base.errors import CoreError
 if TYPE_CHECKING:
     from app.core.second_light.captured import CapturedLamp
 
-_SAME_DISTANCE: Final = 0.05
 _MOST_LUX: Final = 1e7
 _TYPE_LUX: Final = (
     "Type its illuminance: hold a light meter where the probe stood, facing the lamp. Or capture "
@@ -105,41 +104,6 @@ def with_lux(lamp: CapturedLamp, lux: float) -> CapturedLamp:
     if not given:
         raise CoreError(f"{lamp.title} gives no light.", "Mark where the lamp is.")
     return replace(lamp, white_cd_m2=lux / given)
-
-
-def at_distance(lamp: CapturedLamp, distance_m: float) -> CapturedLamp:
-    """Say at which distance a captured lamp is to be held.
-
-    Parameters
-    ----------
-    distance_m : float
-        From the middle of the head, metres.
-
-    Returns
-    -------
-    CapturedLamp
-        The lamp, with that distance where nobody had said it before.
-
-    Raises
-    ------
-    CoreError
-        When it was captured at another distance: nearer it would look larger, not just be
-        brighter, and how large cannot be told from one capture.
-    """
-    if not (math.isfinite(distance_m) and distance_m > 0.0):
-        raise CoreError(
-            f"{distance_m:g} m is no distance of a lamp.",
-            "Measure from the camera to the lamp, in metres.",
-        )
-    if lamp.distance_m is None:
-        return replace(lamp, distance_m=distance_m)
-    if abs(distance_m - lamp.distance_m) > _SAME_DISTANCE * lamp.distance_m:
-        raise CoreError(
-            f"“{lamp.title}” was captured at {lamp.distance_m:g} m and holds for that distance "
-            f"only, not for {distance_m:g} m.",
-            "Capture it again at that distance, or use a lamp known by its numbers.",
-        )
-    return lamp
 
 
 def _known(white: float | None) -> bool:

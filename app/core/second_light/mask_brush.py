@@ -16,26 +16,6 @@ Point: TypeAlias = tuple[float, float]
 _APART: Final = 0.5  # of the radius: dabs of a stroke lie no farther from each other
 
 
-def dab(alpha: Float32, at: Point, radius_deg: float, lit: bool) -> Float32:
-    """Set or clear a round region of a mask.
-
-    Parameters
-    ----------
-    alpha : NDArray[np.float32], (H, 2 H)
-        Share of each texel that the lamp covers, 0 to 1; not changed.
-    at : tuple of float
-        Middle of the region: azimuth and elevation, deg, panorama frame.
-    radius_deg : float
-        Of the region, deg; at least one texel is taken.
-
-    Returns
-    -------
-    NDArray[np.float32], (H, 2 H)
-        Texels that the edge goes through are blended.
-    """
-    return stroke(alpha, (at,), radius_deg, lit)
-
-
 def stroke(alpha: Float32, points: tuple[Point, ...], radius_deg: float, lit: bool) -> Float32:
     """Draw with the brush from point to point, the shorter way around; see `dab`.
 

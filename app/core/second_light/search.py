@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from app.core.solver.transport import Transport
 
 Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
 Mask: TypeAlias = NDArray[np.bool_]
 Floats: TypeAlias = NDArray[np.floating[Any]]
 

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core.base.colour import FloatImage, luminance
 from app.core.base.errors import EnvironmentFileError
 from app.core.solver.environment_file import Repairs, read_panorama, repair
 
@@ -23,6 +22,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from app.core.base.colour import FloatImage
+
 __all__ = [
     "SHAPE",
     "Environment",
@@ -30,11 +31,9 @@ __all__ = [
     "energy",
     "enlarge",
     "from_radiance",
-    "mean_luminance",
     "read_environment",
     "reduce",
     "reduce_radiance",
-    "rotate",
     "solid_angles",
 ]
 
@@ -204,23 +203,6 @@ def reduce_radiance(
     return np.ascontiguousarray(mixed, dtype=np.float32)
 
 
-def rotate(radiance: FloatImage, columns: int) -> FloatImage:
-    """Turn an environment by whole texels, clockwise from above.
-
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, W, ...)
-        Environment at turn 0.
-
-    Returns
-    -------
-    NDArray[np.float32], (H, W, ...)
-        What the sitter sees at turn 360 columns / W degrees: column j shows column
-        (j + columns) mod W.
-    """
-    return np.roll(radiance, -columns, axis=1)
-
-
 def enlarge(radiance: FloatImage, shape: tuple[int, int]) -> FloatImage:
     """Repeat texels, without interpolation, for reference renders of exactly these texels.
 
@@ -246,17 +228,6 @@ def enlarge(radiance: FloatImage, shape: tuple[int, int]) -> FloatImage:
     if down_rest or across_rest or not (down and across):
         raise ValueError(f"{shape} is not a whole multiple of {radiance.shape[:2]}")
     return np.repeat(np.repeat(radiance, down, axis=0), across, axis=1)
-
-
-def mean_luminance(radiance: FloatImage) -> float:
-    """Mean luminance over the sphere, weighted by solid angle.
-
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, W, 3)
-        Linear Rec. 709 radiance.
-    """
-    return float(energy(luminance(radiance))) / (4.0 * np.pi)
 
 
 def _row_edges(rows: int) -> NDArray[np.float64]:

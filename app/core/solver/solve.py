@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS, direction, wrap
 from app.core.solver.peaks import Peak, best_index, find_peaks, shift
 from app.core.solver.reach import LIMITS, LightMap, Limits, Measured, Objective, choose, reason
-from app.core.solver.relighting_cache import light_table, normalised, painted_curves
+from app.core.solver.relighting_cache import normalised, painted_curves
 from app.core.solver.search import Curves, curves
 from app.core.solver.search_light import luminance_of
 
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from app.core.solver.relighting_cache import CountedLight, LightTable
     from app.core.solver.style_pack import StylePack
     from app.core.solver.styles import Style
-    from app.core.solver.transport import Transport
     from app.core.solver.weights import PaintedWeights
 
 Float64: TypeAlias = NDArray[np.float64]
@@ -187,39 +186,6 @@ def measure(pack: StylePack, found: Curves) -> Measured:
     for lamp, row in enumerate(pack.lamp_style):
         np.minimum(strength[..., row, :], single[..., lamp, :], out=strength[..., row, :])
     return Measured(found.quality, match, whole, strength)
-
-
-def solve_painted(
-    transport: Transport,
-    weights: PaintedWeights,
-    light: NDArray[np.floating[Any]],
-    objective: Objective = "picture",
-    *,
-    limits: Limits = LIMITS,
-) -> StyleResult:
-    """Find the best turn for painted weights.
-
-    There is no target picture: match is the correlation between the weights and the picture
-    over the pixels that are not ignored, and strength is counted from the picture under the
-    environment max(F, 0).
-
-    Parameters
-    ----------
-    light : (H, W, 3) or (H, W) float
-        Environment at turn 0 in the transport's size, linear Rec. 709 radiance, or luminance of
-        light that counts as grey; any exposure.
-
-    Raises
-    ------
-    EnvironmentFileError
-        As `solve_all`.
-    """
-    return solve_on_table(
-        light_table(transport, light),
-        weights,
-        objective,
-        limits=limits,
-    )
 
 
 def solve_on_table(

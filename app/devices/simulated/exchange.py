@@ -2,7 +2,7 @@
 
 The camera knows no sockets: it turns a `Request` into a `Reply`. A reply's body is a series of
 pieces: bytes to send, pauses to make, or the end of the connection. `server` plays them over real
-HTTP, `adapter` hands them to `requests` in the same process, on virtual time.
+HTTP; tests hand them to `requests` in the same process, on virtual time.
 """
 
 from __future__ import annotations

@@ -57,18 +57,6 @@ _BOTH: Final = MappingProxyType(
     }
 )
 
-LASTING: Final = frozenset(
-    {
-        "401",
-        "storage-full",
-        "battery-low",
-        "overheating",
-        "unequal-lens-iso",
-        "never-done",
-        "404-router-in-place-of-the-camera",
-    }
-)
-"""Those that do not go away by themselves."""
 
 _TIMES: Final = {
     "drop-during-download": (1, 3),

@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal
 
 from app.core.hdr.camera_table import CAMERAS
-from app.core.simulation.cameras import GENERIC, THETA_S, THETA_V, THETA_X, THETA_Z1, camera_named
+from app.devices.simulated.cameras import GENERIC, THETA_S, THETA_V, THETA_X, THETA_Z1, camera_named
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from app.core.hdr.camera_table import CameraFacts
-    from app.core.simulation.cameras import CameraModel
+    from app.devices.simulated.cameras import CameraModel
 
 _PROGRAMS: Final = (1, 2, 4, 9)
 _OLD_KEYS: Final = frozenset({"shutterSpeed", "iso", "_colorTemperature"})

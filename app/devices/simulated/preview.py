@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 
 from app.core.base.colour import luminance, panorama_exposure, to_bytes, tone_map
-from app.core.simulation.exposure_maker import jpeg
 from app.devices.simulated.exchange import LATENCY_S, Pause, Reply
+from app.devices.simulated.exposure_maker import jpeg
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -12,9 +12,9 @@ import cv2
 import numpy as np
 
 from app.core.hdr.frame import Exposure
-from app.core.simulation.bracket_maker import meter
-from app.core.simulation.exif import with_segments
-from app.core.simulation.exposure_maker import Options, Shot, develop, jpeg, segments_of, tags_of
+from app.devices.simulated.exif import with_segments
+from app.devices.simulated.exposure_maker import Options, Shot, develop, jpeg, segments_of, tags_of
+from app.devices.simulated.sensor import meter
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.core.base.colour import FloatImage
-    from app.core.simulation.cameras import CameraModel
+    from app.devices.simulated.cameras import CameraModel
     from app.devices.simulated.exchange import JsonValue
     from app.devices.simulated.personality import Personality
 
@@ -107,7 +107,7 @@ class Scene:
     * `environment`, (H, 2 H, 3) float32: linear Rec. 709 light, `scale` cd/m2 per unit.
     * `jitter_deg`: standard deviation of the rotation, about each axis, by which single pictures
       differ from each other as long as stitching and levelling are left to the camera.
-    * `**options`: of `app.core.simulation.exposure_maker.Shot`: `scale`, `tilt`, `bloom` and so on.
+    * `**options`: of `app.devices.simulated.exposure_maker.Shot`: `scale`, `tilt`, `bloom` ...
     """
 
     def __init__(

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
 from app.core.localization.views import BACKGROUND_TALL_DEG, Lens, bearings, look
@@ -18,13 +17,14 @@ from app.export.set_sheet.theme import AMBER_FILL, DIM, INK, ON_TAG, TAG
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
     from app.core.base.colour import FloatImage
     from app.export.result_sheet.canvas import Box, Canvas, Point
     from app.export.result_sheet.lettering import Anchor, Lettering
     from app.export.result_sheet.theme import Colour
     from app.export.set_sheet.data import SetSheet, SheetLamp
 
-Bytes: TypeAlias = NDArray[np.uint8]
 
 WIDTH: Final = 706.0
 TOP_DEG: Final = 62.0

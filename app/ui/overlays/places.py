@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from app.ui.presenters.places_list import DeletedRow, PlacesListRow, PlacesListState
 
 _PICTURE: Final = (128, 64)
-_MOST_BYTES: Final = 4 << 20
 
 
 class PlacesBody(QWidget):

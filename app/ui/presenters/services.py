@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias, TypeVar
 
-from app.core.base.errors import Cancelled
-from app.core.base.progress import Token, silent
 from app.ui.presenters.sounds import Silence
 
 if TYPE_CHECKING:
@@ -14,7 +12,7 @@ if TYPE_CHECKING:
     from datetime import datetime
     from pathlib import Path
 
-    from app.core.base.progress import Report
+    from app.core.base.progress import Report, Token
     from app.devices.clock import Clock
     from app.devices.passwords import Passwords
     from app.devices.theta.discovery import Discovery
@@ -56,51 +54,6 @@ class Runner(Protocol):
 
     def running(self, key: str) -> bool:
         """Whether work of this key has not yet answered."""
-
-
-class ImmediateRunner:
-    """Does everything at once, in the caller's thread: for tests."""
-
-    def __init__(self) -> None:
-        self.ran: list[str] = []
-
-    def submit(
-        self,
-        key: str,
-        work: Callable[[Token, Report], T],
-        *,
-        title: str = "",
-        done: Callable[[T], None] | None = None,
-        failed: Callable[[Exception], None] | None = None,
-        cancelled: Callable[[], None] | None = None,
-    ) -> None:
-        """Do the work now; see `Runner.submit`."""
-        del title
-        self.ran.append(key)
-        try:
-            answer = work(Token(), silent)
-        except Cancelled:
-            _call(cancelled)
-        except Exception as error:
-            if failed is None:
-                raise
-            failed(error)
-        else:
-            _call(done, answer)
-
-    def cancel(self, key: str) -> None:
-        """Nothing is ever running."""
-        del key
-
-    def running(self, key: str) -> bool:
-        """Nothing is ever running."""
-        del key
-        return False
-
-
-def _call(callback: Callable[..., None] | None, *values: Any) -> None:
-    if callback is not None:
-        callback(*values)
 
 
 Kind: TypeAlias = Literal["info", "done", "warning", "error"]

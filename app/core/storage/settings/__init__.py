@@ -5,7 +5,6 @@ from app.core.storage.settings.store import (
     DEFAULTS,
     FILE,
     Settings,
-    document,
     read_settings,
     write_settings,
 )
@@ -21,7 +20,6 @@ __all__ = [
     "Settings",
     "SettingsError",
     "Value",
-    "document",
     "read_settings",
     "setting",
     "write_settings",

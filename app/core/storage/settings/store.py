@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 from app.core.base.errors import CoreError
 from app.core.solver.reach import Limits
 from app.core.storage.settings.json_file import Facts, keep_bad, read_json, write_json
-from app.core.storage.settings.setting import Setting, SettingsError
-from app.core.storage.settings.table import SECTIONS, TABLE, setting
+from app.core.storage.settings.setting import SettingsError
+from app.core.storage.settings.table import TABLE, setting
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -202,37 +202,3 @@ def write_settings(path: Path, settings: Settings) -> None:
         raise SettingsError(
             f"The settings were not saved. {error.message}", "They count until you quit."
         ) from error
-
-
-def document() -> str:
-    """Write docs/settings.md."""
-    lines = [
-        "# Settings",
-        "",
-        "Everything here is in one dialog (Settings, at the foot of the rail) and in one file,",
-        "`settings.json` in Turnlight's folder, which holds only what differs from the defaults.",
-        "A field that cannot be used gets its default again, and the file is kept beside itself as",
-        "`settings.json.bak`.",
-    ]
-    for section in SECTIONS:
-        lines += ["", f"## {section}", "", "| setting | values | default | what it does | key |"]
-        lines += ["|---|---|---|---|---|"]
-        lines += [_row(entry) for entry in TABLE if entry.section == section]
-    return "\n".join(lines) + "\n"
-
-
-def _row(entry: Setting) -> str:
-    cells = (entry.title, _values(entry), entry.words(entry.default), entry.help, f"`{entry.key}`")
-    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
-
-
-def _values(entry: Setting) -> str:
-    if entry.kind == "toggle":
-        return "on, off"
-    if entry.kind == "number":
-        whole = "whole numbers, " if entry.whole else ""
-        return f"{whole}{entry.words(entry.minimum)} to {entry.words(entry.maximum)}"
-    if entry.kind == "choice":
-        known = (f"{words} (`{value}`)" for value, words in entry.choices)
-        return ", ".join(known) if entry.choices else f"one of the {entry.offers}"
-    return "a folder" if entry.kind == "folder" else f"text, at most {entry.longest} letters"

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
 from app.core.base.colour import luminance
@@ -29,6 +28,8 @@ from app.core.solver.reach import LIMITS, Limits
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
     from app.core.base.progress import Report, Token
     from app.core.second_light.added import AddedLight
     from app.core.second_light.search import Placed
@@ -37,8 +38,6 @@ if TYPE_CHECKING:
     from app.core.solver.reach import Objective
     from app.ui.presenters.model import Head
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
 Lamp: TypeAlias = "NumbersLamp | CapturedLamp"
 
 _ONE_SIDED: Final = 0.2  # share of the light that comes from one side, for it to have a side

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
-from app.core.evaluation.certainty import caution
 from app.core.localization.views import background_view
 from app.core.portrait.glare import Glare, eye_light, face_direction_words, glare
 from app.core.portrait.ratio import (
@@ -22,6 +21,7 @@ from app.core.portrait.ratio import (
     lighting_ratio,
     ratio_words,
 )
+from app.core.solver.certainty import caution
 from app.core.solver.place_light import picture_at
 from app.core.solver.portraits import framing, portraits, value_at
 from app.core.text.turns import (

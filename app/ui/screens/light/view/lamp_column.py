@@ -137,14 +137,6 @@ class LampColumn(Surface):
             self._busy = state.busy
             self._show_sections(state.sections)
 
-    def focus_row(self) -> bool:
-        """Give the keyboard to the chosen style; False where there is none."""
-        stop = self._roving.stop
-        if stop is None or not self.rows:
-            return False
-        stop.setFocus()
-        return True
-
     def _show_lamp(self, lamp: LampState) -> None:
         if lamp == self._lamp:
             return

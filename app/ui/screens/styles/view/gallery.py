@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 
 _GAP: Final = 8
 _TOP: Final = 16
-_TOOLS: Final = 40
 _RING: Final = 4  # room for the focus ring above the first row
 _FOOT: Final = 14
 _FIVE_FROM: Final = 1264  # gallery of a window 1920 wide

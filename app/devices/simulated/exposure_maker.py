@@ -1,0 +1,307 @@
+"""One frame of a simulated camera: light, sensor, camera curve, JPEG and what the file says.
+
+The chain, each step of which can be left out:
+
+1. The environment in cd/m2 is seen at the frame's size, tilted and shifted (`view`), spread by
+   the lens (bloom), and weighed by each lens's gain.
+2. It is divided by the luminance that saturates the exposure, 78 N^2 / (0.65 t S) cd/m2
+   (ISO 12232:2019, saturation-based speed, q = 0.65), per channel.
+3. The sensor turns it into electrons, with shot noise and read noise, and clips each channel.
+4. The camera curve and rounding make bytes of it, and OpenCV a JPEG file.
+
+White of luminance L is (L, L, L) cd/m2 in linear Rec. 709; unit radiance of a relative
+environment is `scale` cd/m2.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, TypeAlias, TypedDict, Unpack
+
+import cv2
+import numpy as np
+
+from app.core.hdr.frame import LensExposure, Pose
+from app.core.hdr.level import tilt_rotation
+from app.devices.simulated.exif import Tags, exif_segment, pose_segment
+from app.devices.simulated.optics import bloomed, column_gains, view_of
+from app.devices.simulated.sensor import add_sensor_noise, saturation_cd_m2
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from app.core.base.colour import FloatImage
+    from app.core.hdr.frame import Exposure
+    from app.devices.simulated.cameras import CameraModel
+
+TagEdit: TypeAlias = "Callable[[Tags], Tags | None]"
+"""Changes what a file says of itself; None makes it say nothing."""
+
+SUBSAMPLINGS: Final = {
+    "4:2:0": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_420,
+    "4:2:2": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_422,
+    "4:4:4": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
+}
+"""Colour subsampling of JPEG files by name."""
+
+_BAND_ROWS: Final = 16
+_STEPS: Final = 65536
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """A camera curve.
+
+    Attributes
+    ----------
+    forward : Callable
+        From linear light in 0..1 (float64 array) to coded values in 0..1.
+    """
+
+    name: str
+    forward: Callable[[NDArray[np.float64]], NDArray[np.float64]] = field(repr=False)
+
+    def encode(self, linear: ArrayLike) -> NDArray[np.float64]:
+        """Code linear light.
+
+        Parameters
+        ----------
+        linear : array_like, any shape
+            Linear light, 1 = saturation; what lies outside 0..1 is clipped.
+
+        Returns
+        -------
+        NDArray[np.float64], same shape
+            Coded values in 0..1.
+        """
+        return self.forward(np.clip(np.asarray(linear, dtype=np.float64), 0.0, 1.0))
+
+    def table(self) -> NDArray[np.uint8]:
+        """Return the bytes for equal steps of the square root of linear light.
+
+        The square root keeps the steps fine enough near black, where some curves are steep.
+
+        Returns
+        -------
+        NDArray[np.uint8], (65536,)
+            Entry i is the byte of linear light (i / 65535)**2, rounded to nearest.
+        """
+        roots = np.arange(_STEPS) / (_STEPS - 1)
+        return np.asarray(np.rint(self.encode(roots**2) * 255.0), dtype=np.uint8)
+
+
+def _srgb(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+    """IEC 61966-2-1."""
+    power = 1.055 * np.power(linear, 1.0 / 2.4) - 0.055
+    return np.where(linear <= 0.0031308, 12.92 * linear, power)
+
+
+SRGB: Final = Curve("srgb", _srgb)
+
+
+@dataclass(frozen=True, slots=True)
+class Shot:
+    """How a frame is taken, besides its exposure.
+
+    Attributes
+    ----------
+    shape : tuple[int, int] or None
+        Rows and columns; None for the environment's own. `CameraModel.shape` for a full frame.
+    scale : float
+        Luminance in cd/m2 of one unit of the environment.
+    levels : bool or None
+        Whether it corrects the zenith; None for what the model does.
+    shift : (3, 3) float64 or None
+        A further small rotation that no file mentions: direction d of the frame shows what lies
+        at shift @ d; `sphere.remap_frame` by it undoes it.
+    lens_gain : tuple[float, float]
+        Sensitivity of the front lens (centre half of the columns) and the back lens; also stated
+        per lens in the maker note. They blend over 10 degrees at the seam.
+    bloom : float
+        Share of the light that the lens spreads, 0 to 1.
+    bloom_deg : float
+        Standard deviation of that spread in degrees.
+    """
+
+    shape: tuple[int, int] | None = None
+    smooth: bool = False
+    scale: float = 1.0
+    curve: Curve | tuple[Curve, Curve, Curve] = SRGB
+    noise: bool = True
+    tilt: Pose | None = None
+    levels: bool | None = None
+    shift: NDArray[np.float64] | None = None
+    lens_gain: tuple[float, float] = (1.0, 1.0)
+    white_balance: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    bloom: float = 0.0
+    bloom_deg: float = 1.0
+    quality: int = 95
+    subsampling: str = "4:2:0"
+    taken: str = "2026:06:21 12:00:00"
+    edit_tags: TagEdit | None = None
+
+
+class Options(TypedDict, total=False):
+    """The attributes of `Shot`, as keywords."""
+
+    shape: tuple[int, int] | None
+    smooth: bool
+    scale: float
+    curve: Curve | tuple[Curve, Curve, Curve]
+    noise: bool
+    tilt: Pose | None
+    levels: bool | None
+    shift: NDArray[np.float64] | None
+    lens_gain: tuple[float, float]
+    white_balance: tuple[float, float, float]
+    bloom: float
+    bloom_deg: float
+    quality: int
+    subsampling: str
+    taken: str
+    edit_tags: TagEdit | None
+
+
+def develop(
+    environment: FloatImage,
+    camera: CameraModel,
+    exposure: Exposure,
+    *,
+    seed: int = 0,
+    **options: Unpack[Options],
+) -> NDArray[np.uint8]:
+    """Take a frame without storing it: the picture before JPEG.
+
+    Returns
+    -------
+    NDArray[np.uint8], (rows, columns, 3)
+        Coded red, green and blue.
+
+    Raises
+    ------
+    ValueError
+        When sizes do not fit (`optics.view_of`), or gains are invalid.
+    """
+    shot = Shot(**options)
+    if min(*shot.lens_gain, *shot.white_balance, shot.scale) <= 0.0:
+        raise ValueError("gains and the scale must be greater than 0")
+    shape = shot.shape or (environment.shape[0], environment.shape[1])
+    light = bloomed(environment, shot.bloom, shot.bloom_deg) if shot.bloom else environment
+    view = view_of(light, shape, smooth=shot.smooth, rotation=_rotation(camera, shot))
+    curves = shot.curve if isinstance(shot.curve, tuple) else (shot.curve,) * 3
+    tables = tuple(curve.table() for curve in curves)
+    channels = np.asarray(shot.white_balance) * (shot.scale / saturation_cd_m2(exposure))
+    gains = np.outer(column_gains(shape[1], shot.lens_gain), channels).astype(np.float32)
+    picture = np.empty((*shape, 3), dtype=np.uint8)
+
+    def fill(start: int) -> None:
+        stop = min(start + _BAND_ROWS, shape[0])
+        share = view.band(start, stop)
+        share *= gains
+        if shot.noise:
+            # A generator for each band, so that the order of the work does not matter.
+            generator = np.random.default_rng([seed, start // _BAND_ROWS])
+            add_sensor_noise(share, camera, exposure.iso, generator)
+        _code(share, tables, picture[start:stop])
+
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        list(pool.map(fill, range(0, shape[0], _BAND_ROWS)))
+    return picture
+
+
+def jpeg(picture: NDArray[np.uint8], quality: int = 95, subsampling: str = "4:2:0") -> bytes:
+    """Encode a picture as JPEG, without any metadata but JFIF.
+
+    Parameters
+    ----------
+    picture : NDArray[np.uint8], (H, W, 3)
+        Red, green and blue.
+
+    Raises
+    ------
+    ValueError
+        When quality or subsampling are invalid, or the picture cannot be encoded.
+    """
+    if not 1 <= quality <= 100 or subsampling not in SUBSAMPLINGS:
+        raise ValueError(f"no JPEG has quality {quality} and subsampling {subsampling!r}")
+    how = [cv2.IMWRITE_JPEG_QUALITY, quality]
+    how += [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, SUBSAMPLINGS[subsampling]]
+    done, data = cv2.imencode(".jpg", cv2.cvtColor(picture, cv2.COLOR_RGB2BGR), how)
+    if not done:
+        raise ValueError(f"a picture of {picture.shape} cannot be stored as JPEG")
+    return data.tobytes()
+
+
+def tags_of(camera: CameraModel, exposure: Exposure, shot: Shot, shape: tuple[int, int]) -> Tags:
+    """Say truthfully what a camera would write for a frame.
+
+    Parameters
+    ----------
+    exposure : Exposure
+        Its exposure; ISO and aperture are left out where they are not known.
+    shape : tuple[int, int]
+        Rows and columns of the frame.
+    """
+    levels = _levels(camera, shot)
+    pose = shot.tilt
+    if levels or (pose is None and camera.maker_note):
+        pose = Pose(0.0, 0.0, pose.heading_deg if pose else None)
+    lenses = tuple(LensExposure(exposure.shutter_s, exposure.iso * g) for g in shot.lens_gain)
+    return Tags(
+        make=camera.make,
+        model=camera.model,
+        software=camera.software,
+        taken=shot.taken,
+        shutter_s=exposure.shutter_s,
+        aperture=exposure.aperture if exposure.known else None,
+        iso=exposure.iso if exposure.known else None,
+        shape=shape,
+        pose=pose,
+        panorama=shape[1] == 2 * shape[0],
+        maker_note=camera.maker_note,
+        zenith_corrected=levels,
+        lenses=lenses if camera.maker_note else (),
+        lens_words=camera.lens_words,
+    )
+
+
+def segments_of(tags: Tags) -> list[bytes]:
+    """Build the segments of a file: EXIF, and XMP for panoramas."""
+    segments = [exif_segment(tags)]
+    return [*segments, pose_segment(tags)] if tags.panorama else segments
+
+
+def _levels(camera: CameraModel, shot: Shot) -> bool:
+    return camera.levels_itself if shot.levels is None else shot.levels
+
+
+def _rotation(camera: CameraModel, shot: Shot) -> NDArray[np.float64] | None:
+    """From directions in the frame to directions in the environment; None for neither tilt."""
+    tilted = shot.tilt is not None and not _levels(camera, shot)
+    # Thetas state what their accelerometer says of either axis, others follow GPano.
+    gravity = "THETA" in camera.model.upper()
+    tilt = tilt_rotation(shot.tilt, gravity=gravity) if tilted and shot.tilt is not None else None
+    if shot.shift is None:
+        return tilt
+    shift = np.asarray(shot.shift, dtype=np.float64)
+    return shift if tilt is None else tilt @ shift
+
+
+def _code(
+    share: FloatImage, tables: tuple[NDArray[np.uint8], ...], into: NDArray[np.uint8]
+) -> None:
+    """Apply the camera curve and round; `share` is used up."""
+    top = np.float32(tables[0].size - 1)
+    np.clip(share, 0.0, 1.0, out=share)
+    np.sqrt(share, out=share)
+    share *= top
+    share += np.float32(0.5)
+    steps = share.astype(np.uint16)
+    if all(table is tables[0] or np.array_equal(table, tables[0]) for table in tables):
+        np.take(tables[0], steps, out=into)
+        return
+    for channel, table in enumerate(tables):
+        into[..., channel] = table[steps[..., channel]]

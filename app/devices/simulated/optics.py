@@ -1,0 +1,198 @@
+"""The lenses of a simulated camera: what a frame of any size and tilt sees, spread and weighed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base import sphere
+from app.core.solver.environment import energy, reduce_radiance
+
+if TYPE_CHECKING:
+    from app.core.base.colour import FloatImage
+
+_SEAM_DEG: Final = 5.0
+
+
+def bloomed(environment: FloatImage, part: float, sigma_deg: float) -> FloatImage:
+    """Spread a part of the light as a lens does, by a Gaussian of constant angular width.
+
+    Along rows the width in columns grows as the texels narrow towards the poles; along columns
+    the spread passes over the poles. A uniform environment stays uniform, and the energy is kept.
+
+    Parameters
+    ----------
+    environment : (H, 2 H, 3) float32
+        Linear radiance.
+    part : float
+        Share of the light that is spread, 0 to 1; `sigma_deg` is its standard deviation.
+
+    Raises
+    ------
+    ValueError
+        When the share or the width is out of range.
+    """
+    if not 0.0 <= part <= 1.0 or sigma_deg <= 0.0:
+        raise ValueError("bloom is a share from 0 to 1, its width greater than 0")
+    height, width = environment.shape[:2]
+    over = np.roll(environment[::-1], width // 2, axis=1)
+    meridians = np.concatenate([environment, over]).astype(np.float32)
+    waves = np.fft.rfftfreq(2 * height) * (sigma_deg * height / 180.0)
+    down = np.fft.rfft(meridians, axis=0) * _gaussian(waves)[:, None, None]
+    column_wise = np.fft.irfft(down, n=2 * height, axis=0)[:height]
+    level = np.sin(np.pi * (np.arange(height) + 0.5) / height)
+    waves = np.outer(1.0 / level, np.fft.rfftfreq(width) * (sigma_deg * width / 360.0))
+    across = np.fft.rfft(column_wise, axis=1) * _gaussian(waves)[:, :, None]
+    spread = np.maximum(np.fft.irfft(across, n=width, axis=1), 0.0).astype(np.float32)
+    wanted, held = energy(environment), energy(spread)
+    spread *= np.divide(wanted, held, out=np.ones_like(wanted), where=held > 0).astype(np.float32)
+    return np.asarray(environment + np.float32(part) * (spread - environment), dtype=np.float32)
+
+
+def column_gains(width: int, lens_gain: tuple[float, float]) -> NDArray[np.float64]:
+    """Gain of each column of a panorama: the front lens sees the centre half of them.
+
+    Returns
+    -------
+    NDArray[np.float64], (width,)
+        Gains, blended smoothly within 5 degrees of the seams at azimuth 90 and -90.
+    """
+    azimuth = 360.0 * ((np.arange(width) + 0.5) / width - 0.5)
+    front = np.clip(0.5 + (90.0 - np.abs(azimuth)) / (2.0 * _SEAM_DEG), 0.0, 1.0)
+    front = front * front * (3.0 - 2.0 * front)
+    return lens_gain[1] + (lens_gain[0] - lens_gain[1]) * front
+
+
+def _gaussian(waves: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Transform of a Gaussian, for frequency times standard deviation."""
+    return np.exp(-2.0 * (np.pi * np.minimum(waves, 4.0)) ** 2)
+
+
+Float64: TypeAlias = NDArray[np.float64]
+_Taps: TypeAlias = tuple[NDArray[np.intp], NDArray[np.float32]]
+"""First of two neighbouring texels, and the share of the second; one of each per pixel."""
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """An environment as one frame sees it, ready to be sampled in bands of rows.
+
+    Attributes
+    ----------
+    shape : tuple[int, int]
+        Rows and columns of the frame.
+    texels : NDArray[np.float32]
+        The environment with one more texel at each side, over the edge and the poles; for
+        frames that are not rotated, columns are enlarged already.
+    rows : tuple
+        Which two of these rows each row of the frame mixes, and in what shares.
+    rotation : (3, 3) float64 or None
+        From directions in the frame to directions in the environment.
+    """
+
+    shape: tuple[int, int]
+    texels: FloatImage
+    rows: _Taps
+    rotation: Float64 | None = None
+    smooth: bool = False
+
+    def band(self, start: int, stop: int) -> FloatImage:
+        """Sample rows `start` to `stop`: (stop - start, W, 3) float32 radiance, a new array."""
+        if self.rotation is not None:
+            return self._rotated(start, stop)
+        first, share = self.rows[0][start:stop], self.rows[1][start:stop, None, None]
+        if not share.any():
+            return self.texels[first]
+        mixed = self.texels[first + 1]
+        mixed *= share
+        mixed += self.texels[first] * (1.0 - share)
+        return mixed
+
+    def _rotated(self, start: int, stop: int) -> FloatImage:
+        height, width = self.shape
+        azimuth = 2.0 * np.pi * ((np.arange(width) + 0.5) / width - 0.5)
+        elevation = np.pi * (0.5 - (np.arange(start, stop) + 0.5) / height)
+        level = np.stack([-np.sin(azimuth), np.zeros(width), np.cos(azimuth)], axis=1)
+        across = (level @ np.asarray(self.rotation).T).astype(np.float32)
+        upward = np.asarray(self.rotation)[:, 1].astype(np.float32)
+        vectors = np.cos(elevation).astype(np.float32)[:, None, None] * across
+        vectors += np.sin(elevation).astype(np.float32)[:, None, None] * upward
+        texels = (self.texels.shape[0] - 2, self.texels.shape[1] - 2)
+        columns, rows = sphere.positions(vectors, texels)
+        how = cv2.INTER_LINEAR if self.smooth else cv2.INTER_NEAREST
+        one = np.float32(1.0)
+        sampled = cv2.remap(self.texels, columns + one, rows + one, how)
+        return np.asarray(sampled, dtype=np.float32)
+
+
+def view_of(
+    environment: FloatImage,
+    shape: tuple[int, int],
+    *,
+    smooth: bool = False,
+    rotation: Float64 | None = None,
+) -> View:
+    """Prepare an environment for sampling.
+
+    Parameters
+    ----------
+    environment : (H, W, 3) float32
+        Linear radiance, any scale.
+    rotation : (3, 3) float64, optional
+        From directions in the frame to directions in the environment; None for no rotation.
+
+    Raises
+    ------
+    ValueError
+        When the environment has no three channels, or sizes differ and one of them is not 2:1.
+    """
+    if environment.ndim != 3 or environment.shape[2] != 3:
+        raise ValueError(f"an environment is (H, W, 3), not {environment.shape}")
+    given = (environment.shape[0], environment.shape[1])
+    panoramas = given[1] == 2 * given[0] and shape[1] == 2 * shape[0]
+    if not panoramas and (given != shape or rotation is not None):
+        raise ValueError(f"only 2:1 panoramas can be resized or rotated, not {given} to {shape}")
+    texels = np.asarray(environment, dtype=np.float32)
+    if shape[0] < given[0]:
+        texels = reduce_radiance(texels, shape)
+    height, width = texels.shape[:2]
+    smooth_at = smooth or shape == (height, width)
+    around = np.concatenate([texels[:, -1:], texels, texels[:, :1]], axis=1)
+    half = width // 2
+    poles = [np.roll(texels[row : row + 1], half, axis=1) for row in (0, height - 1)]
+    over = [np.concatenate([pole[:, -1:], pole, pole[:, :1]], axis=1) for pole in poles]
+    padded = np.ascontiguousarray(np.concatenate([over[0], around, over[1]]))
+    if rotation is None:
+        padded = _mix_columns(padded, _taps(width, shape[1], smooth=smooth))
+    rows = _taps(height, shape[0], smooth=smooth, spherical=True)
+    return View(shape, padded, rows, rotation, smooth_at)
+
+
+def _mix_columns(padded: FloatImage, taps: _Taps) -> FloatImage:
+    first, share = taps
+    if not share.any():
+        return np.ascontiguousarray(padded[:, first])
+    weights = share[:, None]
+    return np.ascontiguousarray(padded[:, first] * (1.0 - weights) + padded[:, first + 1] * weights)
+
+
+def _taps(given: int, wanted: int, *, smooth: bool, spherical: bool = False) -> _Taps:
+    """Find the two texels, counted in the padded environment, that each pixel mixes."""
+    edges = np.arange(wanted + 1) * (given / wanted)
+    if smooth or given == wanted:
+        middle = 0.5 * (edges[:-1] + edges[1:]) - 0.5
+        first = np.floor(middle + 1e-9)
+        share = np.maximum(middle - first, 0.0)
+    else:
+        first = np.floor(edges[:-1] + 1e-9)
+        cut = np.minimum(np.maximum(first + 1.0, edges[:-1]), edges[1:])
+        top, cut, bottom = (
+            -np.cos(np.pi * at / given) if spherical else at for at in (edges[:-1], cut, edges[1:])
+        )
+        share = (bottom - cut) / (bottom - top)
+    share[share < 1e-9] = 0.0
+    return (first + 1).astype(np.intp), share.astype(np.float32)

@@ -1,0 +1,163 @@
+"""Brackets of a simulated camera: several frames of one place, in memory or as files."""
+
+from __future__ import annotations
+
+import math
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Unpack
+
+import numpy as np
+
+from app.core.base.files import atomic_write_bytes
+from app.devices.simulated.exif import Tags, with_segments
+from app.devices.simulated.exposure_maker import Options, Shot, develop, jpeg, segments_of, tags_of
+from app.devices.simulated.optics import view_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from app.core.base.colour import FloatImage
+    from app.core.hdr.frame import Exposure
+    from app.devices.simulated.cameras import CameraModel
+    from app.devices.simulated.exposure_maker import TagEdit
+
+_STAMP: Final = "%Y:%m:%d %H:%M:%S"
+_SECONDS_APART: Final = 3
+
+
+def enlarged(
+    environment: FloatImage, shape: tuple[int, int], *, smooth: bool = False
+) -> FloatImage:
+    """Bring an environment to another size, as frames of that size see it.
+
+    Parameters
+    ----------
+    environment : NDArray[np.float32], (H, W, 3)
+        Linear radiance, any scale.
+    shape : tuple[int, int]
+        Rows and columns wanted.
+    smooth : bool, optional
+        Whether texels are joined by straight lines (bilinear between their middles), which looks
+        like a photograph. Otherwise every texel is constant over its area and each pixel the
+        mean over its own area by solid angle: reducing the result gives the environment again.
+        Smaller sizes are always reached by that mean.
+
+    Returns
+    -------
+    NDArray[np.float32], (rows, columns, 3)
+        Linear radiance in the same scale.
+    """
+    return view_of(environment, shape, smooth=smooth).band(0, shape[0])
+
+
+def shoot(
+    environment: FloatImage,
+    camera: CameraModel,
+    exposure: Exposure,
+    *,
+    seed: int = 0,
+    **options: Unpack[Options],
+) -> bytes:
+    """Take a frame and store it as the camera would.
+
+    Parameters
+    ----------
+    environment : NDArray[np.float32], (H, 2 H, 3)
+        Linear Rec. 709 light, `Shot.scale` cd/m2 per unit, finite and not negative.
+
+    Raises
+    ------
+    ValueError
+        When sizes do not fit (`optics.view_of`), or quality, subsampling or gains are invalid.
+    """
+    shot = Shot(**options)
+    picture = develop(environment, camera, exposure, seed=seed, **options)
+    data = jpeg(picture, shot.quality, shot.subsampling)
+    shape = (picture.shape[0], picture.shape[1])
+    tags: Tags | None = tags_of(camera, exposure, shot, shape)
+    if tags is not None and shot.edit_tags is not None:
+        tags = shot.edit_tags(tags)
+    return data if tags is None else with_segments(data, segments_of(tags))
+
+
+def make_bracket(
+    environment: FloatImage | Sequence[FloatImage],
+    camera: CameraModel,
+    exposures: Sequence[Exposure],
+    *,
+    seed: int = 0,
+    shifts: Sequence[NDArray[np.float64] | None] | None = None,
+    edits: Sequence[TagEdit | None] | None = None,
+    **options: Unpack[Options],
+) -> list[bytes]:
+    """Take a bracket.
+
+    Parameters
+    ----------
+    environment : (H, 2 H, 3) float32, or one of them for each frame
+        The light; several where something moves between the frames.
+    shifts : sequence of (3, 3) float64 or None, optional
+        `Shot.shift` of each frame.
+    **options
+        The attributes of `exposure_maker.Shot`, the same for all frames. The time stamps count
+        on from `taken`, 3 seconds apart and the exposures' length besides.
+
+    Raises
+    ------
+    ValueError
+        When a sequence is not as long as `exposures`, or as `shoot`.
+    """
+    count = len(exposures)
+    places = [environment] * count if isinstance(environment, np.ndarray) else list(environment)
+    turns = [options.get("shift")] * count if shifts is None else list(shifts)
+    words = [options.get("edit_tags")] * count if edits is None else list(edits)
+    if not len(places) == len(turns) == len(words) == count:
+        raise ValueError(f"{count} exposures need as many environments, shifts and edits")
+    frames = []
+    taken = datetime.strptime(options.get("taken", Shot().taken), _STAMP)
+    for index, exposure in enumerate(exposures):
+        own: Options = {
+            **options,
+            "shift": turns[index],
+            "edit_tags": words[index],
+            "taken": taken.strftime(_STAMP),
+        }
+        seed_here = int(np.random.SeedSequence([seed, index]).generate_state(1)[0])
+        frames.append(shoot(places[index], camera, exposure, seed=seed_here, **own))
+        taken += timedelta(seconds=_SECONDS_APART + math.ceil(exposure.shutter_s))
+    return frames
+
+
+def write_bracket(
+    folder: Path | str,
+    environment: FloatImage | Sequence[FloatImage],
+    camera: CameraModel,
+    exposures: Sequence[Exposure],
+    *,
+    first: int = 1,
+    seed: int = 0,
+    shifts: Sequence[NDArray[np.float64] | None] | None = None,
+    edits: Sequence[TagEdit | None] | None = None,
+    **options: Unpack[Options],
+) -> list[Path]:
+    """Take a bracket and write it as a camera names its files: R0010001.JPG and so on.
+
+    Raises
+    ------
+    CoreError
+        When a file cannot be written; every file is written whole or not at all.
+    ValueError
+        As `make_bracket`.
+    """
+    place = Path(folder)
+    place.mkdir(parents=True, exist_ok=True)
+    frames = make_bracket(
+        environment, camera, exposures, seed=seed, shifts=shifts, edits=edits, **options
+    )
+    paths = [place / f"R001{first + index:04d}.JPG" for index in range(len(frames))]
+    for path, data in zip(paths, frames, strict=True):
+        atomic_write_bytes(path, data)
+    return paths

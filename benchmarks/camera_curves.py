@@ -1,0 +1,115 @@
+"""Camera curves that break what the light probe assumes, in the ways in which cameras do.
+
+Every curve is strictly increasing, takes 0 to 0 and 1 to 1, and can be undone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from app.devices.simulated import exposure_maker
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import ArrayLike, NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class Curve(exposure_maker.Curve):
+    """A camera curve that can be undone."""
+
+    def decode(self, coded: ArrayLike) -> NDArray[np.float64]:
+        """Undo `encode`, by bisection: no formula of its own that could disagree with it.
+
+        Parameters
+        ----------
+        coded : array_like, any shape
+            Coded values; what lies outside 0..1 is clipped.
+
+        Returns
+        -------
+        NDArray[np.float64], same shape
+            Linear light in 0..1, within 1e-12 of it.
+        """
+        wanted = np.clip(np.asarray(coded, dtype=np.float64), 0.0, 1.0)
+        low, high = np.zeros_like(wanted), np.ones_like(wanted)
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            below = self.forward(middle) < wanted
+            low, high = np.where(below, middle, low), np.where(below, high, middle)
+        return np.asarray(np.where(wanted >= 1.0, 1.0, np.where(wanted <= 0.0, 0.0, high)))
+
+    def response(self) -> NDArray[np.float64]:
+        """Return the linear light of each byte: what a perfect recovery would find.
+
+        Returns
+        -------
+        NDArray[np.float64], (256,)
+            Linear light in 0..1, strictly rising.
+        """
+        return self.decode(np.arange(256) / 255.0)
+
+
+def _rec709(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+    """ITU-R BT.709-6, item 1.2, with its exact constants, so that it is continuous."""
+    power = 1.09929682680944 * np.power(linear, 0.45) - 0.09929682680944
+    return np.where(linear <= 0.018053968510807, 4.5 * linear, power)
+
+
+def _filmic(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return sRGB, then 45 % of the way to 3 t^2 - 2 t^3: darker shadows, brighter highlights."""
+    t = exposure_maker.SRGB.forward(linear)
+    return t + 0.45 * (t * t * (3.0 - 2.0 * t) - t)
+
+
+def _shoulder(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return sRGB of a lifted, rolled-off picture: mid-tones +0.8 stops, highlights flat."""
+    rolled = np.expm1(-1.6 * linear) / np.expm1(-1.6)
+    return exposure_maker.SRGB.forward(rolled)
+
+
+def _log(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(np.log1p(200.0 * linear) / np.log1p(200.0))
+
+
+def _gamma(power: float) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    def forward(linear: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(np.power(linear, 1.0 / power))
+
+    return forward
+
+
+SRGB: Final = Curve("srgb", exposure_maker.SRGB.forward)
+REC_709: Final = Curve("rec709", _rec709)
+GAMMA_18: Final = Curve("gamma-1.8", _gamma(1.8))
+GAMMA_22: Final = Curve("gamma-2.2", _gamma(2.2))
+GAMMA_26: Final = Curve("gamma-2.6", _gamma(2.6))
+FILMIC: Final = Curve("filmic", _filmic)
+SHOULDER: Final = Curve("shoulder", _shoulder)
+LOG: Final = Curve("log", _log)
+
+CURVES: Final = (SRGB, REC_709, GAMMA_18, GAMMA_22, GAMMA_26, FILMIC, SHOULDER, LOG)
+"""All of them; sRGB first."""
+
+
+def curve_named(name: str) -> Curve:
+    """Find a curve by its name.
+
+    Parameters
+    ----------
+    name : str
+        For example "srgb" or "gamma-2.6".
+
+    Raises
+    ------
+    ValueError
+        When there is none of that name.
+    """
+    for curve in CURVES:
+        if curve.name == name:
+            return curve
+    raise ValueError(f"there is no curve {name!r}; known: {', '.join(c.name for c in CURVES)}")

@@ -1,0 +1,156 @@
+"""All hot paths in one run."""
+
+from __future__ import annotations
+
+import importlib
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from app.core.base.progress import span
+from app.devices.simulated.cameras import THETA_V
+from benchmarks.timing.bars import BARS, missed
+from benchmarks.timing.environments import environment_cases
+from benchmarks.timing.headings import heading_cases
+from benchmarks.timing.light import light_cases
+from benchmarks.timing.machine import describe_machine, load_average
+from benchmarks.timing.merge import make_bracket, merge_case
+from benchmarks.timing.painting import paint_case
+from benchmarks.timing.pictures import gallery_case, picture_cases
+from benchmarks.timing.preview import preview_case
+from benchmarks.timing.rows import bandwidth, time_all
+from benchmarks.timing.search import search_cases
+from benchmarks.timing.start import start_case
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from types import ModuleType
+
+    from app.core.base.progress import Report, Token
+    from app.core.solver.style_pack import StylePack
+    from app.core.solver.transport import Transport
+    from benchmarks.timing.rows import Case, PeerCase, Row
+
+PEERS: Final = {"colour-hdri": "colour_hdri", "skylibs": "envmap"}
+"""Programs that are timed where they are installed, and their modules."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bench:
+    """What one run found.
+
+    Attributes
+    ----------
+    bandwidth : float
+        Of the memory, bytes per second.
+    """
+
+    rows: tuple[Row, ...]
+    bandwidth: float
+    without: tuple[str, ...]
+    machine: dict[str, Any]
+
+    @property
+    def missed(self) -> dict[str, tuple[str, ...]]:
+        """Bars that were not reached, by row."""
+        return missed(self.rows)
+
+
+def find_peers() -> dict[str, ModuleType]:
+    """Import the peers that are installed."""
+    found = {}
+    for name, module in PEERS.items():
+        try:
+            found[name] = importlib.import_module(module)
+        except ImportError:
+            continue
+    return found
+
+
+def run_all(
+    transport: Transport,
+    pack: StylePack,
+    report: Report,
+    token: Token,
+    *,
+    peers: bool = True,
+    only: str = "",
+    shape: tuple[int, int] = THETA_V.shape,
+) -> Bench:
+    """Time every hot path.
+
+    Parameters
+    ----------
+    report : Report
+        Told which row is being timed.
+    only : str, optional
+        Name of the one row wanted.
+    shape : tuple of int, optional
+        Rows and columns of the bracket's frames.
+    """
+    before = load_average()
+    speed = bandwidth()
+    modules = find_peers() if peers else {}
+    absent = [name for name in PEERS if name not in modules] if peers else [*PEERS]
+    rows: list[Row] = []
+
+    def timed(cases: Sequence[Case], start: float, stop: float) -> None:
+        wanted = [case for case in cases if only in ("", case.name)]
+        rows.extend(time_all(wanted, speed, span(report, start, stop), token))
+
+    timed([*search_cases(transport, pack)], 0.0, 0.15)
+    stock = _stock(transport) if peers else ()
+    if not stock:
+        absent.append("Mitsuba")
+    timed([*picture_cases(transport, stock), gallery_case(transport, pack)], 0.15, 0.3)
+    timed([paint_case(transport)], 0.3, 0.35)
+    timed([*light_cases(transport, pack, token)], 0.35, 0.45)
+    timed([*environment_cases(modules.get("skylibs"))], 0.45, 0.55)
+    timed([*heading_cases(token)], 0.55, 0.65)
+    timed([preview_case(), start_case()], 0.65, 0.75)
+    report(0.75, "making a bracket")
+    with tempfile.TemporaryDirectory() as folder:
+        bracket = make_bracket(Path(folder), None, shape)
+        timed([merge_case(bracket, pack, token, modules.get("colour-hdri"))], 0.75, 1.0)
+    machine = describe_machine() | {"load_before": before, "load_after": load_average()}
+    return Bench(tuple(rows), speed, tuple(absent), machine)
+
+
+def as_json(found: Bench, head: str) -> dict[str, Any]:
+    """Put a run into plain values, as kept and printed."""
+    return {
+        "head": head,
+        "machine": found.machine,
+        "processors": found.machine["cores"],
+        "bandwidth_bytes_per_s": round(found.bandwidth),
+        "peers_not_there": list(found.without),
+        "rows": [_row_json(row) for row in found.rows],
+        "missed": {name: list(words) for name, words in found.missed.items()},
+    }
+
+
+def _row_json(row: Row) -> dict[str, Any]:
+    bar = BARS.get(row.name)
+    return {
+        "name": row.name,
+        "seconds": row.seconds,
+        "median_seconds": row.median_seconds,
+        "baseline_seconds": row.baseline_seconds,
+        "ratio": row.ratio,
+        "limit_seconds": row.limit_seconds,
+        "baseline": row.baseline,
+        "limit": row.limit,
+        "bar": bar.words if bar is not None else None,
+        "peers": [
+            {"name": peer.name, "seconds": peer.seconds, "note": peer.note} for peer in row.peers
+        ],
+    }
+
+
+def _stock(transport: Transport) -> tuple[PeerCase, ...]:
+    # Mitsuba is slow to import, and what makes its scenes belongs to baking.
+    from benchmarks.timing.stock import mitsuba_case
+
+    case = mitsuba_case(transport)
+    return () if case is None else (case,)

@@ -1,0 +1,128 @@
+"""Timing the search for the best turn: curves, and whole answers by both objectives."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.angles import TURNS
+from app.core.solver.search import curves, quality_curves
+from app.core.solver.solve import measure, solve_all
+from benchmarks.timing.rows import Case
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from app.core.solver.style_pack import StylePack
+    from app.core.solver.transport import Transport
+
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+
+
+def lively(shape: tuple[int, int]) -> Float32:
+    """Make a lively environment; how long anything takes does not depend on what is in it.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Rows and columns.
+
+    Returns
+    -------
+    (H, W, 3) float32
+        Linear Rec. 709 radiance.
+    """
+    rng = np.random.default_rng(2019)
+    return np.exp(1.5 * rng.standard_normal((*shape, 3))).astype(np.float32)
+
+
+def search_cases(transport: Transport, pack: StylePack) -> Iterator[Case]:
+    """Yield the search of all styles at all turns.
+
+    Yields
+    ------
+    Case
+        ``solve.quality`` and ``solve.match`` (curves), ``solve.paper`` and ``solve.picture`` (whole
+        answers: turns, arcs, peaks, reasons).
+    """
+    radiance = lively(pack.header.environment)
+    light = radiance.mean(axis=2)
+    tables, targets = pack.tables, pack.preintegrated
+    seen = pack.seen(light)
+    pixels = transport.pixels[transport.face]
+    size = pack.header.picture**2
+    weights = np.asarray(transport.header.luminance_weights, np.float32)
+    flat = pack.targets.reshape(len(pack.styles), size, 3).astype(np.float32)
+    pictures = (flat @ weights)[:, pixels]
+    full = transport.luminance_basis[transport.face] @ transport.texel_basis
+    out = 8 * TURNS * len(pack.styles)
+    yield Case(
+        "solve.quality",
+        lambda: quality_curves(tables, seen),
+        lambda: plain_quality(targets, light),
+        "per style and turn: roll, dot",
+        tables.targets.nbytes + seen.nbytes + out,
+    )
+    touched = tables.targets.nbytes + tables.basis.nbytes + seen.nbytes + 3 * out
+    yield Case(
+        "solve.match",
+        lambda: measure(pack, curves(tables, seen)),
+        lambda: plain_match(full, pictures, light),
+        "64 products T @ L, np.corrcoef",
+        touched,
+    )
+    yield Case(
+        "solve.match.product",
+        lambda: measure(pack, curves(tables, seen)),
+        lambda: product_match(full, pictures, light),
+        "one product T @ L for 64 turns",
+        touched,
+    )
+    yield Case(
+        "solve.paper",
+        lambda: solve_all(pack, radiance, "paper"),
+        lambda: plain_quality(targets, light).argmax(axis=1),
+        "per style and turn: roll, dot; best turn",
+        touched,
+    )
+    yield Case(
+        "solve.picture",
+        lambda: solve_all(pack, radiance, "picture"),
+        lambda: plain_match(full, pictures, light).argmax(axis=1),
+        "64 products T @ L, np.corrcoef; best turn",
+        touched,
+    )
+
+
+def plain_quality(targets: Float32, light: Float32, step: int = 1) -> Float64:
+    """Eq. 5 as one would write it down: every style and turn, roll (by `step` texels) and dot."""
+    quality = np.empty((len(targets), TURNS))
+    for style, target in enumerate(targets):
+        for turn in range(TURNS):
+            turned = np.roll(light, -step * turn, axis=1)
+            quality[style, turn] = np.dot(target.ravel(), turned.ravel())
+    return quality
+
+
+def plain_match(full: Float32, pictures: Float32, light: Float32) -> Float64:
+    """Match of every style from 64 pictures, each rendered with the full matrix."""
+    match = np.empty((len(pictures), TURNS))
+    for turn in range(TURNS):
+        face = full @ np.roll(light, -turn, axis=1).ravel()
+        for style, target in enumerate(pictures):
+            match[style, turn] = 100 * np.corrcoef(target, face)[0, 1]
+    return match
+
+
+def product_match(full: Float32, pictures: Float32, light: Float32) -> Float32:
+    """Match of every style from one product of the full matrix with all turned environments."""
+    turned = np.stack([np.roll(light, -turn, axis=1).ravel() for turn in range(TURNS)], axis=1)
+    faces = full @ turned
+    faces -= faces.mean(axis=0)
+    wishes = pictures - pictures.mean(axis=1, keepdims=True)
+    wishes /= np.linalg.norm(wishes, axis=1, keepdims=True)
+    match: Float32 = 100 * (wishes @ faces) / np.linalg.norm(faces, axis=0)
+    return match
