@@ -14,22 +14,20 @@ measured, and r how far it lies off the mean of all (Cauchy's weights, a few rou
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.hdr.weighting import clipped_code, relative_error
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Bools, Bytes, Float32, Float64
     from app.core.hdr.decoding import Pixels
     from app.core.hdr.weighted_merge import FrameLight
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
 
 # Codes that say how much light there is: from here on, and so far below clipping.
 _DARKEST: Final = 32
@@ -47,7 +45,7 @@ _TOLD: Final = 0.25  # of a frame's say that is enough for a mean
 _LEAST: Final = 1e-12
 
 
-def doubts(samples: NDArray[np.uint8], table: Float64, stops: Sequence[float]) -> tuple[float, ...]:
+def doubts(samples: Bytes, table: Float64, stops: Sequence[float]) -> tuple[float, ...]:
     """Measure how far each frame differs from its neighbours, in natural logarithms.
 
     Parameters
@@ -84,7 +82,7 @@ def doubts(samples: NDArray[np.uint8], table: Float64, stops: Sequence[float]) -
     return tuple(float(by_order[order.index(k)]) for k in range(len(stops)))
 
 
-def _telling(codes: NDArray[np.uint8], table: Float64) -> NDArray[np.bool_]:
+def _telling(codes: Bytes, table: Float64) -> Bools:
     return np.asarray((codes >= _DARKEST) & (codes < clipped_code(table) - _UNDER_WHITE))
 
 

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.sphere import angle_of
 from app.core.hdr.registration import Fit, Level, pyramid, register, usable_share
@@ -20,8 +19,8 @@ from app.core.hdr.registration import Fit, Level, pyramid, register, usable_shar
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float64: TypeAlias = NDArray[np.float64]
+    from app.core.base.arrays import Bytes, Float64
+
 
 _LEAST_DEG: Final = 0.05  # less than a pixel of a 5376 x 2688 frame: resampling would cost more
 _FAR_STOPS: Final = 7.0  # frames further apart share next to nothing

@@ -13,10 +13,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import turn_of_index
 from app.core.hdr.advice import advise
@@ -31,11 +30,13 @@ from app.core.solver.reach import LIMITS, Limits, Objective
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Float64, Floats, Indices
     from app.core.hdr.frame import Merged
     from app.core.hdr.sun import Restoration
     from app.core.solver.style_pack import StylePack
 
-Float64: TypeAlias = NDArray[np.float64]
 
 GAINS: Final = (1.0, 3.0, 6.0)
 """Stops by which clipped lamps are thought brighter, as reported."""
@@ -141,7 +142,7 @@ def audit(
     *,
     objective: Objective = "picture",
     limits: Limits = LIMITS,
-    environment: NDArray[np.floating[Any]] | None = None,
+    environment: Floats | None = None,
     restoration: Restoration | None = None,
     room_stops: float | None = None,
     grid: LightGrid | None = None,
@@ -250,7 +251,7 @@ def _changes(
     pack: StylePack,
     rule: tuple[Objective, Limits],
     grid: LightGrid,
-    environment: NDArray[np.floating[Any]] | None,
+    environment: Floats | None,
     restoration: Restoration | None,
 ) -> tuple[StyleChange, ...]:
     named, maps, whole = _brightened(lights, grid, pack.header.environment)
@@ -331,7 +332,7 @@ def _brightened(
     return names, maps, whole.astype(np.float64)
 
 
-def _cells(grid: LightGrid, shape: tuple[int, int]) -> tuple[NDArray[np.intp], Float64]:
+def _cells(grid: LightGrid, shape: tuple[int, int]) -> tuple[Indices, Float64]:
     """Cell of the reduced panorama that each texel is in, and its share of the cell's area."""
     height, width = grid.luminance.shape
     row, column = np.divmod(np.arange(height * width), width)

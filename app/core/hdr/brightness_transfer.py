@@ -12,17 +12,15 @@ n-th brightest of the other, wherever it lies (same paper, section 4).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-Floats: TypeAlias = NDArray[np.float64]
-Integers: TypeAlias = NDArray[np.int64]
-Samples: TypeAlias = NDArray[np.uint8]
+    from app.core.base.arrays import Bools, Bytes, Float64, Int64
+
 
 # Below, sensor noise and rounding distort the code; above, ringing and noise of clipped places.
 _LOWEST: Final = 6
@@ -97,13 +95,13 @@ class CodeMatches:
         255 since a local tone curve has darkened what was clipped; 256 where it is not.
     """
 
-    bright: Integers
-    dark: Integers
-    channel: Integers
-    code: Integers
-    dark_code: Floats
-    places: Floats
-    scatter: Floats
+    bright: Int64
+    dark: Int64
+    channel: Int64
+    code: Int64
+    dark_code: Float64
+    places: Float64
+    scatter: Float64
     turned: tuple[tuple[int, int], ...] = ()
     raised_black: bool = False
     whites: tuple[int, ...] = ()
@@ -112,7 +110,7 @@ class CodeMatches:
         """Return the number of rows."""
         return len(self.code)
 
-    def steps(self, stops: Sequence[float]) -> Floats:
+    def steps(self, stops: Sequence[float]) -> Float64:
         """Exposure step of each row in stops, brighter minus darker.
 
         Parameters
@@ -126,14 +124,14 @@ class CodeMatches:
             Not negative for stops that fall.
         """
         exposure = np.asarray(stops, dtype=np.float64)
-        difference: Floats = exposure[self.bright] - exposure[self.dark]
+        difference: Float64 = exposure[self.bright] - exposure[self.dark]
         return difference
 
     def of_channel(self, channel: int) -> CodeMatches:
         """Only the rows of one channel: 0, 1 or 2."""
         return self.where(self.channel == channel)
 
-    def where(self, keep: NDArray[np.bool_]) -> CodeMatches:
+    def where(self, keep: Bools) -> CodeMatches:
         """Only the rows to keep, (R,)."""
         return replace(
             self,
@@ -169,7 +167,7 @@ def frame_pairs(stops: Sequence[float], reach: int = 2) -> list[tuple[int, int]]
     ]
 
 
-def match_codes(samples: Samples, stops: Sequence[float], reach: int = 2) -> CodeMatches:
+def match_codes(samples: Bytes, stops: Sequence[float], reach: int = 2) -> CodeMatches:
     """Find which code of the darker frame goes with each code of the brighter one.
 
     Parameters
@@ -192,7 +190,7 @@ def match_codes(samples: Samples, stops: Sequence[float], reach: int = 2) -> Cod
     valid = [~_filled(frame) for frame in samples]
     black = _black_codes(samples, stops)
     least = [float(code + _OVER_BLACK) if code else _LOWEST_DARK for code in black]
-    columns: list[NDArray[np.float64]] = [np.empty((0, 7))]
+    columns: list[Float64] = [np.empty((0, 7))]
     turned: list[tuple[int, int]] = []
     whites = [_NO_WHITE] * len(stops)
     for bright, dark in frame_pairs(stops, reach):
@@ -224,7 +222,7 @@ def match_codes(samples: Samples, stops: Sequence[float], reach: int = 2) -> Cod
     )
 
 
-def _white(histogram: Integers) -> int:
+def _white(histogram: Int64) -> int:
     """First code from which on the darker frame shows anything, 256 where there is none."""
     places = histogram.sum(axis=1)
     low, high = _quantiles(histogram, (0.16, 0.84))
@@ -241,7 +239,7 @@ def _white(histogram: Integers) -> int:
     return first if wide[first] and first <= _LIGHTEST_WHITE else _NO_WHITE
 
 
-def _filled(frame: Samples) -> NDArray[np.bool_]:
+def _filled(frame: Bytes) -> Bools:
     """Places of one frame that hold no picture; (N,) bool.
 
     Pure primary colours, which mark borders (a lamp that is so colourful is no loss), and any
@@ -251,11 +249,11 @@ def _filled(frame: Samples) -> NDArray[np.bool_]:
     least = np.minimum(np.minimum(red, green), blue)
     most = np.maximum(np.maximum(red, green), blue)
     marked = (least <= _DARK_MARK) & (most >= 255 - _DARK_MARK)
-    filled: NDArray[np.bool_] = marked | _one_colour(frame)
+    filled: Bools = marked | _one_colour(frame)
     return filled
 
 
-def _one_colour(frame: Samples) -> NDArray[np.bool_]:
+def _one_colour(frame: Bytes) -> Bools:
     """Places that a decoder filled with one exact colour; (N,) bool."""
     green = frame[:, 1]
     counts = np.bincount(green, minlength=256)
@@ -275,7 +273,7 @@ def _one_colour(frame: Samples) -> NDArray[np.bool_]:
     return nothing
 
 
-def _black_codes(samples: Samples, stops: Sequence[float]) -> list[int]:
+def _black_codes(samples: Bytes, stops: Sequence[float]) -> list[int]:
     """Code of no light at all in each channel, where that is not 0: flare, scans, raised blacks.
 
     The darkest places of the two darkest frames then have the same code, however far apart the
@@ -288,7 +286,7 @@ def _black_codes(samples: Samples, stops: Sequence[float]) -> list[int]:
     return [int(code) for code in np.where(raised.all(axis=0), darkest.max(axis=0), 0)]
 
 
-def _joint_histograms(bright: Samples, dark: Samples) -> list[Integers]:
+def _joint_histograms(bright: Bytes, dark: Bytes) -> list[Int64]:
     """Count places by brighter (row) and darker (column) code, for each channel."""
     both = bright.astype(np.uint16) << 8 | dark
     histograms = [
@@ -299,7 +297,7 @@ def _joint_histograms(bright: Samples, dark: Samples) -> list[Integers]:
     return histograms
 
 
-def _ridge(histogram: Integers) -> tuple[Floats, Floats, Floats]:
+def _ridge(histogram: Int64) -> tuple[Float64, Float64, Float64]:
     """Mean darker code, places and scatter for each brighter code, without the stray places.
 
     The mean of those within twice the interquartile range of the median: a median alone would
@@ -317,7 +315,7 @@ def _ridge(histogram: Integers) -> tuple[Floats, Floats, Floats]:
     return mean, places, np.sqrt(variance + 1.0 / 12.0)
 
 
-def _quantiles(rows: Integers, shares: tuple[float, ...]) -> list[Floats]:
+def _quantiles(rows: Int64, shares: tuple[float, ...]) -> list[Float64]:
     """Quantiles of each histogram row, interpolated within the code they fall in; (R,) each."""
     running = np.concatenate([[0], np.cumsum(rows)])  # over all rows, end to end
     first = np.arange(len(rows)) * 256
@@ -332,13 +330,13 @@ def _quantiles(rows: Integers, shares: tuple[float, ...]) -> list[Floats]:
     return results
 
 
-def _smeared(means: list[tuple[Floats, Floats, Floats]]) -> bool:
+def _smeared(means: list[tuple[Float64, Float64, Float64]]) -> bool:
     """Whether the two frames of a pair do not lie on each other pixel by pixel."""
     scatter = np.concatenate([_usable(*mean)[:, 3] for mean in means])
     return scatter.size > 0 and float(np.median(scatter)) > _SMEARED
 
 
-def _by_rank(histogram: Integers) -> tuple[Floats, Floats, Floats]:
+def _by_rank(histogram: Int64) -> tuple[Float64, Float64, Float64]:
     """Match the codes of two frames by rank; the same results as `_ridge`."""
     places = histogram.sum(axis=1).astype(np.float64)
     middle = np.cumsum(places) - places / 2.0
@@ -349,14 +347,16 @@ def _by_rank(histogram: Integers) -> tuple[Floats, Floats, Floats]:
     return codes[inside], places[inside], np.full(_HIGHEST + 1 - _LOWEST, _SMEARED)
 
 
-def _usable(mean: Floats, places: Floats, scatter: Floats, least: float = _LOWEST_DARK) -> Floats:
+def _usable(
+    mean: Float64, places: Float64, scatter: Float64, least: float = _LOWEST_DARK
+) -> Float64:
     """Rows (code, darker code, places, scatter) that can be trusted; (R, 4)."""
     keep = (places >= _FEWEST) & (mean >= least)
     codes = _CODES[_LOWEST : _HIGHEST + 1]
     return np.column_stack([codes, mean, places, scatter])[keep]
 
 
-def _continuous(rows: Floats) -> Floats:
+def _continuous(rows: Float64) -> Float64:
     """Leave out rows out of line: codes that hardly anything has but something that moved."""
     if len(rows) <= 2 * _BESIDE:
         return rows

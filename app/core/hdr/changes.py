@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -17,8 +17,7 @@ from app.core.solver.solve import StyleResult, solve_all
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
+    from app.core.base.arrays import Floats
     from app.core.solver.reach import Objective
     from app.core.solver.style_pack import StylePack
 
@@ -54,8 +53,8 @@ class Change:
 
 
 def changes(
-    before: NDArray[np.floating[Any]],
-    after: NDArray[np.floating[Any]],
+    before: Floats,
+    after: Floats,
     pack: StylePack,
     objective: Objective = "picture",
 ) -> tuple[Change, ...]:

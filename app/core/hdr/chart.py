@@ -13,14 +13,15 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.sphere import direction
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Float64
     from app.core.base.colour import FloatImage
 
-Float64: TypeAlias = NDArray[np.float64]
 Kind: TypeAlias = Literal["stereographic", "equidistant"]
 
 _MARGIN: Final = 2
@@ -109,7 +110,7 @@ class Chart:
 
         Returns
         -------
-        column, row : NDArray[np.float32], (rows, W)
+        column, row : Float32, (rows, W)
             Pixels, whole numbers at pixels' middles; beyond the edges where a texel is not on
             the chart.
         """

@@ -12,19 +12,18 @@ what moved; the tolerances here are those of area means of JPEG pictures.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.hdr.weighting import clipped_code
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float64: TypeAlias = NDArray[np.float64]
+    from app.core.base.arrays import Bytes, Float64
+
 
 _OPEN: Final = (20, 235)  # codes that say how much light there is
 
@@ -91,7 +90,7 @@ class Predictions:
 
     Parameters
     ----------
-    table : NDArray[np.float64], (3, 256) or (K, 3, 256)
+    table : Float64, (3, 256) or (K, 3, 256)
         Linear light of each code, monotone, in all frames or in each.
     stops : sequence of float
         Exposure of each frame in stops.
@@ -151,12 +150,12 @@ def contradiction(bright: Bytes, dark: Bytes, expected: _Prediction) -> Bytes:
 
     Parameters
     ----------
-    bright, dark : NDArray[np.uint8], (h, w, 3)
+    bright, dark : Bytes, (h, w, 3)
         Area means of the coded frames.
 
     Returns
     -------
-    NDArray[np.uint8], (h, w)
+    Bytes, (h, w)
         Codes by which the worst channel is beyond its tolerance; 0 where the frames agree.
     """
     tolerance = expected.tolerance
@@ -174,12 +173,12 @@ def worst(pixels: Any) -> Bytes:
 
     Parameters
     ----------
-    pixels : NDArray[np.uint8], (h, w, 3)
+    pixels : Bytes, (h, w, 3)
         Any codes.
 
     Returns
     -------
-    NDArray[np.uint8], (h, w)
+    Bytes, (h, w)
         OpenCV takes a fraction of the time that numpy takes along so short an axis.
     """
     red, green, blue = cv2.split(pixels)

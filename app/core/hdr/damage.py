@@ -10,20 +10,18 @@ no response), and their codes are compared with what the exposures allow.
 from __future__ import annotations
 
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.hdr.contradiction import Predictions, Tolerance, contradiction
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Floats: TypeAlias = NDArray[np.float64]
-Marks: TypeAlias = NDArray[np.bool_]
+    from app.core.base.arrays import Bools, Bytes, Float64
+
 
 _LOW, _HIGH = 8, 243
 _STRIP: Final = 4  # rows
@@ -80,7 +78,7 @@ def _clash(bright: Bytes, dark: Bytes, step: float) -> bool:
     return _run(_displaced(bright, dark)) or _run(_contradicted(bright, dark, step))
 
 
-def _displaced(one: Bytes, other: Bytes) -> Marks:
+def _displaced(one: Bytes, other: Bytes) -> Bools:
     """Mark strips in which one is like the other when moved sideways, and not as it lies."""
     sound = (one > _LOW) & (one < _HIGH) & (other > _LOW) & (other < _HIGH)
     valid = np.asarray(sound.all(axis=2))
@@ -98,7 +96,7 @@ def _displaced(one: Bytes, other: Bytes) -> Marks:
     return np.asarray(rich & (best > _LIKE) & (best > still + _BETTER))
 
 
-def _detail(frame: Bytes, valid: Marks) -> Floats:
+def _detail(frame: Bytes, valid: Bools) -> Float64:
     """Keep what stands out sideways in the grey codes, where they can be compared."""
     grey = frame.astype(np.float64).mean(axis=2)
     weight = valid.astype(np.float64)
@@ -108,7 +106,7 @@ def _detail(frame: Bytes, valid: Marks) -> Floats:
     return np.asarray((grey - mean) * weight, np.float64)
 
 
-def _contradicted(bright: Bytes, dark: Bytes, step: float) -> Marks:
+def _contradicted(bright: Bytes, dark: Bytes, step: float) -> Bools:
     """Mark strips in which hardly a pixel of one frame can be what the other shows."""
     codes = np.arange(256) / 255.0
     curve = np.broadcast_to(

@@ -237,7 +237,7 @@ def decode_half(frame: Frame, token: Token) -> Pixels:
 
     Returns
     -------
-    NDArray[np.uint8], (H / 2, W / 2, 3)
+    Bytes, (H / 2, W / 2, 3)
         As coded.
 
     Raises

@@ -7,20 +7,21 @@ panorama follows a moving exposure control. Pictures here are sRGB bytes.
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base import colour
 from app.core.hdr.chart import wrapped_blur
 from app.core.hdr.weighted_merge import look_up
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Bytes
     from app.core.base.colour import FloatImage
 
-Bytes: TypeAlias = NDArray[np.uint8]
 
 WIDTH: Final = 2048
 """Columns of a display panorama."""
@@ -40,7 +41,7 @@ def display_gain(radiance: FloatImage, exposure_stops: float = 0.0) -> float:
 
     Parameters
     ----------
-    radiance : NDArray[np.float32], (H, W, 3)
+    radiance : Float32, (H, W, 3)
         Linear Rec. 709, any scale.
     exposure_stops : float, optional
         Brighter (positive) or darker by so many stops.
@@ -59,7 +60,7 @@ def display_panorama(
 
     Parameters
     ----------
-    radiance : NDArray[np.float32], (H, W, 3)
+    radiance : Float32, (H, W, 3)
         Linear Rec. 709, finite, not negative, any scale.
     exposure_stops : float, optional
         Brighter (positive) or darker than the program would choose, in stops.
@@ -68,7 +69,7 @@ def display_panorama(
 
     Returns
     -------
-    NDArray[np.uint8], (rows, width, 3)
+    Bytes, (rows, width, 3)
         sRGB, within one step of `app.core.base.colour.tone_map` of the same texels.
     """
     gain = display_gain(radiance, exposure_stops)
@@ -90,14 +91,14 @@ def clip_overlay(display: Bytes, clipped: FloatImage, width: int | None = None) 
 
     Parameters
     ----------
-    display : NDArray[np.uint8], (h, w, 3)
+    display : Bytes, (h, w, 3)
         sRGB picture.
-    clipped : NDArray[np.float32], (H, W)
+    clipped : Float32, (H, W)
         Share of each texel that is clipped, 0 to 1; any size of the same proportion.
 
     Returns
     -------
-    NDArray[np.uint8], (h, w, 3)
+    Bytes, (h, w, 3)
         A marked copy. Marks are widened to two pixels, so that a clipped point is seen too.
     """
     shown = display.copy()
@@ -122,14 +123,14 @@ def mask_overlay(display: Bytes, mask: FloatImage) -> Bytes:
 
     Parameters
     ----------
-    display : NDArray[np.uint8], (h, w, 3)
+    display : Bytes, (h, w, 3)
         sRGB picture.
-    mask : NDArray[np.float32], (H, W)
+    mask : Float32, (H, W)
         1 where something is to be removed, 0 to 1; any size of the same proportion.
 
     Returns
     -------
-    NDArray[np.uint8], (h, w, 3)
+    Bytes, (h, w, 3)
         A marked copy.
     """
     size = (display.shape[1], display.shape[0])

@@ -10,11 +10,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.colour import srgb_decode
 from app.core.base.errors import ProbeError
@@ -23,8 +22,8 @@ from app.core.hdr.words import listed
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float64: TypeAlias = NDArray[np.float64]
+    from app.core.base.arrays import Bools, Bytes, Float64, Indices
+
 
 _ASPECT: Final = (1.7, 2.3)  # of the longer side to the shorter one
 _ANGLES: Final = 240
@@ -169,7 +168,7 @@ def _rim(half: Bytes) -> _Rim | None:
     return _fitted(points.astype(np.float64), usable, angles, size, centre)
 
 
-def _crossings(codes: Bytes, last: NDArray[np.intp], limit: float, radii: Float64) -> Float64:
+def _crossings(codes: Bytes, last: Indices, limit: float, radii: Float64) -> Float64:
     """Refine the outermost bright place of each angle to where its rim is half as bright."""
     rows = np.arange(len(codes))
     back = codes[rows[:, None], np.clip(last[:, None] - np.arange(2, 10), 0, None)]
@@ -185,7 +184,7 @@ def _crossings(codes: Bytes, last: NDArray[np.intp], limit: float, radii: Float6
 
 def _fitted(
     points: Float64,
-    usable: NDArray[np.bool_],
+    usable: Bools,
     angles: Float64,
     size: float,
     centre: tuple[float, float],

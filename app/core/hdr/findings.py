@@ -8,11 +8,10 @@ that is all it takes: what is at that level may have been brighter.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.errors import ProbeError
 from app.core.hdr.advice import kind_words
@@ -24,9 +23,9 @@ from app.core.hdr.sun_finder import find_sun
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Float32
     from app.core.base.colour import FloatImage
 
-Float32: TypeAlias = NDArray[np.float32]
 
 _NEAR: Final = 0.985  # of the clip level: the last code before the highest, and rounding in files
 _SHOWN: Final = (512, 1024)
@@ -100,14 +99,14 @@ def clipped_share(radiance: FloatImage, level: float | None) -> Float32:
 
     Parameters
     ----------
-    radiance : NDArray[np.float32], (H, W, 3)
+    radiance : Float32, (H, W, 3)
         Linear Rec. 709, in the unit of its merge.
     level : float or None
         Of `clip_level`; None where nothing is known to be clipped.
 
     Returns
     -------
-    NDArray[np.float32], (H, W)
+    Float32, (H, W)
         1 where the largest channel reaches the level, else 0.
     """
     if level is None:
@@ -120,7 +119,7 @@ def find(radiance: FloatImage, level: float | None = None, cd_m2: float | None =
 
     Parameters
     ----------
-    radiance : NDArray[np.float32], (H, 2 H, 3)
+    radiance : Float32, (H, 2 H, 3)
         Linear Rec. 709.
     level : float, optional
         Radiance at which it clips (`clip_level`); None where nothing is known to be clipped.

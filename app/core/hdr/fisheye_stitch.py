@@ -10,11 +10,10 @@ from __future__ import annotations
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.colour import luminance, srgb_encode
 from app.core.base.progress import Token
@@ -35,11 +34,11 @@ from app.core.hdr.registration import edges
 from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:
+    from app.core.base.arrays import Float32
     from app.core.hdr.dual_fisheye import Circles
     from app.core.hdr.fisheye_lens import Model
     from app.core.hdr.frame import Merged
 
-Float32: TypeAlias = NDArray[np.float32]
 
 _SUPERSAMPLED: Final = 2
 _COARSE: Final = 4  # texels

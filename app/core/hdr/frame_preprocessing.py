@@ -26,8 +26,7 @@ from app.core.hdr.decoding import (
 )
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from app.core.base.arrays import Float32, Indices
     from app.core.base.progress import Token
     from app.core.hdr.frame import Frame
 
@@ -127,9 +126,7 @@ def open_frame(frame: Frame, *, hold: bool, token: Token, half: bool = False) ->
         rows.close()
 
 
-def _by_rows(
-    source: RowSource, frame: Frame, places: NDArray[np.intp], token: Token
-) -> OpenedFrame:
+def _by_rows(source: RowSource, frame: Frame, places: Indices, token: Token) -> OpenedFrame:
     """Read a frame once by rows without keeping it."""
     height = frame.shape[0]
     small = proxy_shape(frame.shape)
@@ -158,7 +155,7 @@ def _by_rows(
 
 
 @lru_cache(maxsize=4)
-def sample_places(shape: tuple[int, int]) -> NDArray[np.intp]:
+def sample_places(shape: tuple[int, int]) -> Indices:
     """Rows and columns of the samples: a jittered grid, from top to bottom, always the same."""
     height, width = shape
     step = max(1.0, np.sqrt(height * width / SAMPLES))
@@ -171,7 +168,7 @@ def sample_places(shape: tuple[int, int]) -> NDArray[np.intp]:
     return places
 
 
-def sampled(pixels: Pixels, places: NDArray[np.intp]) -> Pixels:
+def sampled(pixels: Pixels, places: Indices) -> Pixels:
     """Pixels at places, (N, 3)."""
     taken: Pixels = pixels[places[:, 0], places[:, 1]]
     return taken
@@ -199,7 +196,7 @@ def shrunk(pixels: Pixels, shape: tuple[int, int]) -> Pixels:
     return np.asarray(cv2.resize(pixels, shape[::-1], interpolation=cv2.INTER_AREA))
 
 
-def _means(pixels: Pixels, shape: tuple[int, int], size: int, means: NDArray[np.float32]) -> Pixels:
+def _means(pixels: Pixels, shape: tuple[int, int], size: int, means: Float32) -> Pixels:
     """Area means of blocks of bytes: OpenCV's, bit for bit, in two thirds of its time."""
     small = np.empty((*shape, 3), np.uint8)
     for start, stop in row_bands(shape[0], READ_ROWS // size):

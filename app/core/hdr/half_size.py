@@ -39,10 +39,9 @@ from app.core.hdr.weighted_merge import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Bytes, Float32, Float64, Floats
     from app.core.hdr.decoding import Pixels
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
 Plane: TypeAlias = NDArray[Any]
 
 # An anchor still tells detail in what a frame so much brighter shows at the end of its range:
@@ -82,13 +81,13 @@ class AnchorTables:
 
     Attributes
     ----------
-    exact : NDArray[np.float32], (3, 65536)
+    exact : Float32, (3, 65536)
         A quarter of the radiance of two codes together, by both of them.
     codes : NDArray[np.uint16], (3, 65536)
         Sum of two codes as the brightest frame that the anchor serves would show them, never
         clipped, in steps of which four times the most fit 16 bits. There they lie on the power
         law of the response, above its straight foot.
-    mean : NDArray[np.float32], (3, 65536)
+    mean : Float32, (3, 65536)
         Radiance of the mean of four such codes, by their sum.
     """
 
@@ -103,7 +102,7 @@ class HalfLight:
 
     Attributes
     ----------
-    reach : NDArray[np.uint8], (256,)
+    reach : Bytes, (256,)
         Least code of this frame where the anchor's brightest pixel of four has the index's code.
     """
 
@@ -150,7 +149,7 @@ def _pairs(table: NDArray[Any]) -> NDArray[Any]:
     return np.asarray((table[:, :, None] + table[:, None, :]).reshape(3, -1))
 
 
-def _code(light: NDArray[np.floating[Any]] | float) -> NDArray[np.float64]:
+def _code(light: Floats | float) -> Float64:
     """Code sRGB on beyond its end, 1 to 1 (IEC 61966-2-1)."""
     linear = np.asarray(light, np.float64)
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
@@ -188,9 +187,9 @@ def merge_halved(
 
     Parameters
     ----------
-    bands : Sequence[NDArray[np.uint8]]
+    bands : Sequence[Bytes]
         Rows of each frame, brightest first: (rows, W, 3), of anchors (2 rows, 2 W, 3).
-    trusts : Sequence[NDArray[np.float32] or None], (rows, W) each
+    trusts : Sequence[Float32 or None], (rows, W) each
         As for `app.core.hdr.weighted_merge.merge_band`.
 
     Returns

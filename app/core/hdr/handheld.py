@@ -13,18 +13,18 @@ from __future__ import annotations
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Bools, Bytes, Float32, Float64, Indices
+
 
 LONGEST: Final = 1600
 """Pixels of the longer side of the pictures that are compared; more shows nothing more."""
@@ -118,7 +118,7 @@ def _inside(homography: Float64, full: tuple[int, int], small: tuple[int, int]) 
     return np.asarray(inside & (y <= full[0] - 1 - edge_y), np.float32)
 
 
-def blank(picture: Bytes) -> NDArray[np.bool_]:
+def blank(picture: Bytes) -> Bools:
     """Find the pure blue (or other primary) that programs fill empty borders with, (h, w)."""
     low, high = picture.min(axis=-1), picture.max(axis=-1)
     flat = cv2.dilate(((low < 24) & (high > 231)).astype(np.uint8), np.ones((3, 3), np.uint8))
@@ -319,7 +319,7 @@ def _slope(picture: Float32) -> Float32:
     return np.asarray(np.stack([np.asarray(right), np.asarray(down)]), np.float32)
 
 
-def _open(codes: Bytes) -> NDArray[np.bool_]:
+def _open(codes: Bytes) -> Bools:
     """Where codes are neither black nor clipped."""
     return np.asarray((codes > _OPEN[0]) & (codes < _OPEN[1]))
 
@@ -340,7 +340,7 @@ def _moved(alike: Bytes, other: Bytes, matrix: Float64) -> tuple[Float32, Float3
     return np.asarray(moved, np.float32), np.asarray(seen, np.float32)
 
 
-def _telling(slope: Float32, inside: NDArray[np.bool_]) -> NDArray[np.intp]:
+def _telling(slope: Float32, inside: Bools) -> Indices:
     """Places with the strongest gradients."""
     strength = np.where(inside, np.abs(slope[0]) + np.abs(slope[1]), 0.0)
     strength[[0, -1]], strength[:, [0, -1]] = 0.0, 0.0
@@ -355,7 +355,7 @@ def _telling(slope: Float32, inside: NDArray[np.bool_]) -> NDArray[np.intp]:
 def _step(
     difference: Float32,
     slope: Float32,
-    picked: NDArray[np.intp],
+    picked: Indices,
     unit: Float64,
     belief: tuple[Float64, Float64],
 ) -> tuple[Float64, Float64]:

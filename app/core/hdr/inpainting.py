@@ -22,8 +22,7 @@ from app.core.hdr.chart import Chart, azimuth_elevation
 from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from app.core.base.arrays import Bools
     from app.core.base.colour import FloatImage
     from app.core.hdr.frame import Merged
 
@@ -51,7 +50,7 @@ def fill(merged: Merged, mask: FloatImage) -> Merged:
     ----------
     merged : Merged
         Panorama of radiance, linear Rec. 709.
-    mask : NDArray[np.float32], (H, W)
+    mask : Float32, (H, W)
         1 where something is to be removed, 0 to 1. What is touched by more than 2 % is replaced
         up to the mask's own share, and faded out over `FEATHER_DEG` around it.
 
@@ -85,17 +84,17 @@ def fill(merged: Merged, mask: FloatImage) -> Merged:
     return replace(merged, radiance=radiance, clipped=clipped, dark=dark)
 
 
-def components(area: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
+def components(area: Bools) -> list[Bools]:
     """Split an area of a panorama into parts that touch on the sphere.
 
     Parameters
     ----------
-    area : NDArray[np.bool_], (H, W)
+    area : Bools, (H, W)
         Any area.
 
     Returns
     -------
-    list[NDArray[np.bool_]]
+    list[Bools]
         Areas (H, W), largest first; parts that meet at the seam or at a pole are one.
     """
     count, labels = cv2.connectedComponents(area.astype(np.uint8), connectivity=8)
@@ -142,7 +141,7 @@ def _small(radiance: FloatImage, mask: FloatImage) -> tuple[FloatImage, FloatIma
     return np.asarray(light, np.float32) * share[..., np.newaxis], share
 
 
-def _coarse(mask: FloatImage) -> NDArray[np.bool_]:
+def _coarse(mask: FloatImage) -> Bools:
     """Reduce a mask to at most `_COARSE` columns; texels that it touches at all count."""
     touched = (mask > _TOUCHED).astype(np.float32)
     step = -(-touched.shape[1] // _COARSE)
@@ -152,7 +151,7 @@ def _coarse(mask: FloatImage) -> NDArray[np.bool_]:
     return np.asarray(cv2.resize(touched, size, interpolation=cv2.INTER_AREA)) > 0.0
 
 
-def _chart(part: NDArray[np.bool_], shape: tuple[int, int]) -> Chart:
+def _chart(part: Bools, shape: tuple[int, int]) -> Chart:
     """Choose a chart around a masked part with some of its surroundings."""
     size = (part.shape[0], part.shape[1])
     every = directions(size).astype(np.float64)
@@ -172,7 +171,7 @@ def _side(shape: tuple[int, int]) -> int:
 
 
 def _solve(
-    chart: Chart, light: FloatImage, known: FloatImage, masked: NDArray[np.bool_]
+    chart: Chart, light: FloatImage, known: FloatImage, masked: Bools
 ) -> tuple[FloatImage, FloatImage]:
     """Membrane on the chart, (side, side, 3), and how much of it replaces the picture."""
     weight = chart.sample(known)
@@ -190,7 +189,7 @@ def _solve(
     return _membrane(values, (~free).astype(np.float32)), share
 
 
-def _without_lamps(seen: FloatImage, edge: NDArray[np.bool_]) -> FloatImage:
+def _without_lamps(seen: FloatImage, edge: Bools) -> FloatImage:
     """Hold light down to what most of the surroundings give, its hue kept."""
     if not edge.any():
         return seen

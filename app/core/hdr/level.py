@@ -22,10 +22,9 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
 from app.core.base.sphere import angle_of, angles_of, rotation
@@ -34,9 +33,9 @@ from app.core.hdr.registration import edges
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Bytes, Float64
     from app.core.hdr.frame import Bracket, Frame, Pose
 
-Float64: TypeAlias = NDArray[np.float64]
 
 _LEVEL_DEG: Final = 0.05  # what a note with one decimal shows as 0.0
 _DIFFERENT_DEG: Final = 0.5
@@ -66,7 +65,7 @@ class Levelling:
 def levelling(
     bracket: Bracket,
     first_rotation: Float64 | None = None,
-    picture: NDArray[np.uint8] | None = None,
+    picture: Bytes | None = None,
 ) -> Levelling:
     """Decide how a bracket is levelled.
 
@@ -160,7 +159,7 @@ def _ahead(matrix: Float64) -> Float64:
     return rotation(-angles_of(matrix)[0]) @ matrix
 
 
-def _most_upright(readings: list[Float64], picture: NDArray[np.uint8]) -> Float64:
+def _most_upright(readings: list[Float64], picture: Bytes) -> Float64:
     """Choose the reading under which the picture's edges stand upright; the first where none does.
 
     An edge lies on a great circle, whose normal is the direction of its gradient on the sphere.

@@ -21,9 +21,9 @@ from app.core.base.errors import ProbeError
 from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:
+    from app.core.base.arrays import Bools, Float64
     from app.core.hdr.frame import Merged
 
-Float64: TypeAlias = NDArray[np.float64]
 Int32: TypeAlias = NDArray[np.int32]
 
 MAX_LIGHTS: Final = 12
@@ -167,7 +167,7 @@ def find_lights(merged: Merged, grid: LightGrid | None = None) -> tuple[Light, .
     )
 
 
-def upsampled(light: Light, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+def upsampled(light: Light, shape: tuple[int, ...]) -> Bools:
     """Mark a light's texels on the panorama that it was found in.
 
     Parameters
@@ -243,7 +243,7 @@ def _regions(grid: LightGrid, total: float) -> tuple[Int32, int]:
     return _components(core | lost)
 
 
-def _components(mask: NDArray[np.bool_]) -> tuple[Int32, int]:
+def _components(mask: Bools) -> tuple[Int32, int]:
     """Label the connected parts of a mask, gaps of one texel bridged, across the seam."""
     bridged = cv2.morphologyEx(
         _wrapped(mask.astype(np.uint8), 2), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)

@@ -117,7 +117,7 @@ def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
 
     Returns
     -------
-    NDArray[np.float32], (H, W)
+    Float32, (H, W)
         1 where something is to be removed, 0 to 1.
 
     Raises
@@ -152,7 +152,7 @@ def cap_mask(elevation_deg: float, shape: tuple[int, int]) -> FloatImage:
 
     Returns
     -------
-    NDArray[np.float32], (H, W)
+    Float32, (H, W)
         Share of each texel's height that lies below.
     """
     return box_mask(-180.0, 180.0, -90.0, elevation_deg, shape)
@@ -173,7 +173,7 @@ def box_mask(
 
     Returns
     -------
-    NDArray[np.float32], (H, W)
+    Float32, (H, W)
         Share of each texel in the box.
     """
     height, width = shape
@@ -199,7 +199,7 @@ def polygon_mask(points_deg: Sequence[tuple[float, float]], shape: tuple[int, in
 
     Returns
     -------
-    NDArray[np.float32], (H, W)
+    Float32, (H, W)
         Share of each texel inside, to a quarter of a texel's side.
 
     Raises
@@ -230,7 +230,7 @@ def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
 
     Returns
     -------
-    NDArray[np.float32], (H, W)
+    Float32, (H, W)
         0 to 1; the brightest of the colour channels counts, transparency does not.
 
     Raises

@@ -7,11 +7,10 @@ from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.progress import Report, Token, silent
 from app.core.hdr.agreement import agree
@@ -29,6 +28,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Future
     from typing import Protocol
 
+    from app.core.base.arrays import Bytes, Float32, Float64
     from app.core.hdr.decoding import Pixels
     from app.core.hdr.pixels import FrameStack
 
@@ -36,11 +36,9 @@ if TYPE_CHECKING:
         """What the merge needs of a response."""
 
         @property
-        def table(self) -> NDArray[np.float64]:
+        def table(self) -> Float64:
             """Linear value in 0..1 of each code, (3, 256) or (K, 3, 256)."""
 
-
-Float32: TypeAlias = NDArray[np.float32]
 
 SIZE: Final = (1024, 2048)
 """Rows and columns of a merged panorama."""
@@ -127,7 +125,7 @@ def merge(
     doubts : Sequence[float], optional
         By how much each frame differs from its neighbours, where frames do not fit each other
         (`app.core.hdr.agreement`); only for 8-bit frames of full size.
-    trust : Sequence of NDArray[np.float32] or None, (h, w) each, optional
+    trust : Sequence of Float32 or None, (h, w) each, optional
         How far to trust each frame at each place, 0 to 1, at the size of the proxies,
         interpolated bilinearly; None for a frame that is trusted everywhere.
     size : tuple[int, int] or None, optional
@@ -341,7 +339,7 @@ def _mixed(planes: Sequence[Float32]) -> Float32:
     return np.asarray(cv2.merge(planes))
 
 
-def _share(mask: NDArray[np.uint8]) -> Float32:
+def _share(mask: Bytes) -> Float32:
     return mask.astype(np.float32) * np.float32(1.0 / 255.0)
 
 

@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.hdr.contradiction import CLIPPED, LOOSE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Bytes, Float32
     from app.core.hdr.contradiction import Predictions
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
 
 _BLACK: Final = 8
 _FEWEST: Final = 64  # pixels that say something

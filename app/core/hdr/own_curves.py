@@ -22,9 +22,8 @@ from app.core.hdr.response_recovery import srgb_table
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
-    from app.core.hdr.brightness_transfer import CodeMatches, Floats
+    from app.core.base.arrays import Float64, Int64
+    from app.core.hdr.brightness_transfer import CodeMatches
 
 _NODES: Final = 14
 _TOE: Final = 0.05
@@ -46,7 +45,7 @@ _LEAST_RISE: Final = 0.2  # of sRGB's between two codes
 
 def recover_own_curves(
     matches: CodeMatches, stops: Sequence[float]
-) -> tuple[Floats, tuple[float, ...]]:
+) -> tuple[Float64, tuple[float, ...]]:
     """Recover each frame's curve.
 
     Parameters
@@ -83,7 +82,7 @@ def recover_own_curves(
     return tables, tuple(float(-end) for end in ends)
 
 
-def _equations(matches: CodeMatches, stops: Sequence[float]) -> tuple[Floats, Floats, Floats]:
+def _equations(matches: CodeMatches, stops: Sequence[float]) -> tuple[Float64, Float64, Float64]:
     """Return the design, (R, unknowns), what it has to give, (R,), and its variance, (R,)."""
     hats, base = _hats(), np.log2(srgb_table()[1:])
     bright = matches.code - 1
@@ -102,7 +101,7 @@ def _equations(matches: CodeMatches, stops: Sequence[float]) -> tuple[Floats, Fl
     return rows.reshape(len(matches), -1), wanted, slope**2 * codes + _FLOOR_STOPS**2
 
 
-def _hats() -> Floats:
+def _hats() -> Float64:
     """Return what each node adds to each code from 1 on, (255, nodes)."""
     codes = np.arange(1, 256) / 255.0
     place = np.log1p(codes / _TOE) / np.log1p(1.0 / _TOE)
@@ -110,7 +109,7 @@ def _hats() -> Floats:
     return np.column_stack([np.interp(place, nodes, row) for row in np.eye(_NODES)])
 
 
-def _prior(white: NDArray[np.int64], base: Floats) -> tuple[Floats, Floats]:
+def _prior(white: Int64, base: Float64) -> tuple[Float64, Float64]:
     """Quadratic form of what is unlikely, and its pull, given what code each frame clips at."""
     frames = len(white)
     bend = np.diff(np.eye(_NODES), 2, axis=0)
@@ -120,11 +119,11 @@ def _prior(white: NDArray[np.int64], base: Floats) -> tuple[Floats, Floats]:
     return form + ends.T @ ends / _WHITE**2, ends.T @ -base[white - 1] / _WHITE**2
 
 
-def _rising(logs: Floats, base: Floats) -> Floats:
+def _rising(logs: Float64, base: Float64) -> Float64:
     """Let every curve rise, from its middle to both ends."""
     least = _LEAST_RISE * np.diff(base)
     rise = np.maximum(np.diff(logs, axis=1), least)
     middle = logs.shape[1] // 2
     run = np.concatenate([np.zeros((len(logs), 1)), np.cumsum(rise, axis=1)], axis=1)
-    result: Floats = run - run[:, middle : middle + 1] + logs[:, middle : middle + 1]
+    result: Float64 = run - run[:, middle : middle + 1] + logs[:, middle : middle + 1]
     return result

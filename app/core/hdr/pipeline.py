@@ -14,10 +14,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Self, TypeAlias
+from typing import TYPE_CHECKING, Final, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.colour import srgb_encode
 from app.core.base.errors import ProbeError
@@ -52,6 +51,7 @@ from app.core.solver.environment import from_radiance
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Bytes, Float64
     from app.core.hdr.dual_fisheye import Circles
     from app.core.hdr.fisheye_stitch import Stitching
     from app.core.hdr.frame import Merged
@@ -61,7 +61,6 @@ if TYPE_CHECKING:
 
 __all__ = ["MergeOptions", "Probe", "measure", "rehearse"]
 
-Float64: TypeAlias = NDArray[np.float64]
 
 _MOST_KEPT: Final = 12288 * 6144
 _REHEARSAL: Final = (128, 256)
@@ -90,7 +89,7 @@ class Probe:
     levelling: Levelling
     moved: deghosting.Moved
     finished: Finished
-    display: NDArray[np.uint8] = field(repr=False)
+    display: Bytes = field(repr=False)
     warnings: tuple[str, ...]
     notes: tuple[str, ...]
     stitching: Stitching | None = None
@@ -379,7 +378,7 @@ class _Aligned:
         """Return what was done to the frame that was shot first, whose pose counts."""
         return self.alignments[first_shot(bracket)].rotation if self.alignments else None
 
-    def picture(self, bracket: Bracket) -> NDArray[np.uint8] | None:
+    def picture(self, bracket: Bracket) -> Bytes | None:
         """Return a small copy of the frame in which edges can be seen best, if one is needed."""
         poses = [frame.pose for frame in bracket.frames if frame.pose is not None]
         if not self.alignments or not any(pose.pitch_deg or pose.roll_deg for pose in poses):

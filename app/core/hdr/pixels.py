@@ -11,10 +11,9 @@ import math
 import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, Self, TypeAlias
+from typing import TYPE_CHECKING, Final, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.colour import srgb_encode
 from app.core.base.errors import ProbeError
@@ -42,6 +41,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Future
     from types import TracebackType
 
+    from app.core.base.arrays import Bools, Bytes, Float32, Indices
     from app.core.hdr.frame import Bracket, Frame
     from app.core.hdr.frame_preprocessing import Opener
 
@@ -55,7 +55,6 @@ __all__ = [
     "workers",
 ]
 
-Bytes: TypeAlias = NDArray[np.uint8]
 
 MEMORY_BYTES: Final = 640 << 20
 """Decoded frames up to this size together are held in memory."""
@@ -75,16 +74,16 @@ class FrameStack:
     ----------
     stops : tuple[float, ...]
         Their nominal exposures in stops.
-    proxies : tuple[NDArray[np.uint8], ...], (h, w, 3) each
+    proxies : tuple[Bytes, ...], (h, w, 3) each
         Area means of the coded values, `proxy_shape` large. 16-bit codes are cut to 8 bits,
         linear frames are coded by the sRGB curve below `top`, or below 1.
-    samples : NDArray[np.uint8], (K, N, 3)
+    samples : Bytes, (K, N, 3)
         The same N pixels of every frame, coded as the proxies, not averaged.
-    sample_places : NDArray[np.intp], (N, 2)
+    sample_places : Indices, (N, 2)
         Row and column of each sample in the full frames.
     sources : tuple[RowSource, ...]
         Where the full pixels come from.
-    seen : tuple[NDArray[np.float32] or None, ...], (h, w) each
+    seen : tuple[Float32 or None, ...], (h, w) each
         Of the proxies' size: 1 where a moved frame shows something, 0 where it does not. None for
         a frame that fills the picture; empty where no frame was moved.
     """
@@ -93,10 +92,10 @@ class FrameStack:
     stops: tuple[float, ...]
     proxies: tuple[Bytes, ...] = field(repr=False)
     samples: Bytes = field(repr=False)
-    sample_places: NDArray[np.intp] = field(repr=False)
+    sample_places: Indices = field(repr=False)
     top: float
     sources: tuple[RowSource, ...] = field(repr=False)
-    seen: tuple[NDArray[np.float32] | None, ...] = ()
+    seen: tuple[Float32 | None, ...] = ()
     dropped: tuple[Frame, ...] = ()
     warnings: tuple[str, ...] = ()
 
@@ -217,7 +216,7 @@ def relaid(
     stack: FrameStack,
     ways: Sequence[Callable[[Pixels], Pixels] | None],
     *,
-    seen: Sequence[NDArray[np.float32] | None] = (),
+    seen: Sequence[Float32 | None] = (),
     token: Token | None = None,
     report: Report = silent,
 ) -> FrameStack:
@@ -227,7 +226,7 @@ def relaid(
     ----------
     ways : Sequence[Callable or None]
         For each frame what moves its pixels, None for a frame that stays.
-    seen : Sequence[NDArray[np.float32] or None], optional
+    seen : Sequence[Float32 or None], optional
         As `FrameStack.seen`.
 
     Returns
@@ -269,9 +268,7 @@ def relaid(
     )
 
 
-def _seen_by_all(
-    stack: FrameStack, seen: Sequence[NDArray[np.float32] | None]
-) -> NDArray[np.bool_]:
+def _seen_by_all(stack: FrameStack, seen: Sequence[Float32 | None]) -> Bools:
     """Find the samples that all frames show; (N,)."""
     kept = np.ones(len(stack.sample_places), bool)
     for mask in seen:

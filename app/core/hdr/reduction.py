@@ -9,16 +9,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from typing import Self
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
+    from app.core.base.arrays import Float32, Float64
+
 
 _MOST_PERIOD: Final = 256
 
@@ -88,7 +87,7 @@ class Reduction:
         -------
         int
             First row of the result that they touch.
-        NDArray[np.float32], (n, stop - start)
+        Float32, (n, stop - start)
             Shares; over all bands those of one row of the result sum to 1.
         """
         height, rows = self.given[0], self.wanted[0]
@@ -105,12 +104,12 @@ class Reduction:
 
         Parameters
         ----------
-        plane : NDArray[np.float32], (n, W)
+        plane : Float32, (n, W)
             Rows of a channel, contiguous.
 
         Returns
         -------
-        NDArray[np.float32], (n, w)
+        Float32, (n, w)
             As many columns as wanted.
         """
         count, width = plane.shape

@@ -17,18 +17,16 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass, replace
-from typing import Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.sphere import angle_of, from_vector, positions
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
-Numbers: TypeAlias = NDArray[np.integer[Any] | np.floating[Any]]
+if TYPE_CHECKING:
+    from app.core.base.arrays import Bytes, Float32, Float64, Floats, Indices, Numbers
+
 
 _CLIPPED: Final = 248  # code of the brightest channel, of an area mean; nothing is compared from it
 _BLACK: Final = 4
@@ -81,7 +79,7 @@ class _Places:
 class _Match:
     """The places of one frame that are seen in another one, and how far the codes are off."""
 
-    use: NDArray[np.intp]
+    use: Indices
     error: Float32
     gain: Float32
     misfit: float
@@ -228,7 +226,7 @@ def _transfer(codes: Float32, seen: Numbers) -> tuple[Float32, Float32]:
     return value.astype(np.float32), gain.astype(np.float32)
 
 
-def _solve(normal: NDArray[np.floating[Any]], right: NDArray[np.floating[Any]]) -> Float64:
+def _solve(normal: Floats, right: Floats) -> Float64:
     """Return the Gauss-Newton step, slightly damped where the sums do not determine it."""
     damping = 1e-6 * float(np.trace(normal)) + 1e-9
     return np.asarray(-np.linalg.solve(normal + damping * np.eye(3), right), np.float64)

@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from app.core.hdr.brightness_transfer import CodeMatches, Floats, Samples
+    from app.core.base.arrays import Bytes, Float64
+    from app.core.hdr.brightness_transfer import CodeMatches
     from app.core.hdr.response_recovery import Recovered
 
 __all__ = [
@@ -81,11 +82,11 @@ class Response:
     """
 
     name: str
-    table: Floats = field(repr=False)
+    table: Float64 = field(repr=False)
     residual_stops: float = float("nan")
     note: str = ""
 
-    def at(self, coded: ArrayLike) -> Floats:
+    def at(self, coded: ArrayLike) -> Float64:
         """Linear light of coded values of any depth, such as 16-bit codes / 65535.
 
         Parameters
@@ -110,7 +111,7 @@ class Response:
         channels = [np.interp(values[..., c], codes, self.table[c]) for c in range(3)]
         return np.stack(channels, axis=-1)
 
-    def slope(self) -> Floats:
+    def slope(self) -> Float64:
         """How much the linear light changes with one code.
 
         Returns
@@ -157,9 +158,7 @@ def srgb_response() -> Response:
     return Response("sRGB", np.tile(srgb_table(), (3, 1)))
 
 
-def choose_response(
-    samples: Samples, stops: Sequence[float], mode: Mode = "auto"
-) -> ResponseChoice:
+def choose_response(samples: Bytes, stops: Sequence[float], mode: Mode = "auto") -> ResponseChoice:
     """Choose the curve to merge a bracket with, and find tags that are wrong.
 
     Parameters
@@ -292,7 +291,7 @@ def _hopeless(residual: float) -> str:
 
 def _by_channel(
     matches: CodeMatches, stops: Sequence[float], shared: Recovered, check: StepCheck
-) -> tuple[Floats, StepCheck]:
+) -> tuple[Float64, StepCheck]:
     """Give each channel its own curve where one for all does not do; (3, 256).
 
     A bracket cannot tell how large the channels are against each other. A sensor clips all

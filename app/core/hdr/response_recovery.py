@@ -27,7 +27,8 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.hdr.brightness_transfer import CodeMatches, Floats
+    from app.core.base.arrays import Float64
+    from app.core.hdr.brightness_transfer import CodeMatches
 
 _NODES: Final = 16
 # Nodes lie evenly in log(1 + code / toe): near the toe curves bend over a few codes.
@@ -61,13 +62,13 @@ class Recovered:
         Log local gamma at the nodes as a departure from sRGB's.
     """
 
-    table: Floats
+    table: Float64
     cost: float
     tag_stops: float
-    unknowns: Floats
+    unknowns: Float64
 
 
-def srgb_table() -> Floats:
+def srgb_table() -> Float64:
     """Linear light of each sRGB code (IEC 61966-2-1), in double for smooth slopes.
 
     Returns
@@ -76,7 +77,7 @@ def srgb_table() -> Floats:
         0 to 1.
     """
     codes = np.arange(256) / 255.0
-    light: Floats = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
+    light: Float64 = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
     return light
 
 
@@ -85,7 +86,7 @@ def recover_curve(
     stops: Sequence[float],
     *,
     free_frame: int | None = None,
-    start: Floats | None = None,
+    start: Float64 | None = None,
     hold: float = 0.0,
 ) -> Recovered:
     """Recover the curve that explains the matching codes.
@@ -128,11 +129,11 @@ class _Problem:
         self.dark_code = matches.dark_code
         self.steps = matches.steps(stops)
         self.variance = np.maximum(matches.scatter, 0.5) ** 2 / matches.places + _FLOOR_CODES**2
-        self.sign: Floats | None = None
+        self.sign: Float64 | None = None
         if free_frame is not None:
             self.sign = (matches.bright == free_frame) * 1.0 - (matches.dark == free_frame)
 
-    def curve(self, gamma: Floats) -> tuple[Floats, Floats]:
+    def curve(self, gamma: Float64) -> tuple[Float64, Float64]:
         """Log2 exposure of codes 1 to 255, and its derivative by the unknowns."""
         rise = self.prior_rise * np.exp(self.hats @ gamma)
         log_exposure = np.zeros(255)
@@ -141,7 +142,7 @@ class _Problem:
         slope[:-1] = -np.cumsum((rise[:, np.newaxis] * self.hats)[::-1], axis=0)[::-1]
         return log_exposure, slope
 
-    def residuals(self, unknowns: Floats) -> tuple[Floats, Floats]:
+    def residuals(self, unknowns: Float64) -> tuple[Float64, Float64]:
         """Darker code minus what the curve expects, and how the expectation changes."""
         curve, slope = self.curve(unknowns[:_NODES])
         target = curve[self.code - 1] - self.steps
@@ -157,7 +158,7 @@ class _Problem:
             change = np.column_stack([change, -self.sign])
         return self.dark_code - expected, change / per_code
 
-    def penalty(self, hold: float) -> tuple[Floats, Floats]:
+    def penalty(self, hold: float) -> tuple[Float64, Float64]:
         """Quadratic forms: of the unknowns, and of their distance from the start."""
         size = _NODES + (self.sign is not None)
         bend = np.diff(np.eye(_NODES), 2, axis=0)
@@ -170,7 +171,7 @@ class _Problem:
         near[:_NODES, :_NODES] = hold * 1e3 * np.eye(_NODES)
         return smooth, near
 
-    def solve(self, start: Floats, hold: float) -> Recovered:
+    def solve(self, start: Float64, hold: float) -> Recovered:
         """Iterate until nothing moves."""
         smooth, near = self.penalty(hold)
         home = np.zeros(len(smooth))
@@ -199,8 +200,8 @@ class _Problem:
         )
 
 
-def _strictly_rising(table: Floats) -> Floats:
+def _strictly_rising(table: Float64) -> Float64:
     """Guard the darkest codes against underflow of very steep curves; (256,)."""
     floor = np.arange(256) * 1e-12
-    guarded: Floats = np.maximum(table, floor) / max(float(table[-1]), float(floor[-1]))
+    guarded: Float64 = np.maximum(table, floor) / max(float(table[-1]), float(floor[-1]))
     return guarded

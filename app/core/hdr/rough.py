@@ -24,8 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
+    from app.core.base.arrays import Bytes, Float32
     from app.core.hdr.frame import Exposure
     from app.core.solver.environment import Environment
 
@@ -54,7 +53,7 @@ class Rough:
         Share of the sphere that is clipped even in the darkest of them, 0 to 1.
     """
 
-    radiance: NDArray[np.float32] = field(repr=False)
+    radiance: Float32 = field(repr=False)
     frames: int
     clipped_share: float
 
@@ -100,7 +99,7 @@ def _by_exposure(frame: tuple[Any, float]) -> float:
     return -frame[1]
 
 
-def _picture(path: Path) -> NDArray[np.uint8] | None:
+def _picture(path: Path) -> Bytes | None:
     """Codes of a small panorama, None for everything else, unstitched ones among it."""
     try:
         frame = read_header(path).frame
@@ -114,14 +113,14 @@ def _picture(path: Path) -> NDArray[np.uint8] | None:
         return None
 
 
-def _shrunk(codes: NDArray[np.uint8], rows: int) -> NDArray[np.uint8]:
+def _shrunk(codes: Bytes, rows: int) -> Bytes:
     if codes.shape[0] == rows:
         return codes
     size = (2 * rows, rows)
     return np.asarray(cv2.resize(codes, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
-def _steps_fit(pictures: Sequence[NDArray[np.uint8]], stops: Sequence[float]) -> bool:
+def _steps_fit(pictures: Sequence[Bytes], stops: Sequence[float]) -> bool:
     """Whether neighbouring pictures differ about as much as their exposures, where both see."""
     for index in range(len(pictures) - 1):
         bright, dark = pictures[index][..., 1], pictures[index + 1][..., 1]
@@ -134,7 +133,7 @@ def _steps_fit(pictures: Sequence[NDArray[np.uint8]], stops: Sequence[float]) ->
     return True
 
 
-def _merged(pictures: Sequence[NDArray[np.uint8]], stops: Sequence[float]) -> Rough | None:
+def _merged(pictures: Sequence[Bytes], stops: Sequence[float]) -> Rough | None:
     """Mean of what the pictures say, each weighed by how well it sees a place."""
     rows, columns = pictures[0].shape[:2]
     total, weight = np.zeros((rows, columns, 3)), np.zeros((rows, columns))
@@ -153,7 +152,7 @@ def _merged(pictures: Sequence[NDArray[np.uint8]], stops: Sequence[float]) -> Ro
         return None
     radiance = total / weight[..., None]
     mean = float((areas[..., None] * radiance).sum() / 3.0)
-    relative: NDArray[np.float32] = (radiance / mean).astype(np.float32)
+    relative: Float32 = (radiance / mean).astype(np.float32)
     try:
         from_radiance(relative.copy(), "thumbnails")
     except EnvironmentFileError:

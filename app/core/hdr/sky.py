@@ -26,7 +26,7 @@ import numpy as np
 from app.core.base.colour import LUMINANCE_WEIGHTS
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from app.core.base.arrays import Float64
 
 SkyWord: TypeAlias = Literal["clear", "hazy", "thin cloud"]
 
@@ -89,7 +89,7 @@ def direct_normal_lux(elevation_deg: float, sky: SkyWord = "clear") -> float:
     return _SOLAR_CONSTANT_LUX * math.exp(-_EXTINCTION[sky] * air_mass(elevation_deg))
 
 
-def sun_colour(elevation_deg: float, sky: SkyWord = "clear") -> NDArray[np.float64]:
+def sun_colour(elevation_deg: float, sky: SkyWord = "clear") -> Float64:
     """Colour of direct sunlight: what the air has taken out of it.
 
     Rayleigh scattering by Leckner, "The spectral distribution of solar radiation at the earth's

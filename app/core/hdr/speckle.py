@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from app.core.base.arrays import Float32, Indices
 from app.core.hdr.decoding import row_bands
 from app.core.hdr.pixels import workers
 
@@ -24,8 +24,7 @@ if TYPE_CHECKING:
 
     from app.core.base.progress import Token
 
-Float32: TypeAlias = NDArray[np.float32]
-_Change: TypeAlias = tuple[NDArray[np.intp], Float32]
+_Change: TypeAlias = tuple[Indices, Float32]
 
 _AROUND: Final = 5  # pixels of the square whose median is asked
 _STOPS: Final = 0.15  # by which colours may differ from it as they like
@@ -40,9 +39,9 @@ def quiet_colours(radiance: Float32, values: Sequence[Float32], token: Token) ->
 
     Parameters
     ----------
-    radiance : NDArray[np.float32], (h, w, 3)
+    radiance : Float32, (h, w, 3)
         Merged light.
-    values : Sequence[NDArray[np.float32]], (3, 256) each
+    values : Sequence[Float32], (3, 256) each
         Light of each code of each frame, brightest frame first, in the same unit.
     """
     height, width = radiance.shape[:2]

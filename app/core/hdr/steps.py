@@ -19,7 +19,8 @@ from app.core.hdr.response_recovery import srgb_table
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.hdr.brightness_transfer import CodeMatches, Floats, Samples
+    from app.core.base.arrays import Bytes, Float64
+    from app.core.hdr.brightness_transfer import CodeMatches
 
 # Brackets of 20 scenes with an sRGB curve, noise and JPEG 95: three quarters of the levels of
 # 2-stop steps lie within 0.015 stops, of turned frames within 0.03. A curve that is off by so
@@ -115,7 +116,7 @@ def tolerance(step: float) -> float:
     return _TOLERANCE + _TOLERANCE_PER_STOP * abs(step)
 
 
-def check_steps(samples: Samples, stops: Sequence[float], table: Floats | None = None) -> StepCheck:
+def check_steps(samples: Bytes, stops: Sequence[float], table: Float64 | None = None) -> StepCheck:
     """Measure the steps between the frames of a bracket.
 
     Parameters
@@ -137,7 +138,7 @@ def check_steps(samples: Samples, stops: Sequence[float], table: Floats | None =
     return check_matches(matches, stops, curve)
 
 
-def check_matches(matches: CodeMatches, stops: Sequence[float], table: Floats) -> StepCheck:
+def check_matches(matches: CodeMatches, stops: Sequence[float], table: Float64) -> StepCheck:
     """Compare matching codes with the stated steps; see `check_steps`.
 
     Parameters
@@ -189,7 +190,7 @@ def reach(stops: Sequence[float]) -> int:
     return 2 if len(stops) <= 5 else 1
 
 
-def _measured(matches: CodeMatches, table: Floats) -> tuple[Floats, Floats]:
+def _measured(matches: CodeMatches, table: Float64) -> tuple[Float64, Float64]:
     """Step that each row measures, and stops per code at its darker code; (R,) each."""
     measured = np.zeros(len(matches))
     slope = np.zeros(len(matches))
@@ -212,7 +213,7 @@ def _measured(matches: CodeMatches, table: Floats) -> tuple[Floats, Floats]:
 
 
 def _by_level(
-    level: Floats, values: tuple[Floats, Floats], weights: Floats, places: Floats
+    level: Float64, values: tuple[Float64, Float64], weights: Float64, places: Float64
 ) -> tuple[list[float], list[float]]:
     """Weighted means of both values for each level that enough places reach."""
     count = np.bincount(level, places, minlength=3 * _LEVELS)

@@ -11,10 +11,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
@@ -33,6 +32,7 @@ from app.core.solver.environment import reduce_radiance, solid_angles
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Float64, Int64
     from app.core.hdr.frame import Merged
     from app.core.hdr.lights import Light, LightGrid
 
@@ -47,7 +47,6 @@ __all__ = [
     "sun_core",
 ]
 
-Float64: TypeAlias = NDArray[np.float64]
 
 _APERTURE_DEG: Final = 2.5  # half-angle of a pyrheliometer: what counts as direct sunlight
 
@@ -211,7 +210,7 @@ def _restored(
     return Restoration(done, light.id, wanted.lux, wanted.near, sentence, added, held)
 
 
-def _texels_of(light: Light, merged: Merged) -> tuple[NDArray[np.int64], Float64]:
+def _texels_of(light: Light, merged: Merged) -> tuple[Int64, Float64]:
     """Return a light's texels on the panorama, and how much of each may be brightened."""
     mask = upsampled(light, merged.clipped.shape)
     if light.clipped:
@@ -223,7 +222,7 @@ def _texels_of(light: Light, merged: Merged) -> tuple[NDArray[np.int64], Float64
 
 def _disc(
     shape: tuple[int, int], core: Core, diameter_deg: float = SUN_DIAMETER_DEG
-) -> tuple[NDArray[np.int64], Float64]:
+) -> tuple[Int64, Float64]:
     """Texels that a disc covers, and the share of the disc in each (sum 1)."""
     height, width = shape
     fine = max(1, round(32 * SUN_DIAMETER_DEG / diameter_deg))

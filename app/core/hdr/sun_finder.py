@@ -8,11 +8,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.sphere import direction, directions_at
 from app.core.hdr.lights import light_grid, spread_of
@@ -22,10 +21,10 @@ from app.core.solver.environment import solid_angles
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Indices
     from app.core.hdr.frame import Merged
     from app.core.hdr.lights import Light, LightGrid
 
-Float64: TypeAlias = NDArray[np.float64]
 
 # What the sun looks like in the darkest frame. A lamp or window that fails any one is left alone.
 _LEAST_CLIP_CD_M2: Final = 15_000.0  # half of sunlit snow: dimmer frames clip far too much
@@ -185,7 +184,7 @@ def _under_open_sky(core: Core, grid: LightGrid, cd_m2: float | None, clip: floa
     return dim and ground >= _LEAST_ALBEDO * (from_sky + from_sun)
 
 
-def _window(light: Light, merged: Merged) -> tuple[slice, NDArray[np.intp]]:
+def _window(light: Light, merged: Merged) -> tuple[slice, Indices]:
     """Rows and (wrapped) columns of the panorama that hold a light, with a margin."""
     height, width = merged.clipped.shape
     grid_width = min(width, 512)

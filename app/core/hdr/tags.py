@@ -16,7 +16,8 @@ from app.core.hdr.steps import check_matches
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.hdr.brightness_transfer import CodeMatches, Floats
+    from app.core.base.arrays import Float64
+    from app.core.hdr.brightness_transfer import CodeMatches
     from app.core.hdr.response_recovery import Recovered
     from app.core.hdr.steps import StepCheck
 
@@ -62,7 +63,7 @@ class TagError:
 
 
 def explain_by_tags(
-    matches: CodeMatches, check: StepCheck, stops: Stops, table: Floats
+    matches: CodeMatches, check: StepCheck, stops: Stops, table: Float64
 ) -> tuple[Stops, tuple[TagError, ...], StepCheck] | None:
     """Find the wrong tags that make a known curve fit.
 
@@ -176,7 +177,7 @@ def _moved(stops: Stops, by: dict[int, float]) -> Stops:
 
 
 def _one_wrong(
-    frame: int, matches: CodeMatches, check: StepCheck, stops: Stops, table: Floats
+    frame: int, matches: CodeMatches, check: StepCheck, stops: Stops, table: Float64
 ) -> tuple[int, float, StepCheck]:
     """Believe all frames but one; (frame, its error in stops, the check then)."""
     signs = [(step.bright == frame) - (step.dark == frame) for step in check.steps]
@@ -195,7 +196,7 @@ def _longer_steps(check: StepCheck) -> bool:
 
 
 def _several_wrong(
-    matches: CodeMatches, check: StepCheck, stops: Stops, table: Floats
+    matches: CodeMatches, check: StepCheck, stops: Stops, table: Float64
 ) -> tuple[Stops, tuple[TagError, ...], StepCheck] | None:
     """Believe only what was measured, if it does not depend on the level.
 

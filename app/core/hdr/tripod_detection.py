@@ -15,11 +15,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base import colour
 from app.core.base.errors import ProbeError
@@ -31,10 +30,10 @@ from app.core.solver.environment import solid_angles
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Bools, Bytes, Float64, Indices
     from app.core.base.colour import FloatImage
     from app.core.hdr.frame import Merged
 
-Mask: TypeAlias = NDArray[np.bool_]
 
 NADIR: Final = (0.0, -90.0)
 """Azimuth and elevation of what lies straight below, degrees."""
@@ -69,7 +68,7 @@ class Clutter:
 
     Attributes
     ----------
-    mask : NDArray[np.float32], (H, W)
+    mask : Float32, (H, W)
         1 where it is, 0 to 1, in the panorama's texels.
     confidence : float
         0 to 1; 1 for a mask by hand.
@@ -86,7 +85,7 @@ class Clutter:
 class _Found:
     """A region on the chart, with its measures."""
 
-    area: Mask
+    area: Bools
     inside: float
     outside: float
 
@@ -133,7 +132,7 @@ def suggest(merged: Merged, foot: tuple[float, float] = NADIR) -> tuple[Clutter,
     return (Clutter(name, mask, size, confidence, reason),)
 
 
-def foot_of(rotation: NDArray[np.float64] | None) -> tuple[float, float]:
+def foot_of(rotation: Float64 | None) -> tuple[float, float]:
     """Where a camera's foot is in the panorama after levelling.
 
     Parameters
@@ -181,7 +180,7 @@ def union(clutter: Sequence[Clutter], shape: tuple[int, int]) -> FloatImage:
 
     Returns
     -------
-    NDArray[np.float32], (H, W)
+    Float32, (H, W)
         The largest of them at each texel; 0 where there are none.
     """
     whole = np.zeros(shape, np.float32)
@@ -230,7 +229,7 @@ def _find(features: FloatImage, chart: Chart) -> _Found | None:
     return _Found(_grown(_without_holes(area), _GROW_DEG / pixel), inside, outside)
 
 
-def _same_side(area: Mask, away_deg: FloatImage) -> Mask:
+def _same_side(area: Bools, away_deg: FloatImage) -> Bools:
     """Where an area may go on: far from the foot, only in directions it has nearer to it.
 
     The walls and the sky beyond the ground are unlike the ground too, all the way round.
@@ -242,7 +241,7 @@ def _same_side(area: Mask, away_deg: FloatImage) -> Mask:
     return (away_deg < _NEAR_DEG) | open_to[sector]
 
 
-def _edge(features: FloatImage, area: Mask) -> float:
+def _edge(features: FloatImage, area: Bools) -> float:
     """Median step of the colour across an area's edge, in cells of the histogram.
 
     Ground that darkens gently toward the foot has no such step.
@@ -257,28 +256,28 @@ def _edge(features: FloatImage, area: Mask) -> float:
     return float(np.median(steps[rim]))
 
 
-def _sectors(count: int) -> NDArray[np.intp]:
+def _sectors(count: int) -> Indices:
     """Which of so many directions from the foot each pixel of the chart lies in."""
     steps = np.arange(_SIDE) - (_SIDE - 1) / 2.0
     side = np.arctan2(steps[:, np.newaxis], steps[np.newaxis, :])
-    whole: NDArray[np.intp] = np.floor((side / (2.0 * np.pi) + 0.5) * count).astype(np.intp)
+    whole: Indices = np.floor((side / (2.0 * np.pi) + 0.5) * count).astype(np.intp)
     return whole % count
 
 
-def _ring(away_deg: FloatImage) -> Mask:
+def _ring(away_deg: FloatImage) -> Bools:
     return (away_deg > _RING_DEG[0]) & (away_deg < _RING_DEG[1])
 
 
-def _cells(features: FloatImage, ring: Mask) -> NDArray[np.intp]:
+def _cells(features: FloatImage, ring: Bools) -> Indices:
     """Cell of the histogram for each texel, the ring's median in the middle."""
     middle = np.median(features[ring], axis=0)
     steps = (features - middle) / np.array(_STEP, np.float32) + _BINS / 2.0
     cells = np.clip(steps, 0.0, _BINS - 1).astype(np.intp)
-    index: NDArray[np.intp] = (cells[..., 0] * _BINS + cells[..., 1]) * _BINS + cells[..., 2]
+    index: Indices = (cells[..., 0] * _BINS + cells[..., 1]) * _BINS + cells[..., 2]
     return index
 
 
-def _counts(cells: NDArray[np.intp], among: Mask) -> FloatImage:
+def _counts(cells: Indices, among: Bools) -> FloatImage:
     return np.bincount(cells[among], minlength=_BINS**3).astype(np.float32)
 
 
@@ -293,7 +292,7 @@ def _rarity(counts: FloatImage) -> FloatImage:
     return np.asarray(-np.log10(usual + 1e-6), np.float32)
 
 
-def _rare_in_ring(cells: NDArray[np.intp], away_deg: FloatImage) -> FloatImage:
+def _rare_in_ring(cells: Indices, away_deg: FloatImage) -> FloatImage:
     """Rarity of each texel in the ring without the ring's part on the texel's own side.
 
     Somebody who stands there takes up a part of the ring and would be common in it. At the foot,
@@ -314,7 +313,7 @@ def _rare_in_ring(cells: NDArray[np.intp], away_deg: FloatImage) -> FloatImage:
     return rare
 
 
-def _hanging_together(area: Mask, seeds: Mask) -> Mask:
+def _hanging_together(area: Bools, seeds: Bools) -> Bools:
     """Parts of an area that contain enough of the seeds, gaps of a degree or two closed."""
     closed = cv2.morphologyEx(area.astype(np.uint8), cv2.MORPH_CLOSE, _disc(2.0))
     _, labels = cv2.connectedComponents(closed, connectivity=8)
@@ -324,23 +323,23 @@ def _hanging_together(area: Mask, seeds: Mask) -> Mask:
     return np.isin(labels, wanted)
 
 
-def _without_holes(area: Mask) -> Mask:
+def _without_holes(area: Bools) -> Bools:
     outlines, _ = cv2.findContours(area.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     filled = np.zeros(area.shape, np.uint8)
     cv2.drawContours(filled, outlines, -1, (1,), cv2.FILLED)
     return filled > 0
 
 
-def _grown(area: Mask, pixels: float) -> Mask:
+def _grown(area: Bools, pixels: float) -> Bools:
     return cv2.dilate(area.astype(np.uint8), _disc(pixels)) > 0
 
 
-def _disc(radius: float) -> NDArray[np.uint8]:
+def _disc(radius: float) -> Bytes:
     side = 2 * round(radius) + 1
     return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)), np.uint8)
 
 
-def _on_panorama(area: Mask, chart: Chart, shape: tuple[int, int]) -> FloatImage:
+def _on_panorama(area: Bools, chart: Chart, shape: tuple[int, int]) -> FloatImage:
     mask = np.zeros(shape, np.float32)
     picture = area.astype(np.float32)
     for start in range(0, shape[0], 64):
@@ -353,7 +352,7 @@ def _on_panorama(area: Mask, chart: Chart, shape: tuple[int, int]) -> FloatImage
     return mask
 
 
-def _words(area: Mask, chart: Chart) -> tuple[str, str]:
+def _words(area: Bools, chart: Chart) -> tuple[str, str]:
     """Name a region and say why it is suggested."""
     away = chart.distances()[area]
     far = float(np.percentile(away, 98.0))

@@ -19,11 +19,10 @@ from app.core.base.colour import srgb_decode, srgb_encode
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Bytes, Float32, Indices
     from app.core.hdr.decoding import Pixels
     from app.core.hdr.weighting import FrameTables
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
 Plane: TypeAlias = NDArray[Any]
 
 TRUSTED: Final = 0.5
@@ -66,9 +65,9 @@ class Band:
 
     Attributes
     ----------
-    radiance : list[NDArray[np.float32]], three of (rows, W)
+    radiance : list[Float32], three of (rows, W)
         Red, green, blue.
-    clipped, dark : NDArray[np.uint8] or None, (rows, W)
+    clipped, dark : Bytes or None, (rows, W)
         255 where the pixel is clipped (black) in every frame; None where no pixel is.
     clipped_counts : list[int]
         Clipped pixels in each frame.
@@ -125,7 +124,7 @@ def merge_band(
     ----------
     bands : Sequence[Pixels], (rows, W, 3) each
         Rows of each frame, brightest first, as stored.
-    trusts : Sequence[NDArray[np.float32] or None], (rows, W) each
+    trusts : Sequence[Float32 or None], (rows, W) each
         Trust in each pixel, 0 to 1; None for a frame that is trusted everywhere.
     """
     sums = Sums()
@@ -168,7 +167,7 @@ class Weights:
 
     light: FrameLight
     whole: Float32 = field(repr=False)
-    near: NDArray[np.intp] | None = field(repr=False)
+    near: Indices | None = field(repr=False)
     bright: Float32 = field(repr=False)
     faint: Float32 = field(repr=False)
 
@@ -314,7 +313,7 @@ def hue_rises(
     largest: Plane,
     light: FrameLight,
     radiance: Sequence[Float32] | None = None,
-) -> tuple[NDArray[np.intp], list[Float32]]:
+) -> tuple[Indices, list[Float32]]:
     """Find the pixels that `keep_hue` changes, flat, and by how much in each channel.
 
     Without `radiance` the frame's own is raised.

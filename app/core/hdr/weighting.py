@@ -40,15 +40,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.colour import srgb_encode
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
+    from app.core.base.arrays import Bools, Float32, Float64
+
 Scheme: TypeAlias = Literal["noise", "reinhard"]
 
 CLIPPED_CODE: Final = 254
@@ -90,17 +89,17 @@ class FrameTables:
 
     Attributes
     ----------
-    bright : NDArray[np.float32], (n,)
+    bright : Float32, (n,)
         Weight by the largest of a pixel's three codes.
-    faint : NDArray[np.float32], (n,)
+    faint : Float32, (n,)
         Weight by the smallest of them; the weight of the pixel is the product.
-    own : NDArray[np.float32], (n,)
+    own : Float32, (n,)
         Takes the place of `bright` for a channel where it is larger, by the channel's own code.
     full : int
         Below this code `bright` is 1.
     ramp : int
         Below this code `bright` is 1 at least where `own` is not 0, and `own` need not be asked.
-    value : NDArray[np.float32], (3, n)
+    value : Float32, (3, n)
         Radiance that a code stands for, per channel.
     spent : int
         Codes from here on may be clipped: JPEG moves 255 by several beside a lamp. They have no
@@ -123,7 +122,7 @@ def clipped_code(table: Float64) -> int:
 
     Parameters
     ----------
-    table : NDArray[np.float64], (3, 256)
+    table : Float64, (3, 256)
         Response: linear value of each code.
 
     Returns
@@ -149,7 +148,7 @@ def frame_tables(
 
     Parameters
     ----------
-    table : NDArray[np.float64], (3, 256)
+    table : Float64, (3, 256)
         Response: linear value in 0..1 of each code of each channel, rising.
     stops : Sequence[float]
         Exposures of all frames in stops.
@@ -247,12 +246,12 @@ def neutral_end(table: Float64) -> Float64:
 
     Parameters
     ----------
-    table : NDArray[np.float64], (3, 256)
+    table : Float64, (3, 256)
         Response.
 
     Returns
     -------
-    NDArray[np.float64], (3, 256)
+    Float64, (3, 256)
         The response, changed only above code 235 and never lowered.
     """
     share = np.clip((np.arange(256.0) - 235.0) / 20.0, 0.0, 1.0)
@@ -260,7 +259,7 @@ def neutral_end(table: Float64) -> Float64:
     return np.asarray(table * (1.0 + (gain - 1.0) * share * share * (3.0 - 2.0 * share)))
 
 
-def _first(codes: NDArray[np.bool_]) -> int:
+def _first(codes: Bools) -> int:
     """Find the first code of which something is true, one after the last where it never is."""
     return int(np.argmax(codes)) if codes.any() else codes.size
 

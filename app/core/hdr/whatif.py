@@ -6,10 +6,9 @@ refining it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.solver import reach
 from app.core.solver.reach import LIMITS, Choice, Limits, Measured, Objective
@@ -20,16 +19,18 @@ from app.core.solver.solve import measure
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Float64, Floats
     from app.core.solver.style_pack import StylePack
 
-Float64: TypeAlias = NDArray[np.float64]
 
 _AT_ONCE: Final = 16  # lights: few enough that their waves stay near the processor
 
 
 def choose(
     pack: StylePack,
-    light: NDArray[np.floating[Any]],
+    light: Floats,
     objective: Objective = "picture",
     limits: Limits = LIMITS,
 ) -> Choice:
@@ -51,7 +52,7 @@ def choose(
 
 def choices(
     pack: StylePack,
-    lights: Sequence[NDArray[np.floating[Any]]],
+    lights: Sequence[Floats],
     objective: Objective = "picture",
     limits: Limits = LIMITS,
 ) -> Choice:
