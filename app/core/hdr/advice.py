@@ -29,8 +29,6 @@ _USUAL_FRAMES: Final = {"window": 2, "lamp": 3}
 def direction_words(azimuth_deg: float, elevation_deg: float) -> str:
     """Say where a light is.
 
-    Examples
-    --------
     >>> direction_words(3.0, 40.0), direction_words(90.0, 5.0), direction_words(-140.0, 0.0)
     ('in front, high', 'on the right', 'behind on the left')
     """
@@ -57,13 +55,10 @@ def direction_words(azimuth_deg: float, elevation_deg: float) -> str:
 
 
 def kind_words(light: Light, sun: Light | None = None) -> str:
-    """Name what a light most likely is, or no more than "bright area".
+    """Name what a light most likely is.
 
-    Returns
-    -------
-    str
-        "sun", "lamp" (small and compact), "window" (upright, of middling size, at the height of
-        windows) or "bright area".
+    "sun", "lamp" (small and compact), "window" (upright, of middling size, at the height of
+    windows) or "bright area".
     """
     if sun is not None and light.id == sun.id:
         return "sun"
@@ -78,11 +73,7 @@ def kind_words(light: Light, sun: Light | None = None) -> str:
 def darker_frames(light: Light, merged: Merged, kind: str) -> int:
     """How many frames, each 2 EV darker than the last, would plausibly hold a clipped light.
 
-    Parameters
-    ----------
-    merged : Merged
-        The panorama it was found in; with absolute luminance the count follows from what such
-        lights reach, else from experience.
+    With absolute luminance that follows from what such lights reach, else from experience.
     """
     lamp = kind == "lamp" or light.diameter_deg <= 12.0
     if merged.cd_m2 is None:
@@ -98,19 +89,10 @@ def advise(
     room_stops: float | None,
     maybe: str = "",
 ) -> tuple[str, ...]:
-    """Write the advice of a clip audit.
+    """Write the advice of a clip audit, in whole sentences; empty when nothing is clipped.
 
-    Parameters
-    ----------
-    room_stops : float or None
-        How many stops darker the camera can go; None where unknown.
-    maybe : str, optional
-        Id of the lamp that is the sun, if the exposure of the frames were known; "" for none.
-
-    Returns
-    -------
-    tuple of str
-        Whole sentences about the clipped lamps; empty when nothing is clipped.
+    `room_stops` is how many stops darker the camera can go, None where unknown; `maybe` the id
+    of the lamp that is the sun, if the exposure of the frames were known, "" for none.
     """
     clipped = [light for light in lights if light.clipped]
     if not clipped:

@@ -48,19 +48,9 @@ _LEAST: Final = 1e-12
 def doubts(samples: Bytes, table: Float64, stops: Sequence[float]) -> tuple[float, ...]:
     """Measure how far each frame differs from its neighbours, in natural logarithms.
 
-    Parameters
-    ----------
-    samples : (K, N, 3) uint8
-        Coded values of the same places.
-    table : (3, 256) or (K, 3, 256) float64
-        Linear light of each code.
-    stops : sequence of float
-        True exposures.
-
-    Returns
-    -------
-    tuple of float
-        Empty where the frames fit, cannot be compared, or are too far apart to outvote another.
+    `samples`, (K, N, 3) uint8, are coded values of the same places; `table`, (3, 256) or (K, 3,
+    256), linear light of each code; `stops` true exposures. Empty where the frames fit, cannot
+    be compared, or are too far apart to outvote another.
     """
     if len(stops) < 3 or np.median(np.abs(np.diff(np.sort(stops)))) > _WIDE_STOPS:
         return ()
@@ -95,12 +85,8 @@ def agree(
 ) -> None:
     """Put the mean of what agrees in the place of merged light, where frames are not clipped.
 
-    Parameters
-    ----------
-    bands : sequence of (rows, W, 3) uint8
-        The same rows of each frame.
-    radiance : three of (rows, W)
-        What the rows were merged to; changed in place.
+    `bands`, (rows, W, 3) uint8, are the same rows of each frame; `radiance`, three of (rows,
+    W), what they were merged to, is changed in place.
     """
     logs, says, sure = [], [], []
     told = np.zeros(radiance[0].shape, np.float32)

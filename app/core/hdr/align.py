@@ -33,16 +33,9 @@ _MIDDLE_SHARE: Final = 0.6  # of the most usable frame's pixels, for a frame to 
 class Alignment:
     """How one frame has to be rotated to lie on the reference frame.
 
-    Attributes
-    ----------
-    rotation : (3, 3) float64 or None
-        For `app.core.base.sphere.remap_frame`; None where the frame is to be left as it is.
-    angle_deg : float
-        Angle of the rotation found, degrees; also where it was too small or too doubtful to use.
-    residual_deg : float
-        Standard error of the rotation, degrees; infinite where nothing could be compared.
-    trusted : bool
-        Whether the frame could be compared; where not, `rotation` is None.
+    `rotation`, (3, 3) float64 for `sphere.remap_frame`, is None where the frame is left as it
+    is: `angle_deg` is too small, or `trusted` is False because the frames could not be
+    compared. `residual_deg` is the standard error, infinite where nothing could be compared.
     """
 
     rotation: Float64 | None
@@ -58,34 +51,18 @@ _ALONE: Final = Alignment(None, 0.0, math.inf, 0, trusted=False)
 def reference_of(frames: Sequence[Bytes]) -> int:
     """Choose the frame that the others are laid on: the middle one if it is well exposed.
 
-    Parameters
-    ----------
-    frames : sequence of (h, w, 3) uint8
-        Small copies of the frames, coded RGB, in the order of their exposures.
-
-    Returns
-    -------
-    int
-        Index of the frame nearest to the middle of the bracket that has at least 60 % as many
-        usable pixels, by solid angle, as the best one.
+    Of the frames, (h, w, 3) uint8 in the order of exposure, the one nearest to the middle that
+    has at least 60 % as many usable pixels, by solid angle, as the best one.
     """
     return _best([pyramid(frame) for frame in frames])
 
 
 def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[Alignment, ...]:
-    """Find the small rotations between the frames of a bracket of panoramas.
+    """Find the small rotations that lay a bracket's panoramas on the reference frame.
 
-    Parameters
-    ----------
-    frames : sequence of (h, w, 3) uint8
-        Small copies (area means, about 672 x 336) of the coded frames, RGB, equirectangular.
-        Frames of other proportions are left alone: their angle of view is not known.
-
-    Returns
-    -------
-    tuple[Alignment, ...]
-        One for each frame; what `app.core.base.sphere.remap_frame` needs to lay it on the reference
-        frame. Frames that lie on it already, and frames that cannot be compared, have no rotation.
+    `frames`, (h, w, 3) uint8, are area means, about 672 x 336, of coded RGB. Frames of other
+    proportions are left alone: their angle of view is not known. So are frames that lie on the
+    reference already, or cannot be compared.
     """
     count = len(frames)
     if count < 2 or frames[0].shape[1] != 2 * frames[0].shape[0]:
@@ -106,11 +83,8 @@ def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[Alignment
 def sentences(alignments: Sequence[Alignment], names: Sequence[str]) -> tuple[str, ...]:
     """Say what was done about frames that do not lie on each other.
 
-    Returns
-    -------
-    tuple[str, ...]
-        Sentences for the user; none where every frame that can be compared lies where it should:
-        frames too dark to be compared are no reason to worry then.
+    Nothing where every frame that can be compared lies where it should: frames too dark to be
+    compared are no reason to worry then.
     """
     moved = [k for k, a in enumerate(alignments) if a.rotation is not None]
     blind = [k for k, a in enumerate(alignments) if not a.trusted]

@@ -47,16 +47,9 @@ class _Read:
 class ArrivingFrames:
     """Reads frames in worker threads as they come.
 
-    Use it as a context manager, or call `close`.
+    Use it as a context manager, or call `close`. `expected` is how many frames will come, 0
+    where not known: they are held in memory when so many of them fit.
 
-    Parameters
-    ----------
-    expected : int, optional
-        How many frames will come, 0 where that is not known: frames are held in memory when so
-        many of them fit.
-
-    Examples
-    --------
     >>> with ArrivingFrames(3) as frames:
     ...     pass  # frames.add(path) for each file, then frames.measure(paths, pack)
     """
@@ -96,18 +89,7 @@ class ArrivingFrames:
             future.add_done_callback(self._let_go)
 
     def problem(self, path: Path, token: Token | None = None) -> str:
-        """Say what is wrong with a file, once it has been read.
-
-        Returns
-        -------
-        str
-            One sentence; "" when the picture is whole, or was never added.
-
-        Raises
-        ------
-        Cancelled
-            When the token was cancelled.
-        """
+        """Say in one sentence what is wrong with a file, once it has been read; "" if nothing."""
         with self._lock:
             future = self._reading.get(path)
         if future is None:

@@ -53,13 +53,7 @@ _PART_SHARE: Final = 0.02  # of all that is clipped
 
 @dataclass(frozen=True, slots=True)
 class WhatIf:
-    """A style under a brighter lamp.
-
-    Attributes
-    ----------
-    turn_deg : float
-        The turn that would then be best, deg.
-    """
+    """A style under a lamp brighter by some stops: its best turn then, degrees."""
 
     light: str
     stops: float
@@ -69,21 +63,13 @@ class WhatIf:
 
 @dataclass(frozen=True, slots=True)
 class StyleChange:
-    """How far a style's answer depends on what is clipped.
+    """How far a style's answer depends on what is clipped; its grid turn as it is, degrees.
 
-    Attributes
-    ----------
-    turn_deg : float
-        Its grid turn in the panorama as it is, deg.
-    cases : tuple of WhatIf
-        Every clipped lamp and all together, 1, 3 and 6 stops brighter; a restored light at both
-        ends of its likely range.
-    worst : float
-        The most given up in any case tried, parts of wide lamps and 10 stops included.
-    least_stops : float or None
-        The smallest brightening tried that puts the turn in doubt; None when none does.
-    reach_stops : float or None
-        The smallest that brings the style into reach, or puts it out; None when none does.
+    `cases` are every clipped lamp and all together, 1, 3 and 6 stops brighter, and a restored
+    light at both ends of its likely range. `worst` is the most given up in any case tried,
+    parts of wide lamps and 10 stops included. `least_stops` is the smallest brightening tried
+    that puts the turn in doubt, `reach_stops` the smallest that brings the style into reach, or
+    puts it out; None when none does.
     """
 
     name: str
@@ -105,13 +91,9 @@ class StyleChange:
 class Audit:
     """What is clipped in every frame, and what that means.
 
-    Attributes
-    ----------
-    clipped_energy_fraction : float
-        Share of the light in clipped texels as measured: a lower bound, 0 to 1.
-    clipped_energy_range : tuple of float
-        From that bound to what it would be if all that is clipped were 6 stops brighter, or,
-        for the sun, as bright as the clear-sky model allows.
+    `clipped_energy_fraction` is the share of the light in clipped texels as measured, a lower
+    bound, 0 to 1; the range goes from there to what it would be if all that is clipped were 6
+    stops brighter, or, for the sun, as bright as the clear-sky model allows.
     """
 
     clipped_energy_fraction: float
@@ -149,20 +131,11 @@ def audit(
 ) -> Audit:
     """Say what is clipped in every frame and which answers depend on it.
 
-    Parameters
-    ----------
-    environment : (H, W) float or None
-        Luminance of `merged` reduced to the pack's size, where the caller has it already.
-    restoration : Restoration or None
-        What put the sun or a lamp of `merged` back: its likely range is tried as well. Where
-        there is one, the sun has been looked for already.
-    room_stops : float or None
-        How many stops darker than its darkest frame the camera can go; None where unknown.
-
-    Raises
-    ------
-    ProbeError
-        If `merged` is not a full panorama.
+    `environment`, (H, W), is the luminance of `merged` reduced to the pack's size, where the
+    caller has it already. `restoration` put the sun or a lamp of `merged` back: its likely
+    range is tried as well, and the sun has been looked for already. `room_stops` is how many
+    stops darker than its darkest frame the camera can go; None where unknown. ProbeError if
+    `merged` is not a full panorama.
     """
     grid = light_grid(merged) if grid is None else grid
     bound = float((grid.lost * grid.solid_angle).sum()) / grid.total

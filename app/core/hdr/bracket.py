@@ -54,29 +54,14 @@ class _Listed:
 def read_bracket(paths: Sequence[Path], times: Sequence[float] | None = None) -> Bracket:
     """Read the headers of a bracket's files and put its frames in order.
 
-    Parameters
-    ----------
-    paths : Sequence[Path]
-        The files in any order, or one folder: then of the files in it with the ending of a picture
-        (`app.core.hdr.metadata.ENDINGS`, hidden ones left out), sorted by name, the largest set
-        that can be one bracket. What is left out is said.
-    times : Sequence[float], optional
-        Exposure times in seconds, one for each file in the order above. They win over EXIF; ISO
-        and f-number are still taken from EXIF where they are stated.
+    `paths` are the files in any order, or one folder: then of the pictures in it
+    (`metadata.ENDINGS`, hidden ones left out), sorted by name, the largest set that can be one
+    bracket. What is left out is said. `times` in seconds, one a file in that order, win over
+    EXIF; ISO and f-number are still EXIF's.
 
-    Returns
-    -------
-    Bracket
-        Brightest first, equal exposures by name; copies of a file are dropped. Every frame has an
-        exposure.
-
-    Raises
-    ------
-    ProbeError
-        When there are fewer than two different frames or more than `MAX_FRAMES`, when a file is
-        not a picture (`app.core.hdr.metadata.read_header`), of another size, kind, orientation
-        or camera than the others, tone-mapped in the camera, or without an exposure time; when
-        all exposures are equal, and when `times` do not fit.
+    Raises ProbeError with fewer than two different frames or more than `MAX_FRAMES`; for a file
+    that is not a picture, tone-mapped, without an exposure time, or of another size, kind,
+    orientation or camera; when all exposures are equal, or `times` do not fit.
     """
     headers, left_out = _read_all([Path(path) for path in paths], times)
     files = [header.frame.path for header in headers]
@@ -243,10 +228,10 @@ def _without_copies(frames: list[_Listed]) -> tuple[list[_Listed], list[str]]:
 
 
 def _contents(frames: list[_Listed]) -> list[tuple[str, ...]]:
-    """Return equal values for equal files.
+    """Return equal values for equal files, reading no more of them than that takes.
 
-    Files are read only as far as it takes: not at all when no other has their length, and whole
-    only when another starts with the same bytes.
+    Nothing where no other has their length, the whole only where another starts with the same
+    bytes.
     """
     paths = [frame.header.frame.path for frame in frames]
     contents: list[tuple[str, ...]] = [(str(_size(path)),) for path in paths]

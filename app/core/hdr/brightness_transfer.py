@@ -70,29 +70,15 @@ _POWERS: Final = np.stack([_CODES**0, _CODES, _CODES**2], axis=-1).astype(np.flo
 
 @dataclass(frozen=True, slots=True)
 class CodeMatches:
-    """Matching codes of pairs of frames, one row per pair, channel and code.
+    """Matching codes of pairs of frames, one of R rows per pair, channel and code.
 
-    Attributes
-    ----------
-    bright, dark : (R,) int64
-        Frame numbers of the pair, 0 is the brightest frame.
-    channel : (R,) int64
-        0, 1, 2 for red, green, blue.
-    code : (R,) int64
-        Code in the brighter frame, 0 to 255.
-    dark_code : (R,) float64
-        Mean code of the same places in the darker frame, 0 to 255.
-    places : (R,) float64
-        How many places stand behind the row.
-    scatter : (R,) float64
-        Standard deviation of the darker code over these places, in codes.
-    turned : tuple[tuple[int, int], ...]
-        Pairs of frames (brighter, darker) that were matched by rank.
-    raised_black : bool
-        Whether no light at all has a code well above 0, as in scans of film.
-    whites : tuple[int, ...]
-        Of each frame: the first code that stands for any amount of light, where that is well below
-        255 since a local tone curve has darkened what was clipped; 256 where it is not.
+    `bright` and `dark` are frame numbers, 0 the brightest; `channel` is 0, 1, 2 for red, green,
+    blue; `code` is in the brighter frame, `dark_code` the mean of the same places in the darker
+    one, both 0 to 255; `places` stand behind the row; `scatter` is the darker code's standard
+    deviation. `turned` are pairs (brighter, darker) that were matched by rank. `raised_black`
+    says that no light at all has a code well above 0, as in scans of film. `whites` has for
+    each frame the first code that stands for any amount of light, where a local tone curve has
+    darkened what was clipped; else 256.
     """
 
     bright: Int64
@@ -111,18 +97,7 @@ class CodeMatches:
         return len(self.code)
 
     def steps(self, stops: Sequence[float]) -> Float64:
-        """Exposure step of each row in stops, brighter minus darker.
-
-        Parameters
-        ----------
-        stops : Sequence[float]
-            Exposure of each frame in stops.
-
-        Returns
-        -------
-        (R,) float64
-            Not negative for stops that fall.
-        """
+        """Exposure step of each row in stops, (R,), brighter minus darker."""
         exposure = np.asarray(stops, dtype=np.float64)
         difference: Float64 = exposure[self.bright] - exposure[self.dark]
         return difference
@@ -146,19 +121,7 @@ class CodeMatches:
 
 
 def frame_pairs(stops: Sequence[float], reach: int = 2) -> list[tuple[int, int]]:
-    """Pairs of frames that can be compared.
-
-    Parameters
-    ----------
-    stops : Sequence[float]
-        Exposure of each frame in stops, falling.
-
-    Returns
-    -------
-    list[tuple[int, int]]
-        (brighter, darker) frame numbers; pairs less than 0.15 or more than 6.1 stops apart are
-        left out.
-    """
+    """Pairs of frames (brighter, darker) 0.15 to 6.1 stops apart; `stops` fall."""
     return [
         (bright, dark)
         for bright in range(len(stops))
@@ -170,17 +133,8 @@ def frame_pairs(stops: Sequence[float], reach: int = 2) -> list[tuple[int, int]]
 def match_codes(samples: Bytes, stops: Sequence[float], reach: int = 2) -> CodeMatches:
     """Find which code of the darker frame goes with each code of the brighter one.
 
-    Parameters
-    ----------
-    samples : (K, N, 3) uint8
-        Coded values of the same N places in all K frames, brightest frame first.
-    stops : Sequence[float]
-        Exposure of each frame in stops, falling; only chooses the pairs.
-
-    Raises
-    ------
-    ValueError
-        When the samples are not (K, N, 3) bytes or the number of stops is not K.
+    `samples`, (K, N, 3) uint8, are the same N places in all K frames, brightest first. `stops`,
+    falling, only choose the pairs. ValueError when they do not fit each other.
     """
     if samples.ndim != 3 or samples.shape[2] != 3 or samples.dtype != np.uint8:
         raise ValueError(f"samples must be (K, N, 3) uint8, not {samples.shape} {samples.dtype}")
@@ -240,7 +194,7 @@ def _white(histogram: Int64) -> int:
 
 
 def _filled(frame: Bytes) -> Bools:
-    """Places of one frame that hold no picture; (N,) bool.
+    """Places of one frame, (N,), that hold no picture.
 
     Pure primary colours, which mark borders (a lamp that is so colourful is no loss), and any
     exact colour that fills a tenth of the frame.

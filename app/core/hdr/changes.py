@@ -29,15 +29,10 @@ _FREE: Final = 0.01  # of a curve's range: what a turn may cost before it is cal
 class Change:
     """What happens to a style's answer.
 
-    Attributes
-    ----------
-    turn_before_deg, turn_after_deg : float
-        Refined turns, degrees in (-180, 180], positive clockwise.
-    change_deg : float
-        From the first to the second the shorter way, degrees in (-180, 180].
-    given_up : float
-        What the turn before loses under the light after: the objective's maximum minus its value
-        there, as a share of the range of the curve over all turns, 0 to 1.
+    Turns are refined, degrees in (-180, 180], positive clockwise; `change_deg` is the shorter
+    way from before to after. `given_up` is what the turn before loses under the light after:
+    the objective's maximum minus its value there, as a share of the range of the curve over all
+    turns, 0 to 1.
     """
 
     style: str
@@ -60,15 +55,8 @@ def changes(
 ) -> tuple[Change, ...]:
     """Solve for all styles under two lights and compare.
 
-    Parameters
-    ----------
-    before, after : (H, W, 3) float
-        Environments at turn 0 in the pack's size, linear Rec. 709 radiance, any exposure.
-
-    Raises
-    ------
-    EnvironmentFileError
-        When an environment is black, not finite or of another size.
+    Both are (H, W, 3) at turn 0 in the pack's size, linear Rec. 709 radiance, any exposure.
+    EnvironmentFileError when one is black, not finite or of another size.
     """
     old = solve_all(pack, before, objective)
     new = solve_all(pack, after, objective)
@@ -81,11 +69,6 @@ def sentence(found: Sequence[Change], what: str = "what is masked") -> str:
     Only styles that the place can give, before or after, are spoken of. A turn that moved
     between two places which the new light finds equally good (within 1 % of the curve's range)
     counts as unchanged, and is mentioned.
-
-    Returns
-    -------
-    str
-        For example "Without the tripod no turn changes by more than 2 degrees."
     """
     lead = f"Without {what}"
     seen = [each for each in found if each.attainable_before or each.attainable_after]

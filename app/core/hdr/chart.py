@@ -35,16 +35,10 @@ def azimuth_elevation(vector: Float64) -> tuple[float, float]:
 
 @dataclass(frozen=True, slots=True)
 class Chart:
-    """A square picture of the sphere around a direction.
+    """A square picture of the sphere around a direction, `side` pixels wide.
 
-    Attributes
-    ----------
-    centre : tuple[float, float]
-        Azimuth and elevation of the middle, degrees.
-    reach_deg : float
-        Angle from the middle to the middle of each edge, degrees; below 180.
-    side : int
-        Pixels along an edge.
+    `centre` is azimuth and elevation of the middle, `reach_deg` the angle from there to the
+    middle of each edge, below 180; degrees.
     """
 
     centre: tuple[float, float]
@@ -70,16 +64,9 @@ class Chart:
         return np.degrees(self._angle(np.hypot(x, y))).astype(np.float32)
 
     def sample(self, panorama: NDArray[Any]) -> NDArray[Any]:
-        """Look a panorama up at the chart's pixels, bilinearly and across its seam.
+        """Look a panorama, (H, W) or (H, W, C), up at the chart's pixels, side by side.
 
-        Parameters
-        ----------
-        panorama : (H, W) or (H, W, C) float32 or uint8
-            Equirectangular.
-
-        Returns
-        -------
-        (side, side) or (side, side, C), the same kind
+        Bilinearly and across its seam; float32 or uint8 as given.
         """
         height, width = panorama.shape[:2]
         x, y = self._grid()
@@ -99,20 +86,10 @@ class Chart:
         )
 
     def place(self, shape: tuple[int, int], rows: slice) -> tuple[FloatImage, FloatImage]:
-        """Find where some rows of a panorama lie on the chart.
+        """Find where some rows of a panorama of that shape lie on the chart.
 
-        Parameters
-        ----------
-        shape : tuple[int, int]
-            Rows and columns of the whole panorama.
-        rows : slice
-            Which rows.
-
-        Returns
-        -------
-        column, row : Float32, (rows, W)
-            Pixels, whole numbers at pixels' middles; beyond the edges where a texel is not on
-            the chart.
+        Columns and rows, (rows, W) float32 each, whole numbers at pixels' middles; beyond
+        the edges where a texel is not on the chart.
         """
         x, y, z = self._seen(shape, rows)
         if self.kind == "stereographic":

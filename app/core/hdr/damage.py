@@ -40,16 +40,9 @@ _NEIGHBOURS: Final = 2
 def disagreeing(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[int, ...]:
     """Find the frames that are likely damaged.
 
-    Parameters
-    ----------
-    frames : sequence of (h, w, 3) uint8
-        Small pictures (area means) of all frames of a panorama, coded as in their files.
-
-    Returns
-    -------
-    tuple of int
-        The fewest frames whose damage explains every pair that does not fit; both frames of a pair
-        where neither is likelier. Empty with fewer than three frames.
+    `frames`, (h, w, 3) uint8 each, are area means of a panorama's frames, coded as in their
+    files. Returns the fewest whose damage explains every pair that does not fit; both frames of
+    a pair where neither is likelier. Empty with fewer than three frames.
     """
     if len(frames) < 3:
         return ()

@@ -56,13 +56,7 @@ class RowSource(Protocol):
 
 
 class MemoryRows:
-    """A frame that is held in memory.
-
-    Parameters
-    ----------
-    pixels : Pixels, (H, W, 3)
-        The decoded frame.
-    """
+    """A decoded frame, (H, W, 3), that is held in memory."""
 
     __slots__ = ("pixels",)
 
@@ -80,15 +74,7 @@ class MemoryRows:
 class RawRows:
     """A frame spooled to a temporary file, for formats and frames that cannot be read by rows.
 
-    Parameters
-    ----------
-    pixels : Pixels, (H, W, 3)
-        The decoded frame; written to the temporary file, which has no name and goes with it.
-
-    Raises
-    ------
-    ProbeError
-        When the disk is full.
+    The file has no name and goes with the object. ProbeError when the disk is full.
     """
 
     __slots__ = ("_dtype", "_file", "_width")
@@ -128,10 +114,7 @@ class RawRows:
 class FileRows:
     """A frame read from its file by rows, from top to bottom, again and again if need be.
 
-    Parameters
-    ----------
-    frame : Frame
-        The frame; its size and kind must be what the file has. Rows come as they are stored.
+    Size and kind must be what the file has. Rows come as they are stored.
     """
 
     __slots__ = ("_frame", "_next", "_source", "_tiles")
@@ -143,13 +126,7 @@ class FileRows:
         self._tiles: tuple[int, Pixels] | None = None
 
     def rows(self, start: int, stop: int) -> Pixels:
-        """Read rows ``start..stop``.
-
-        Raises
-        ------
-        ProbeError
-            When the file is missing or damaged.
-        """
+        """Read rows ``start..stop``; ProbeError when the file is missing or damaged."""
         if self._source is None or start < self._next:
             self.close()
             self._source = _open(self._frame)
@@ -197,24 +174,11 @@ class FileRows:
 
 
 def decode(frame: Frame, token: Token) -> Pixels:
-    """Decode a whole frame.
+    """Decode a whole frame, (H, W, 3), upright as `Frame.orientation` says.
 
-    Parameters
-    ----------
-    token : Token
-        Checked every `READ_ROWS` rows.
-
-    Returns
-    -------
-    Pixels, (H, W, 3)
-        uint8 or uint16 as coded, or linear float32; grey files are repeated into three channels,
-        alpha is left out; upright as `Frame.orientation` says.
-
-    Raises
-    ------
-    ProbeError
-        When the file is missing, damaged, cut off, or not of the size and kind that
-        `Frame` states.
+    uint8 or uint16 as coded, or linear float32; grey files are repeated into three channels,
+    alpha is left out. ProbeError when the file is missing, damaged, cut off, or not what
+    `Frame` states.
     """
     if frame.orientation != 1:
         return upright(decode(frame.as_stored, token), frame.orientation)
@@ -230,20 +194,11 @@ def decode(frame: Frame, token: Token) -> Pixels:
 
 
 def decode_half(frame: Frame, token: Token) -> Pixels:
-    """Decode a JPEG at half its size, for little more than half the work.
+    """Decode a JPEG at half its size, (H / 2, W / 2, 3) codes, for little more than half the work.
 
-    Every pixel is the mean code of four, as the decoder makes it of a block's lower frequencies.
-    OpenCV does not say when a file is damaged: ask `halvable` before and `is_whole` in doubt.
-
-    Returns
-    -------
-    Bytes, (H / 2, W / 2, 3)
-        As coded.
-
-    Raises
-    ------
-    ProbeError
-        When the file cannot be read or has changed its size.
+    Every pixel is the mean code of four, as the decoder makes it of a block's lower
+    frequencies. OpenCV does not say when a file is damaged: ask `halvable` before and
+    `is_whole` in doubt. ProbeError when the file cannot be read or has changed its size.
     """
     token.check()
     # In the order that is wanted: turning it round afterwards takes a fifth of the time.
@@ -286,10 +241,8 @@ def is_whole(frame: Frame, token: Token) -> bool:
 
 
 def row_bands(height: int, rows: int) -> list[tuple[int, int]]:
-    """Divide rows into bands ``(start, stop)`` from top to bottom, the last may be shorter.
+    """Divide rows into bands ``(start, stop)`` from top to bottom; the last may be shorter.
 
-    Examples
-    --------
     >>> row_bands(10, 4)
     [(0, 4), (4, 8), (8, 10)]
     """

@@ -61,17 +61,9 @@ class Circles:
 
 
 def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
-    """Say whether the frames of a bracket are unstitched, and where their circles are.
+    """Say whether a bracket's small, coded frames are unstitched, and where their circles are.
 
-    Parameters
-    ----------
-    frames : sequence of (h, w, 3) uint8
-        Small copies of the coded frames, of one shape.
-
-    Raises
-    ------
-    ProbeError
-        When some frames are unstitched and others are not.
+    ProbeError when some frames are unstitched and others are not.
     """
     found = [find_circles(frame) for frame in frames]
     clear = [circles for circles in found if circles is not None]

@@ -30,21 +30,11 @@ def settle_exposures(
 ) -> tuple[list[Exposure], list[str]]:
     """Decide the exposure of every frame.
 
-    Exposure times come from `times`, else from EXIF. ISO and f-number come from EXIF; where no
-    frame states one, it is taken to be the same in all and nothing is known absolutely; where
-    some frames do not state it, the value that all others share is assumed. Where the others
-    differ in it, given times alone count; without them the bracket is refused.
-
-    Parameters
-    ----------
-    times : Sequence[float], optional
-        Exposure times in seconds, in the same order.
-
-    Raises
-    ------
-    ProbeError
-        When, without `times`, a frame has no exposure time, or lacks an ISO or f-number in which
-        the others differ.
+    Exposure times in seconds come from `times`, else from EXIF. ISO and f-number come from
+    EXIF; where no frame states one, it is taken to be the same in all and nothing is known
+    absolutely; where some frames do not state it, the value that all others share is assumed.
+    Where the others differ, given times alone count; without them it is a ProbeError, as is a
+    frame without an exposure time.
     """
     shutters = _shutters(headers) if times is None else [float(time) for time in times]
     given = times is not None
@@ -72,15 +62,10 @@ def settle_exposures(
 
 
 def metered_exposure(header: Header) -> Exposure | None:
-    """Exposure of a picture that the camera metered by itself.
+    """Exposure of a picture that the camera metered by itself; None where no time is stated.
 
-    A Theta on automatic may set its lenses to different ISO, and its EXIF then states either one
-    of them or a mean. The geometric mean lies in the middle of both halves.
-
-    Returns
-    -------
-    Exposure or None
-        None where the file states no exposure time.
+    A Theta on automatic may set its lenses to different ISO, and its EXIF then states either
+    one of them or a mean. The geometric mean lies in the middle of both halves.
     """
     exposure, lenses = header.frame.exposure, header.frame.lenses
     if exposure is None or len(lenses) < 2:

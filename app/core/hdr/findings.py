@@ -36,16 +36,9 @@ _LEAST_SHARE: Final = 0.0005
 class Lamp:
     """A lamp, a window, the sun, as it is listed.
 
-    Attributes
-    ----------
-    kind : str
-        "sun", "lamp", "window" or "bright area".
-    azimuth_deg, elevation_deg : float
-        Centre of its light in the panorama, deg.
-    diameter_deg : float
-        Of the disc with the same solid angle, deg.
-    share : float
-        Of the place's light, 0 to 1; a lower bound where it is clipped.
+    `kind` is of `kind_words`. Azimuth and elevation are of the centre of its light, the
+    diameter of the disc with the same solid angle, degrees. `share` of the place's light, 0 to
+    1, is a lower bound where it is clipped.
     """
 
     letter: str
@@ -61,10 +54,8 @@ class Lamp:
 class Findings:
     """What was found in a place's light.
 
-    Attributes
-    ----------
-    clipped : (512, 1024) float32 or None
-        Share of each texel that is clipped, 0 to 1; None where nothing is known to be.
+    `clipped`, (512, 1024) float32, is the share of each texel that is clipped; None where
+    nothing is.
     """
 
     lamps: tuple[Lamp, ...] = ()
@@ -79,13 +70,8 @@ class Findings:
 def clip_level(stops: Sequence[float]) -> float | None:
     """Radiance at which the darkest frame of a bracket clips, in the unit of its merge.
 
-    Parameters
-    ----------
-    stops : sequence of float
-        True exposure of each frame, in stops above any common one.
+    `stops` are true exposures above any common one; None without any.
 
-    Examples
-    --------
     >>> clip_level([2.0, 0.0, -2.0])
     4.0
     """
@@ -95,19 +81,10 @@ def clip_level(stops: Sequence[float]) -> float | None:
 
 
 def clipped_share(radiance: FloatImage, level: float | None) -> Float32:
-    """Mark where a panorama is only known from below.
+    """Mark where a panorama, (H, W, 3), is only known from below: (H, W), 1 or 0.
 
-    Parameters
-    ----------
-    radiance : Float32, (H, W, 3)
-        Linear Rec. 709, in the unit of its merge.
-    level : float or None
-        Of `clip_level`; None where nothing is known to be clipped.
-
-    Returns
-    -------
-    Float32, (H, W)
-        1 where the largest channel reaches the level, else 0.
+    1 where the largest channel reaches the `level` of `clip_level`; None where nothing is
+    clipped.
     """
     if level is None:
         return np.zeros(radiance.shape[:2], np.float32)
@@ -115,16 +92,10 @@ def clipped_share(radiance: FloatImage, level: float | None) -> Float32:
 
 
 def find(radiance: FloatImage, level: float | None = None, cd_m2: float | None = None) -> Findings:
-    """Look for the lamps of a place, and for what is clipped.
+    """Look for the lamps of a place, (H, 2 H, 3) linear Rec. 709, and for what is clipped.
 
-    Parameters
-    ----------
-    radiance : Float32, (H, 2 H, 3)
-        Linear Rec. 709.
-    level : float, optional
-        Radiance at which it clips (`clip_level`); None where nothing is known to be clipped.
-    cd_m2 : float, optional
-        Luminance of radiance 1, cd/m2, where it is known.
+    `level` is the radiance at which it clips (`clip_level`), `cd_m2` the luminance of radiance
+    1; None where not known.
     """
     lost = clipped_share(radiance, level)
     merged = Merged(

@@ -33,20 +33,11 @@ _MOST_STOPS = 20.0
 
 
 def apply_gains(merged: Merged, lights: Sequence[Light], gains: Mapping[str, float]) -> Merged:
-    """Make lamps brighter or darker than they were measured.
+    """Make lamps brighter or darker by stops than they were measured.
 
-    Of a clipped lamp only what is clipped changes, since the rest is known; of any other, what
-    it has above its surroundings.
-
-    Returns
-    -------
-    Merged
-        With new radiance; the clipped lamps that were given a gain no longer count as clipped.
-
-    Raises
-    ------
-    ProbeError
-        If there is no such lamp, or a gain is not a number between -20 and 20 stops.
+    Of a clipped lamp only what is clipped changes, since the rest is known, and it no longer
+    counts as clipped; of any other, what it has above its surroundings. ProbeError if there is
+    no such lamp, or a gain is not a number between -20 and 20 stops.
     """
     known = {light.id: light for light in lights}
     radiance, clipped = merged.radiance.copy(), merged.clipped.copy()
@@ -73,12 +64,7 @@ def apply_gains(merged: Merged, lights: Sequence[Light], gains: Mapping[str, flo
 class MergeOptions:
     """What the user wants of a merge; the defaults want nothing special.
 
-    Attributes
-    ----------
-    times : tuple[float, ...] or None
-        Exposure times in seconds in the order of the files, instead of EXIF.
-    response : {"auto", "srgb", "recover"}
-        Camera curve; "auto" is sRGB unless the measured steps disagree.
+    `times` are exposure times in seconds in the order of the files, instead of EXIF.
     """
 
     times: tuple[float, ...] | None = None
@@ -96,12 +82,8 @@ class MergeOptions:
 class Finished:
     """Merged light with everything done to it.
 
-    Attributes
-    ----------
-    measured_clipped : float
-        Share of the light in clipped texels as measured, a lower bound, 0 to 1.
-    audit : Audit or None
-        Of the finished light; None for pictures that are not panoramas.
+    `measured_clipped` is the share of the light in clipped texels as measured, a lower bound, 0
+    to 1. `audit` is of the finished light; None for pictures that are not panoramas.
     """
 
     merged: Merged
@@ -125,17 +107,9 @@ def finish(
 ) -> Finished:
     """Do to a merged panorama what the user wants, and audit the result.
 
-    Parameters
-    ----------
-    foot : tuple[float, float], optional
-        Azimuth and elevation of the camera's own foot, degrees.
-    room_stops : float, optional
-        How many stops darker than its darkest frame the camera can go; None where unknown.
-
-    Raises
-    ------
-    ProbeError
-        When a lamp is not there or a mask is of no use.
+    `foot` is azimuth and elevation of the camera's own foot, degrees; `room_stops` how many
+    stops darker than its darkest frame the camera can go, None where unknown. ProbeError when a
+    lamp is not there or a mask is of no use.
     """
     grid = light_grid(merged)
     lights = find_lights(merged, grid)

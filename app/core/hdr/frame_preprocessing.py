@@ -49,18 +49,11 @@ _LEAST_PLATEAU: Final = 4
 
 @dataclass(frozen=True, slots=True)
 class OpenedFrame:
-    """One frame after its first pass.
+    """One frame after its first pass; whoever holds it closes `source`.
 
-    Attributes
-    ----------
-    source : RowSource
-        Where its pixels come from; to be closed by who holds it.
-    proxy : Pixels, (h, w, 3)
-        Area means, of the frame's own kind.
-    samples : Pixels, (N, 3)
-        At the places that all frames of one shape share.
-    top : float
-        Where linear pixels saturate; 0 where they do not.
+    `proxy`, (h, w, 3), are area means of the frame's own kind; `samples`, (N, 3), the pixels at
+    the places that all frames of one shape share; `top` is where linear pixels saturate, 0
+    where not.
     """
 
     source: RowSource
@@ -81,8 +74,6 @@ class Opener(Protocol):
 def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
     """Size of the small pictures: an eighth, but at least 256 columns where the frame has them.
 
-    Examples
-    --------
     >>> proxy_shape((2688, 5376)), proxy_shape((512, 1024)), proxy_shape((100, 200))
     ((336, 672), (128, 256), (100, 200))
     """
@@ -92,21 +83,9 @@ def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
 
 
 def open_frame(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
-    """Read a frame for the first time.
+    """Read a frame for the first time: to `hold` it in memory, or to read it again by rows.
 
-    Parameters
-    ----------
-    hold : bool
-        Keep the pixels in memory; otherwise they are read again by rows.
-    token : Token
-        Checked every few rows.
-
-    Raises
-    ------
-    ProbeError
-        When the file is damaged or cut off, or the disk is full.
-    Cancelled
-        When the token was cancelled.
+    ProbeError when the file is damaged or cut off, or the disk is full; Cancelled.
     """
     places = sample_places(frame.shape)
     if half:

@@ -60,12 +60,8 @@ _BLACK_LIGHT: Final = 1e-7
 def anchors(stops: Sequence[float]) -> tuple[bool, ...]:
     """Choose the frames to decode in full: the darkest, and what no other one reaches.
 
-    Examples
-    --------
-    >>> anchors([2.0, 0.0, -2.0])
-    (False, False, True)
-    >>> anchors([2.0, 0.0, -2.0, -4.0, -6.0])
-    (True, False, False, False, True)
+    >>> anchors([2.0, 0.0, -2.0]), anchors([2.0, 0.0, -2.0, -4.0, -6.0])
+    ((False, False, True), (True, False, False, False, True))
     """
     chosen = [False] * len(stops)
     lowest = -np.inf
@@ -79,16 +75,11 @@ def anchors(stops: Sequence[float]) -> tuple[bool, ...]:
 class AnchorTables:
     """What an anchor's full-size pixels become, two neighbours looked up at a time as 16 bits.
 
-    Attributes
-    ----------
-    exact : Float32, (3, 65536)
-        A quarter of the radiance of two codes together, by both of them.
-    codes : NDArray[np.uint16], (3, 65536)
-        Sum of two codes as the brightest frame that the anchor serves would show them, never
-        clipped, in steps of which four times the most fit 16 bits. There they lie on the power
-        law of the response, above its straight foot.
-    mean : Float32, (3, 65536)
-        Radiance of the mean of four such codes, by their sum.
+    `exact`, (3, 65536) float32, is a quarter of the radiance of two codes together. `codes`,
+    (3, 65536) uint16, is the sum of two codes as the brightest frame that the anchor serves
+    would show them, never clipped, in steps of which four times the most fit 16 bits; there
+    they lie on the power law of the response, above its straight foot. `mean`, (3, 65536)
+    float32, is the radiance of the mean of four such codes, by their sum.
     """
 
     exact: Float32 = field(repr=False)
@@ -100,10 +91,8 @@ class AnchorTables:
 class HalfLight:
     """How one frame's pixels become weights and radiance at half size.
 
-    Attributes
-    ----------
-    reach : Bytes, (256,)
-        Least code of this frame where the anchor's brightest pixel of four has the index's code.
+    `reach`, (256,) uint8, is the least code of this frame where the anchor's brightest pixel of
+    four has the index's code.
     """
 
     light: FrameLight
@@ -185,17 +174,9 @@ def merge_halved(
 ) -> Band:
     """Merge the same rows of all frames at half size.
 
-    Parameters
-    ----------
-    bands : Sequence[Bytes]
-        Rows of each frame, brightest first: (rows, W, 3), of anchors (2 rows, 2 W, 3).
-    trusts : Sequence[Float32 or None], (rows, W) each
-        As for `app.core.hdr.weighted_merge.merge_band`.
-
-    Returns
-    -------
-    Band
-        Of the half size; `Band.clipped` holds shares of the area in 255ths.
+    `bands` are rows of each frame, brightest first: (rows, W, 3) uint8, of anchors (2 rows, 2
+    W, 3); `trusts`, (rows, W) each, as for `weighted_merge.merge_band`. `Band.clipped` is of
+    the half size and holds shares of the area in 255ths.
     """
     peaks: dict[int, Bytes] = {}
     views: dict[int, _View] = {}

@@ -52,14 +52,10 @@ _NEIGHBOURS: Final = 9.0  # a pixel's noise is its neighbour's, too: errors are 
 class Lay:
     """How one picture lies on another.
 
-    Attributes
-    ----------
-    homography : (3, 3) float64
-        From the pixels of the reference to those of the frame, in the full frames' pixels.
-    shift_px : float
-        How far it moves a corner or the middle at most, in the full frames' pixels.
-    needed : bool
-        Whether it is to be moved: by more than its error, in a bracket that a hand has moved.
+    `homography`, (3, 3) float64, takes pixels of the reference to those of the frame;
+    `shift_px` is how far it moves a corner or the middle at most, both in the full frames'
+    pixels. It is `needed` where that is more than its error, in a bracket that a hand has
+    moved.
     """
 
     homography: Float64 = field(repr=False)
@@ -155,12 +151,8 @@ def lay_on_each_other(
 ) -> tuple[Lay, ...]:
     """Find how each picture has to be moved to lie on the reference.
 
-    Parameters
-    ----------
-    pictures : sequence of (h, w, 3) uint8
-        Coded frames, all reduced alike to `LONGEST` or less.
-    scale : float
-        Full pixels in one of these.
+    `pictures`, (h, w, 3) uint8, are coded and all reduced alike to `LONGEST` or less; `scale`
+    is the full pixels in one of theirs.
     """
     order = sorted(range(len(pictures)), key=lambda k: stops[k])
     place = order.index(reference)

@@ -41,30 +41,14 @@ _LAMP_RATIO: Final = 2.0
 
 
 def fill(merged: Merged, mask: FloatImage) -> Merged:
-    """Replace what is under a mask by light interpolated from around it.
+    """Replace what is under a mask, (H, W) float32, by light interpolated from around it.
 
-    A lamp that touches the mask does not spread into it: the light around counts up to twice its
-    own upper quartile, its hue kept.
-
-    Parameters
-    ----------
-    merged : Merged
-        Panorama of radiance, linear Rec. 709.
-    mask : Float32, (H, W)
-        1 where something is to be removed, 0 to 1. What is touched by more than 2 % is replaced
-        up to the mask's own share, and faded out over `FEATHER_DEG` around it.
-
-    Returns
-    -------
-    Merged
-        With new `radiance`, and with no clipped or dark share where it was filled; unchanged
-        arrays where the mask is empty.
-
-    Raises
-    ------
-    ProbeError
-        When the light is not a full panorama, the mask has another size, or it leaves less than
-        a tenth of the sphere to fill from.
+    1 is removed; what is touched by more than 2 % is replaced up to the mask's own share, and
+    faded out over `FEATHER_DEG` around it. A lamp that touches the mask does not spread into
+    it: the light around counts up to twice its own upper quartile, its hue kept. Nothing is
+    clipped or dark where it was filled; an empty mask changes nothing. ProbeError when the
+    light is not a full panorama, the mask has another size, or it leaves less than a tenth of
+    the sphere to fill from.
     """
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     _check(shape, mask)
@@ -85,17 +69,9 @@ def fill(merged: Merged, mask: FloatImage) -> Merged:
 
 
 def components(area: Bools) -> list[Bools]:
-    """Split an area of a panorama into parts that touch on the sphere.
+    """Split an area of a panorama, (H, W), into parts that touch on the sphere, largest first.
 
-    Parameters
-    ----------
-    area : Bools, (H, W)
-        Any area.
-
-    Returns
-    -------
-    list[Bools]
-        Areas (H, W), largest first; parts that meet at the seam or at a pole are one.
+    Parts that meet at the seam or at a pole are one.
     """
     count, labels = cv2.connectedComponents(area.astype(np.uint8), connectivity=8)
     pairs = {(int(a), int(b)) for a, b in zip(labels[:, 0], labels[:, -1], strict=True)}

@@ -50,10 +50,8 @@ _CLEARLY: Final = 1.25  # in woods and crowds the sums differ by chance
 class Levelling:
     """What has to be done to a bracket so that up is up.
 
-    Attributes
-    ----------
-    rotation : (3, 3) float64 or None
-        For `app.core.base.sphere.remap_frame` and `rotate_light`; None where nothing is to be done.
+    `rotation`, (3, 3) float64 for `sphere.remap_frame` and `rotate_light`, is None where
+    nothing is.
     """
 
     rotation: Float64 | None = None
@@ -67,24 +65,14 @@ def levelling(
     first_rotation: Float64 | None = None,
     picture: Bytes | None = None,
 ) -> Levelling:
-    """Decide how a bracket is levelled.
+    """Decide how a bracket is levelled, by its frames' poses and maker notes.
 
-    Parameters
-    ----------
-    bracket : Bracket
-        Its frames' poses and maker-note flags are read, no pixels.
-    first_rotation : (3, 3) float64, optional
-        What `app.core.hdr.align` does to the frame at `first_shot`: the pose is that frame's,
-        while the levelling acts on the reference frame of the alignment.
-    picture : (h, w, 3) uint8, optional
-        Small copy of the reference frame, coded RGB: decides what the angles mean where that makes
-        a difference and its upright edges are clear. Otherwise the camera's maker does.
-
-    Returns
-    -------
-    Levelling
-        No rotation for pictures that are not panoramas, that state no pose, that state none but
-        0, or that the camera has levelled.
+    `first_rotation`, (3, 3), is what `align` does to the frame at `first_shot`: the pose is
+    that frame's, while the levelling acts on the reference frame. `picture`, (h, w, 3) uint8,
+    is a small copy of the reference frame, coded RGB: it decides what the angles mean where
+    that makes a difference and its upright edges are clear. Otherwise the camera's maker does.
+    No rotation for pictures that are not panoramas, state no pose or none but 0, or that the
+    camera has levelled.
     """
     if not bracket.panorama:
         return Levelling()
@@ -116,23 +104,12 @@ def first_shot(bracket: Bracket) -> int:
 
 
 def tilt_rotation(pose: Pose, *, gravity: bool = True) -> Float64:
-    """Return the rotation that levels a tilted camera's panorama, front lens at azimuth 0.
+    """Return the rotation, (3, 3), that levels a tilted panorama, front lens at azimuth 0.
 
-    Parameters
-    ----------
-    pose : Pose
-        Pitch and roll in degrees; heading is not used.
-    gravity : bool, optional
-        Whether the angles are those of the accelerometer on each axis alone, as a Theta writes
-        them; otherwise those of the GPano standard.
+    It takes directions in the tilted panorama to directions in the level one. `gravity` says
+    that the angles are those of the accelerometer on each axis alone, as a Theta writes them;
+    otherwise they are those of the GPano standard. Heading is not used.
 
-    Returns
-    -------
-    (3, 3) float64
-        Takes directions in the tilted panorama to directions in the level one.
-
-    Examples
-    --------
     >>> from app.core.hdr.frame import Pose
     >>> level = tilt_rotation(Pose(pitch_deg=-29.0, roll_deg=-35.8))
     >>> [round(float(part), 4) for part in level[1]]

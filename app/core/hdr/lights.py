@@ -40,18 +40,11 @@ _HIDDEN: Final = 64.0  # six stops that a clipped lamp may be brighter than it i
 
 @dataclass(frozen=True, slots=True)
 class LightGrid:
-    """A merged panorama reduced for looking at its lamps.
+    """A merged panorama reduced for looking at its lamps, (h, w), at most 256 x 512.
 
-    Attributes
-    ----------
-    luminance : (h, w) float32
-        Mean luminance of each texel, in the unit of the panorama; at most 256 x 512.
-    clipped : (h, w) float32
-        Share of each texel that is clipped in every frame.
-    lost : (h, w) float32
-        What the clipped share adds to the mean luminance.
-    solid_angle : (h, 1) float64
-        Of one texel in each row, sr.
+    `luminance` is in the unit of the panorama, `clipped` the share that is clipped in every
+    frame, `lost` what that adds to the luminance; float32. `solid_angle`, (h, 1) float64, is of
+    one texel in each row, sr.
     """
 
     luminance: FloatImage
@@ -75,19 +68,11 @@ class LightGrid:
 class Light:
     """A lamp, a window, the sun: anything that stands out of the place's light.
 
-    Attributes
-    ----------
-    id : str
-        "A" for the one that holds most of the light, then "B" ...
-    azimuth_deg, elevation_deg : float
-        Centre of its light, deg, panorama frame.
-    diameter_deg : float
-        Of the disc with the same solid angle, deg.
-    roundness : float
-        1 for a disc, less for anything long or scattered: the second moment of a disc of its
-        solid angle over its own.
-    texels : (N,) int32
-        Its texels: flat indices into the grid of `light_grid`.
+    `id` is "A" for the one that holds most of the light, then "B" ... Azimuth and elevation are
+    of the centre of its light, the diameter of the disc with the same solid angle, degrees.
+    `roundness` is 1 for a disc, less for anything long or scattered: the second moment of a
+    disc of its solid angle over its own. `texels`, (N,) int32, are flat indices into the grid
+    of `light_grid`.
     """
 
     id: str
@@ -105,13 +90,7 @@ class Light:
 
 
 def light_grid(merged: Merged) -> LightGrid:
-    """Reduce a merged panorama to at most 512 x 256 texels.
-
-    Raises
-    ------
-    ProbeError
-        If it is not a full panorama.
-    """
+    """Reduce a merged panorama to at most 512 x 256 texels; ProbeError if it is none."""
     rows, columns = merged.radiance.shape[:2]
     if columns != 2 * rows or rows < 2:
         raise ProbeError(
@@ -128,18 +107,9 @@ def light_grid(merged: Merged) -> LightGrid:
 
 
 def find_lights(merged: Merged, grid: LightGrid | None = None) -> tuple[Light, ...]:
-    """Find the lamps of a place.
+    """Find the lamps of a place, at most `MAX_LIGHTS`, the largest share of the light first.
 
-    Returns
-    -------
-    tuple of Light
-        At most `MAX_LIGHTS`, the largest share of the light first; empty where no direction
-        stands out.
-
-    Raises
-    ------
-    ProbeError
-        If it is not a full panorama, or is black.
+    Empty where no direction stands out. ProbeError if it is not a full panorama, or is black.
     """
     grid = light_grid(merged) if grid is None else grid
     total = grid.total
@@ -168,17 +138,7 @@ def find_lights(merged: Merged, grid: LightGrid | None = None) -> tuple[Light, .
 
 
 def upsampled(light: Light, shape: tuple[int, ...]) -> Bools:
-    """Mark a light's texels on the panorama that it was found in.
-
-    Parameters
-    ----------
-    shape : tuple of int
-        (H, W) of that panorama.
-
-    Returns
-    -------
-    (H, W) bool
-    """
+    """Mark a light's texels on the panorama, (H, W), that it was found in."""
     height, width = shape[0], shape[1]
     grid = np.zeros((min(height, _GRID[0]), min(width, _GRID[1])), np.uint8)
     grid.reshape(-1)[light.texels] = 1
@@ -188,24 +148,11 @@ def upsampled(light: Light, shape: tuple[int, ...]) -> Bools:
 def spread_of(
     shape: tuple[int, int], texels: NDArray[np.integer[Any]], weights: Float64
 ) -> tuple[float, float, float]:
-    """Centre and spread of weighted texels on the sphere.
+    """Centre and spread of weighted texels, (N,) flat indices, on a panorama of that shape.
 
-    Parameters
-    ----------
-    shape : tuple of int
-        (H, W) of the panorama.
-    texels : (N,) int
-        Flat indices into it.
-    weights : (N,) float64
-        Not negative, not all zero.
-
-    Returns
-    -------
-    azimuth_deg, elevation_deg : float
-        Direction of the weighted sum of the unit vectors, deg.
-    moment : float
-        Mean squared distance from it, sr (half the squared radius for an even disc), with the
-        texels' own size counted in.
+    Returns azimuth and elevation, degrees, of the weighted sum of the unit vectors, and the
+    mean squared distance from it, sr (half the squared radius for an even disc), with the
+    texels' own size counted in. Weights, (N,) float64, are not negative, not all zero.
     """
     height, width = shape
     row, column = np.divmod(texels, width)

@@ -110,41 +110,21 @@ def merge(
 ) -> Merged:
     """Merge the frames to linear light.
 
-    Each pixel is the weighted mean of what its frames say (`app.core.hdr.weighting`). A pixel
-    that is clipped in every frame gets the darkest frame's value, a lower bound; one that is
-    black in every frame the brightest frame's value. The merged pixels, not the frames', are
-    reduced by area and solid angle.
+    Each pixel is the weighted mean of what its frames say (`weighting`). A pixel that is
+    clipped in every frame gets the darkest frame's value, a lower bound; one that is black in
+    every frame the brightest frame's value. The merged pixels, not the frames', are reduced by
+    area and solid angle.
 
-    Parameters
-    ----------
-    response : Response
-        Its `table`: linear value in 0..1 of each code, (3, 256), or (K, 3, 256) where each frame
-        has its own. Not used for float frames.
-    stops : Sequence[float]
-        True exposures of the stack's frames in stops.
-    doubts : Sequence[float], optional
-        By how much each frame differs from its neighbours, where frames do not fit each other
-        (`app.core.hdr.agreement`); only for 8-bit frames of full size.
-    trust : Sequence of Float32 or None, (h, w) each, optional
-        How far to trust each frame at each place, 0 to 1, at the size of the proxies,
-        interpolated bilinearly; None for a frame that is trusted everywhere.
-    size : tuple[int, int] or None, optional
-        Rows and columns wanted, no more than the frames have; None keeps the frames' own size.
-        Pictures that are not panoramas keep theirs.
+    `response.table`, (3, 256), or (K, 3, 256) where each frame has its own, is the linear value
+    in 0..1 of each code; not used for float frames. `stops` are the true exposures. `doubts`
+    say by how much each frame differs from its neighbours, where frames do not fit each other;
+    only for 8-bit frames of full size. `trust`, (h, w) each at the size of the proxies,
+    interpolated bilinearly, is 0 to 1; None for a frame that is trusted everywhere. `size` is
+    the rows and columns wanted of a panorama; None keeps the frames' own, as pictures that are
+    not panoramas do. `Merged.clipped_fractions` are in the order of the stack.
 
-    Returns
-    -------
-    Merged
-        See there. `Merged.clipped_fractions` are in the order of the stack.
-
-    Raises
-    ------
-    ProbeError
-        When a file has been damaged since it was first read.
-    ValueError
-        When the numbers of frames, stops and trusts differ.
-    Cancelled
-        When the token was cancelled.
+    ProbeError when a file has been damaged since it was first read; ValueError when the numbers
+    of frames, stops and trusts differ; Cancelled.
     """
     if len(stops) != len(stack.frames) or not stops:
         raise ValueError(f"{len(stops)} exposures for {len(stack.frames)} frames")

@@ -72,13 +72,7 @@ _READ_KINDS: Final = "JPEG, PNG, TIFF, OpenEXR and Radiance pictures are read."
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """A frame with the tags it was made from.
-
-    Attributes
-    ----------
-    shutter_s, iso, aperture : float or None
-        Exposure time in seconds, sensitivity and f-number of EXIF; None where not stated.
-    """
+    """A frame with the EXIF tags it was made from: seconds, ISO, f-number; None if not stated."""
 
     frame: Frame
     shutter_s: float | None = None
@@ -92,29 +86,15 @@ class Header:
 def read_frame(path: Path | str) -> Frame:
     """Read what a picture file says about its exposure and orientation; no pixel is decoded.
 
-    Returns
-    -------
-    Frame
-        With `exposure` None where no exposure time is stated; where only ISO or f-number is
-        missing it is 100 or 1, and the exposure is marked as not known.
-
-    Raises
-    ------
-    ProbeError
-        When the file is missing, a folder, empty, damaged, not a picture of these kinds, too large
-        or too small.
+    `Frame.exposure` is None where no exposure time is stated; where only ISO or f-number is
+    missing it is 100 or 1, and the exposure is marked as not known. ProbeError when the file is
+    missing, a folder, empty, damaged, not a picture of these kinds, too large or too small.
     """
     return read_header(path).frame
 
 
 def read_header(path: Path | str) -> Header:
-    """Read the same as `read_frame`, with the tags themselves.
-
-    Raises
-    ------
-    ProbeError
-        As `read_frame`.
-    """
+    """Read the same as `read_frame`, with the tags themselves."""
     file = Path(path)
     jpeg = _check_signature(file).startswith(b"\xff\xd8")
     source = open_image(file)

@@ -46,20 +46,11 @@ _LEAST_RISE: Final = 0.2  # of sRGB's between two codes
 def recover_own_curves(
     matches: CodeMatches, stops: Sequence[float]
 ) -> tuple[Float64, tuple[float, ...]]:
-    """Recover each frame's curve.
+    """Recover each frame's curve, at stated exposures that fall.
 
-    Parameters
-    ----------
-    stops : Sequence[float]
-        Stated exposure of each frame in stops, falling.
-
-    Returns
-    -------
-    tables : (K, 3, 256) float64
-        Linear light of each code of each frame, rising from 0 to 1, the same for all channels; 1
-        from the code on that `CodeMatches.whites` names.
-    stops : tuple[float, ...]
-        Exposures that go with them: what saturates each frame.
+    Returns tables, (K, 3, 256) float64: linear light of each code of each frame, rising from 0
+    to 1, the same for all channels, 1 from the code on that `CodeMatches.whites` names; and the
+    exposures that go with them, what saturates each frame.
     """
     frames = len(stops)
     white = np.minimum(matches.whites or [255] * frames, 255)

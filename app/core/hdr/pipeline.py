@@ -72,14 +72,8 @@ _SUSPICIOUS: Final = 0.01
 class Probe:
     """The light of a place as a bracket tells it, and how far to trust that.
 
-    Attributes
-    ----------
-    bracket : Bracket
-        The frames that were used, with their true exposures.
-    display : (h, w, 3) uint8
-        The panorama for looking at, as measured, sRGB.
-    stitching : Stitching or None
-        How unstitched frames became a panorama; None for all others.
+    `bracket` holds the frames that were used, with their true exposures. `display`, (h, w, 3)
+    uint8 sRGB, is the panorama as measured. `stitching` is None except for unstitched frames.
     """
 
     bracket: Bracket
@@ -102,10 +96,8 @@ class Probe:
     def environment(self, name: str) -> Environment:
         """Return the light as an environment that can be solved.
 
-        Raises
-        ------
-        EnvironmentFileError
-            For pictures that are not panoramas, and when everything is black.
+        EnvironmentFileError for pictures that are not panoramas, and when everything is
+        black.
         """
         return from_radiance(self.merged.radiance.copy(), name)
 
@@ -119,19 +111,10 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Probe:
-    """Make an environment of a bracket.
+    """Make an environment of a bracket: exposures in any order, or one folder of them.
 
-    Parameters
-    ----------
-    paths : Sequence[Path]
-        The exposures in any order, or one folder of them. They are only read.
-
-    Raises
-    ------
-    ProbeError
-        When the files are no bracket, or a wish cannot be met: one sentence and what to do.
-    Cancelled
-        When the token was cancelled.
+    Raises ProbeError (one sentence and what to do) when the files are no bracket or a wish
+    cannot be met, and Cancelled.
     """
     wishes, token = wishes or MergeOptions(), token or Token()
     bracket = read_bracket(paths, wishes.times)

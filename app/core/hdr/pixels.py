@@ -68,24 +68,13 @@ _MOST_UNKNOWN: Final = 0.03
 class FrameStack:
     """The frames of a bracket that could be read, and what the analyses look at.
 
-    Use it as a context manager, or call `close`: large brackets keep files open.
-
-    Attributes
-    ----------
-    stops : tuple[float, ...]
-        Their nominal exposures in stops.
-    proxies : tuple[Bytes, ...], (h, w, 3) each
-        Area means of the coded values, `proxy_shape` large. 16-bit codes are cut to 8 bits,
-        linear frames are coded by the sRGB curve below `top`, or below 1.
-    samples : Bytes, (K, N, 3)
-        The same N pixels of every frame, coded as the proxies, not averaged.
-    sample_places : Indices, (N, 2)
-        Row and column of each sample in the full frames.
-    sources : tuple[RowSource, ...]
-        Where the full pixels come from.
-    seen : tuple[Float32 or None, ...], (h, w) each
-        Of the proxies' size: 1 where a moved frame shows something, 0 where it does not. None for
-        a frame that fills the picture; empty where no frame was moved.
+    Use it as a context manager, or call `close`: large brackets keep files open. `stops` are
+    nominal exposures. `proxies`, (h, w, 3) uint8 each, are area means of the coded values,
+    `proxy_shape` large: 16-bit codes cut to 8 bits, linear frames coded by the sRGB curve below
+    `top`, or below 1. `samples`, (K, N, 3) uint8, are the same N pixels of every frame, coded
+    alike, not averaged, at `sample_places`, (N, 2), row and column in the full frames. `seen`,
+    (h, w) float32 each of the proxies' size, is 1 where a moved frame shows something and 0
+    where not; None for a frame that fills the picture; empty where no frame was moved.
     """
 
     frames: tuple[Frame, ...]
@@ -150,25 +139,9 @@ def open_frames(
 ) -> FrameStack:
     """Read the pixels of a bracket once.
 
-    Parameters
-    ----------
-    memory_bytes : int, optional
-        Hold the frames in memory when they take no more than this together; otherwise they are
-        read again by rows whenever they are needed.
-    token : Token, optional
-        Checked every few rows.
-
-    Returns
-    -------
-    FrameStack
-        Without the frames that are damaged or cut off, each of which is named in a warning.
-
-    Raises
-    ------
-    ProbeError
-        When fewer than two frames can be read.
-    Cancelled
-        When the token was cancelled.
+    Frames are held when they take no more than `memory_bytes` together; otherwise they are read
+    again by rows. Damaged ones are left out, each named in a warning. ProbeError when fewer
+    than two can be read; Cancelled.
     """
     token = token or Token()
     hold = sum(bytes_per_frame(frame) for frame in bracket.frames) <= memory_bytes
@@ -220,27 +193,11 @@ def relaid(
     token: Token | None = None,
     report: Report = silent,
 ) -> FrameStack:
-    """Move single frames of a stack, so that they lie on the others.
+    """Move single frames of a stack by `ways`, so that they lie on the others; None stays.
 
-    Parameters
-    ----------
-    ways : Sequence[Callable or None]
-        For each frame what moves its pixels, None for a frame that stays.
-    seen : Sequence[Float32 or None], optional
-        As `FrameStack.seen`.
-
-    Returns
-    -------
-    FrameStack
-        With proxies and samples taken anew; frames that stay are not touched. Where the stack is
-        not in memory a moved frame is kept in a temporary file.
-
-    Raises
-    ------
-    ProbeError
-        When a file has been damaged meanwhile or the disk is full.
-    Cancelled
-        When the token was cancelled.
+    Proxies and samples are taken anew; frames that stay are not touched. `seen` as in
+    `FrameStack`. Where the stack is not in memory a moved frame is kept in a temporary file.
+    ProbeError when a file has been damaged meanwhile or the disk is full; Cancelled.
     """
     token = token or Token()
     proxies, sources = list(stack.proxies), list(stack.sources)

@@ -24,14 +24,9 @@ _MOST_PERIOD: Final = 256
 
 @dataclass(frozen=True, slots=True)
 class Reduction:
-    """From pictures of one size to pictures of another, smaller or equal.
+    """From pictures of one size (rows, columns) to another, smaller or equal.
 
     Make it with `Reduction.between`.
-
-    Attributes
-    ----------
-    given, wanted : tuple[int, int]
-        Rows and columns.
     """
 
     given: tuple[int, int]
@@ -42,19 +37,9 @@ class Reduction:
 
     @classmethod
     def between(cls, given: tuple[int, int], wanted: tuple[int, int], panorama: bool) -> Self:
-        """Prepare a reduction.
+        """Prepare a reduction; rows of a panorama count by their solid angle.
 
-        Parameters
-        ----------
-        given, wanted : tuple[int, int]
-            Rows and columns; wanted at most as many as given.
-        panorama : bool
-            Whether rows count by their solid angle, or all the same.
-
-        Raises
-        ------
-        ValueError
-            When more rows or columns are wanted than given.
+        ValueError when more rows or columns are wanted than given.
         """
         if wanted[0] > given[0] or wanted[1] > given[1] or min(wanted) < 1:
             raise ValueError(f"cannot reduce {given} to {wanted}")
@@ -76,19 +61,10 @@ class Reduction:
         return rows // period * period if period <= rows else rows
 
     def rows(self, start: int, stop: int) -> tuple[int, Float32]:
-        """Return what rows ``start..stop`` contribute to the rows of the result.
+        """Return what given rows ``start..stop`` contribute to the rows of the result.
 
-        Parameters
-        ----------
-        start, stop : int
-            Given rows.
-
-        Returns
-        -------
-        int
-            First row of the result that they touch.
-        Float32, (n, stop - start)
-            Shares; over all bands those of one row of the result sum to 1.
+        The first row that they touch, and shares, (n, stop - start) float32; over all bands
+        those of one row of the result sum to 1.
         """
         height, rows = self.given[0], self.wanted[0]
         first, last = start * rows // height, -(-stop * rows // height)
@@ -100,18 +76,7 @@ class Reduction:
         return first, shares.astype(np.float32)
 
     def columns(self, plane: Float32) -> Float32:
-        """Average one channel along its rows.
-
-        Parameters
-        ----------
-        plane : Float32, (n, W)
-            Rows of a channel, contiguous.
-
-        Returns
-        -------
-        Float32, (n, w)
-            As many columns as wanted.
-        """
+        """Average one channel's contiguous rows, (n, W), to the columns wanted, (n, w)."""
         count, width = plane.shape
         if self._period is not None:
             blocks: Float32 = plane.reshape(-1, self._period.shape[0]) @ self._period

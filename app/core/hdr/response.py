@@ -70,15 +70,10 @@ _TWO_FRAMES: Final = (
 class Response:
     """How the codes of a file turn into linear light.
 
-    Attributes
-    ----------
-    table : (3, 256) float64
-        Linear light of each code in red, green and blue: strictly rising, 0 -> 0, 255 -> 1.
-        Channels of scanned film can end at different values, the highest at 1.
-        (K, 3, 256) where each frame has a curve of its own.
-    residual_stops : float
-        Spread of the differences of the measured steps from the stated ones with this curve, in
-        stops (`StepCheck.residual_stops`); NaN where no frames overlap.
+    `table`, (3, 256) float64, is the linear light of each code in red, green and blue: strictly
+    rising, 0 -> 0, 255 -> 1. Channels of scanned film can end at different values, the highest
+    at 1. It is (K, 3, 256) where each frame has a curve of its own. `residual_stops` is
+    `StepCheck.residual_stops` with this curve; NaN where no frames overlap.
     """
 
     name: str
@@ -87,22 +82,10 @@ class Response:
     note: str = ""
 
     def at(self, coded: ArrayLike) -> Float64:
-        """Linear light of coded values of any depth, such as 16-bit codes / 65535.
+        """Linear light, float64 in 0..1, of coded values (..., 3) in 0..1 of any depth.
 
-        Parameters
-        ----------
-        coded : array_like, (..., 3)
-            Coded red, green and blue in 0..1; what lies outside is clipped.
-
-        Returns
-        -------
-        (..., 3) float64
-            Linear light in 0..1, interpolated linearly between the 256 codes.
-
-        Raises
-        ------
-        ValueError
-            When the last axis is not 3 long.
+        Interpolated linearly between the 256 codes; what lies outside is clipped.
+        ValueError when the last axis is not 3 long.
         """
         values = np.asarray(coded, dtype=np.float64)
         if values.ndim == 0 or values.shape[-1] != 3:
@@ -112,29 +95,17 @@ class Response:
         return np.stack(channels, axis=-1)
 
     def slope(self) -> Float64:
-        """How much the linear light changes with one code.
-
-        Returns
-        -------
-        (3, 256) float64
-            Central differences of `table`, > 0; one-sided at both ends.
-        """
+        """Change of the linear light with one code, (3, 256) float64, by central differences."""
         return np.asarray(np.gradient(self.table, axis=1), dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)
 class ResponseChoice:
-    """The curve to merge with, and the exposures to believe.
+    """The curve to merge with, and the exposures to believe, in stops.
 
-    Attributes
-    ----------
-    stops : tuple[float, ...]
-        Exposure of each frame in stops: as stated, except where a tag was found wrong. With
-        wrong tags they need not fall.
-    check : StepCheck
-        Measured against stated steps, before any correction, with sRGB.
-    tag_errors : tuple[TagError, ...]
-        Frames whose stated exposure is off by a fifth of a stop or more.
+    As stated, except where a tag was found wrong: then they need not fall. `check` is of
+    measured against stated steps, before any correction, with sRGB. `tag_errors` are of a fifth
+    of a stop or more.
     """
 
     response: Response
@@ -161,27 +132,11 @@ def srgb_response() -> Response:
 def choose_response(samples: Bytes, stops: Sequence[float], mode: Mode = "auto") -> ResponseChoice:
     """Choose the curve to merge a bracket with, and find tags that are wrong.
 
-    Parameters
-    ----------
-    samples : (K, N, 3) uint8
-        Coded values of the same N places in all K frames, brightest frame first. Things that
-        moved and frames that are turned by a few degrees are borne.
-    stops : Sequence[float]
-        Stated exposure of each frame in stops, falling.
-    mode : {"auto", "srgb", "recover"}
-        "srgb": sRGB, with a warning when the steps disagree. "recover": recovered from the
-        bracket. "auto": sRGB unless noise cannot explain how the measured steps disagree.
-
-    Returns
-    -------
-    ResponseChoice
-        sRGB wherever frames do not overlap.
-
-    Raises
-    ------
-    ValueError
-        When the samples are not (K, N, 3) bytes, the number of stops is not K, or the mode is
-        unknown.
+    `samples`, (K, N, 3) uint8, are the same places in all frames, brightest first, and `stops`
+    the stated exposures, falling. Things that moved and frames that are turned by a few degrees
+    are borne. "srgb" is sRGB, with a warning when the steps disagree; "recover" is recovered
+    from the bracket; "auto" is sRGB unless noise cannot explain how the steps disagree. Always
+    sRGB where frames do not overlap. ValueError for samples, stops or modes that do not fit.
     """
     if mode not in ("srgb", "recover", "auto"):
         raise ValueError(f'the response is "srgb", "recover" or "auto", not "{mode}"')

@@ -52,14 +52,9 @@ _LOG_CODES: Final = np.log2(np.arange(1, 256))
 class Recovered:
     """A recovered curve.
 
-    Attributes
-    ----------
-    table : (256,) float64
-        Linear exposure of each code, strictly rising, 0 -> 0, 255 -> 1.
-    tag_stops : float
-        What the free frame was exposed more than stated, in stops; 0 where no frame is free.
-    unknowns : (16,) float64
-        Log local gamma at the nodes as a departure from sRGB's.
+    `table`, (256,) float64, is the linear exposure of each code, strictly rising, 0 -> 0, 255
+    -> 1. `tag_stops` is what the free frame was exposed more than stated; 0 where none is free.
+    `unknowns`, (16,) float64, are log local gamma at the nodes as a departure from sRGB's.
     """
 
     table: Float64
@@ -69,13 +64,7 @@ class Recovered:
 
 
 def srgb_table() -> Float64:
-    """Linear light of each sRGB code (IEC 61966-2-1), in double for smooth slopes.
-
-    Returns
-    -------
-    (256,) float64
-        0 to 1.
-    """
+    """Linear light, (256,) float64, of each sRGB code (IEC 61966-2-1), exact for smooth slopes."""
     codes = np.arange(256) / 255.0
     light: Float64 = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
     return light
@@ -89,21 +78,10 @@ def recover_curve(
     start: Float64 | None = None,
     hold: float = 0.0,
 ) -> Recovered:
-    """Recover the curve that explains the matching codes.
+    """Recover the curve that explains the matching codes, at stated exposures that fall.
 
-    Parameters
-    ----------
-    stops : Sequence[float]
-        Stated exposure of each frame in stops, falling.
-    free_frame : int, optional
-        Number of a frame whose exposure is not believed but found along with the curve.
-    start : (16,) float64, optional
-        `Recovered.unknowns` to start from.
-
-    Raises
-    ------
-    ValueError
-        When there are no matches.
+    The exposure of `free_frame` is not believed but found along with the curve. `start`, (16,)
+    float64, are `Recovered.unknowns` to start from. ValueError when there are no matches.
     """
     if len(matches) == 0:
         raise ValueError("frames that do not overlap tell nothing about the response")

@@ -45,12 +45,8 @@ _FEWEST_PLACES: Final = 100
 class Rough:
     """Light as thumbnails tell it. To be replaced as soon as there is a merge.
 
-    Attributes
-    ----------
-    radiance : (h, 2 h, 3) float32
-        Linear Rec. 709, relative; its mean is 1.
-    clipped_share : float
-        Share of the sphere that is clipped even in the darkest of them, 0 to 1.
+    `radiance`, (h, 2 h, 3) float32, is linear Rec. 709, relative, its mean 1. `clipped_share`
+    of the sphere is clipped even in the darkest thumbnail, 0 to 1.
     """
 
     radiance: Float32 = field(repr=False)
@@ -65,21 +61,12 @@ class Rough:
 def rough_environment(
     thumbnails: Sequence[Path | None], exposures: Sequence[Exposure | None]
 ) -> Rough | None:
-    """Make a rough environment of thumbnails.
+    """Make a rough environment of thumbnails and their planned exposures, None where not known.
 
-    Parameters
-    ----------
-    thumbnails : Sequence[Path or None]
-        Small sRGB panoramas (320 x 160), one for each frame; None where there is none.
-    exposures : Sequence[Exposure or None]
-        Exposure of each, as planned; None where not known.
-
-    Returns
-    -------
-    Rough or None
-        None where they do not carry enough: fewer than two that can be read, narrower than 128
-        pixels, exposures unknown or less than a stop apart or not those of the pictures, more
-        than a quarter of the sphere clipped in all or nearly everything black in all.
+    Thumbnails are small sRGB panoramas (320 x 160). Returns None where they do not carry
+    enough: fewer than two that can be read, narrower than 128 pixels, exposures unknown or less
+    than a stop apart or not those of the pictures, more than a quarter of the sphere clipped in
+    all or nearly everything black in all.
     """
     pairs = zip(thumbnails, exposures, strict=True)
     known = [(path, exposure) for path, exposure in pairs if path and exposure]

@@ -52,15 +52,8 @@ _REDDEST_AIR_MASS: Final = 8.0  # beyond, three wavelengths say nothing about a 
 
 
 def air_mass(elevation_deg: float) -> float:
-    """Relative optical air mass at sea level (Kasten and Young 1989, eq. 3).
+    """Relative optical air mass at sea level (Kasten and Young 1989, eq. 3) by apparent elevation.
 
-    Parameters
-    ----------
-    elevation_deg : float
-        Elevation of the sun as it is seen, deg, 0 to 90; less is taken as 0.
-
-    Examples
-    --------
     >>> round(air_mass(90.0), 3), round(air_mass(30.0), 3)
     (1.0, 1.994)
     """
@@ -69,20 +62,10 @@ def air_mass(elevation_deg: float) -> float:
 
 
 def direct_normal_lux(elevation_deg: float, sky: SkyWord = "clear") -> float:
-    """Illuminance of direct sunlight on a surface that faces the sun.
+    """Illuminance of direct sunlight, lux, on a surface that faces the sun.
 
-    Parameters
-    ----------
-    elevation_deg : float
-        Elevation of the sun, deg.
+    What the model of IES RP-21 expects in the mean, see `SPREAD`.
 
-    Returns
-    -------
-    float
-        Lux; what the model of IES RP-21 expects in the mean, see `SPREAD`.
-
-    Examples
-    --------
     >>> round(direct_normal_lux(60.0)), round(direct_normal_lux(60.0, "hazy"))
     (100061, 71602)
     """
@@ -90,22 +73,12 @@ def direct_normal_lux(elevation_deg: float, sky: SkyWord = "clear") -> float:
 
 
 def sun_colour(elevation_deg: float, sky: SkyWord = "clear") -> Float64:
-    """Colour of direct sunlight: what the air has taken out of it.
+    """Colour of direct sunlight, (3,) linear Rec. 709 of luminance 1: what the air left of it.
 
     Rayleigh scattering by Leckner, "The spectral distribution of solar radiation at the earth's
     surface", Solar Energy 20, 1978, 143-150: 0.008735 w^-4.08 per air mass (w in micrometres);
     the rest of the extinction by particles with the exponent 1.3 of Angstrom (1929). Cloud is
-    grey. White is the sun at an air mass of 1.5.
-
-    Parameters
-    ----------
-    elevation_deg : float
-        Elevation of the sun, deg.
-
-    Returns
-    -------
-    (3,) float64
-        Linear Rec. 709, luminance 1, none negative; red rises as the sun sinks.
+    grey. White is the sun at an air mass of 1.5; red rises as the sun sinks.
     """
     waves = np.array(_WAVELENGTHS)
     particles = min(_EXTINCTION[sky], _EXTINCTION["hazy"]) - 0.1

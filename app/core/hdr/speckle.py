@@ -35,14 +35,10 @@ _BAND_PIXELS: Final = 1 << 20
 
 
 def quiet_colours(radiance: Float32, values: Sequence[Float32], token: Token) -> None:
-    """Take back colours that stand out, in place.
+    """Take back colours of merged light, (h, w, 3), that stand out, in place.
 
-    Parameters
-    ----------
-    radiance : Float32, (h, w, 3)
-        Merged light.
-    values : Sequence[Float32], (3, 256) each
-        Light of each code of each frame, brightest frame first, in the same unit.
+    `values`, (3, 256) each, are the light of each code of each frame, brightest first, in that
+    unit.
     """
     height, width = radiance.shape[:2]
     bands = list(row_bands(height, max(_AROUND, _BAND_PIXELS // width)))

@@ -41,19 +41,11 @@ _NORMAL: Final = 1.1503
 
 @dataclass(frozen=True, slots=True)
 class MeasuredStep:
-    """The step between two frames.
+    """The step between two frames, in stops: as the files state it, and the median over levels.
 
-    Attributes
-    ----------
-    nominal : float
-        What the files state, in stops.
-    measured : float
-        Median over the levels, in stops.
-    levels : tuple[float, ...]
-        Measured minus nominal step at rising levels of the brighter frame, in stops, of red,
-        then green, then blue; levels that too few places reach are left out.
-    codes : tuple[float, ...]
-        The brighter frame's mean code at these levels.
+    `levels` are measured minus nominal steps at rising levels of the brighter frame, of red,
+    then green, then blue; levels that too few places reach are left out. `codes` are its mean
+    codes there.
     """
 
     bright: int
@@ -79,15 +71,10 @@ class MeasuredStep:
 class StepCheck:
     """Comparison of all measured steps with the nominal ones.
 
-    Attributes
-    ----------
-    residual_stops : float
-        Spread of measured minus nominal over pairs and levels: a root mean square, estimated
-        from the upper quartile so that few strange levels do not count; NaN where no frames
-        overlap.
-    disagreement : float
-        The same as a share of what noise explains (see `tolerance`), exceeded by a quarter of
-        the levels; 0 where no frames overlap.
+    `residual_stops` is the spread of measured minus nominal over pairs and levels: a root mean
+    square, estimated from the upper quartile so that few strange levels do not count; NaN where
+    no frames overlap. `disagreement` is the same as a share of what noise explains (see
+    `tolerance`), exceeded by a quarter of the levels; 0 where no frames overlap.
     """
 
     steps: tuple[MeasuredStep, ...]
@@ -106,32 +93,15 @@ class StepCheck:
 
 
 def tolerance(step: float) -> float:
-    """Difference of a measured step that noise, rounding and compression explain.
-
-    Parameters
-    ----------
-    step : float
-        The nominal step in stops.
-    """
+    """Difference from a nominal step, in stops, that noise, rounding and compression explain."""
     return _TOLERANCE + _TOLERANCE_PER_STOP * abs(step)
 
 
 def check_steps(samples: Bytes, stops: Sequence[float], table: Float64 | None = None) -> StepCheck:
     """Measure the steps between the frames of a bracket.
 
-    Parameters
-    ----------
-    samples : (K, N, 3) uint8
-        Coded values of the same N places in all K frames, brightest frame first.
-    stops : Sequence[float]
-        Stated exposure of each frame in stops, falling.
-    table : (256,) or (3, 256) float64, optional
-        Linear light of each code, of all channels or each; sRGB when not given.
-
-    Raises
-    ------
-    ValueError
-        When the samples are not (K, N, 3) bytes or the number of stops is not K.
+    `samples` and stated `stops` as for `match_codes`. `table`, (256,) or (3, 256) float64, is
+    the linear light of each code; sRGB when not given.
     """
     curve = srgb_table() if table is None else table
     matches = match_codes(samples, stops, reach(stops))
@@ -139,14 +109,10 @@ def check_steps(samples: Bytes, stops: Sequence[float], table: Float64 | None = 
 
 
 def check_matches(matches: CodeMatches, stops: Sequence[float], table: Float64) -> StepCheck:
-    """Compare matching codes with the stated steps; see `check_steps`.
+    """Compare matching codes with the stated steps.
 
-    Parameters
-    ----------
-    stops : Sequence[float]
-        Exposure of each frame in stops.
-    table : (256,), (3, 256) or (K, 3, 256) float64
-        Linear light of each code, strictly rising; the last is of each frame.
+    `table`, (256,), (3, 256) or (K, 3, 256) float64, is the linear light of each code, strictly
+    rising; the last is of each frame.
     """
     measured, slope = _measured(matches, table)
     rows = (matches.code >= _DARKEST_CODE) & (matches.dark_code >= _DARKEST_DARK_CODE)
@@ -182,10 +148,7 @@ def check_matches(matches: CodeMatches, stops: Sequence[float], table: Float64) 
 def reach(stops: Sequence[float]) -> int:
     """How far apart in order two frames of a check may be.
 
-    Returns
-    -------
-    int
-        2, but neighbours only in long brackets, where they are evidence enough.
+    2, but neighbours only in long brackets, where they are evidence enough.
     """
     return 2 if len(stops) <= 5 else 1
 

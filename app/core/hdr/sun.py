@@ -53,14 +53,10 @@ _APERTURE_DEG: Final = 2.5  # half-angle of a pyrheliometer: what counts as dire
 
 @dataclass(frozen=True, slots=True)
 class Restoration:
-    """A light put back, and what was done.
+    """A light put back, and what was done; `light` is its id, None where nothing was.
 
-    Attributes
-    ----------
-    light : str or None
-        The id of the light; None where nothing was done.
-    disc : (N, 2) float64
-        Flat indices of the texels that were given light, and how much luminance each.
+    `disc`, (N, 2) float64, has flat indices of the texels that were given light, and how much
+    luminance each.
     """
 
     merged: Merged = field(repr=False)
@@ -80,12 +76,9 @@ def restore(
 ) -> Restoration:
     """Put the sun's light back, if one of the lights is the sun.
 
-    Returns
-    -------
-    Restoration
-        The disc at the centre of what is clipped, with a solid angle of 6.8e-5 sr. What lies
-        within 2.5 deg of it (the aperture of a pyrheliometer: WMO-No. 8, 2018, I.7.2.1) sums
-        to the model's direct illuminance; nothing is taken away from the glow around.
+    The disc lies at the centre of what is clipped, with a solid angle of 6.8e-5 sr. What lies
+    within 2.5 deg of it (the aperture of a pyrheliometer: WMO-No. 8, 2018, I.7.2.1) sums to the
+    model's direct illuminance; nothing is taken away from the glow around.
     """
     sun = find_sun(merged, lights, grid) if sky != "leave" else None
     if sun is None or sky == "leave":
@@ -106,19 +99,11 @@ def restore(
 
 
 def set_illuminance(merged: Merged, light: Light, lux: float) -> Restoration:
-    """Give a lamp the illuminance that a light meter measured.
+    """Give a lamp the illuminance in lux that a light meter measured.
 
-    Returns
-    -------
-    Restoration
-        What is clipped of the lamp (or all of it, where nothing is) sums to that illuminance;
-        its colour is that of its texels.
-
-    Raises
-    ------
-    ProbeError
-        If `lux` is not a positive number, absolute luminance is not known, or the lamp already
-        holds more.
+    What is clipped of the lamp (or all of it, where nothing is) sums to that illuminance; its
+    colour is that of its texels. ProbeError if `lux` is not a positive number, absolute
+    luminance is not known, or the lamp already holds more.
     """
     if not (math.isfinite(lux) and lux > 0):
         raise ProbeError(f"The illuminance of lamp {light.id} must be a positive number of lux.")
@@ -149,18 +134,7 @@ def set_illuminance(merged: Merged, light: Light, lux: float) -> Restoration:
 
 
 def added_light(restoration: Restoration, shape: tuple[int, int]) -> Float64:
-    """Reduce what a restoration added, alone.
-
-    Parameters
-    ----------
-    shape : tuple of int
-        Rows and columns wanted.
-
-    Returns
-    -------
-    (rows, columns) float64
-        Luminance in the unit of the panorama.
-    """
+    """Reduce what a restoration added: luminance, (rows, columns), in the panorama's unit."""
     size = restoration.merged.clipped.shape
     lone = np.zeros((size[0], size[1], 1), np.float32)
     lone.reshape(-1)[restoration.disc[:, 0].astype(np.int64)] = restoration.disc[:, 1]

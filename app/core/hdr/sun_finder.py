@@ -46,14 +46,9 @@ _MOST_GLOW_DEG: Final = 5.0  # where the clip level is not known
 
 @dataclass(frozen=True, slots=True)
 class Core:
-    """The clipped middle of a light, on the panorama's own texels.
+    """The clipped middle of a light, on the panorama's own texels, in degrees.
 
-    Attributes
-    ----------
-    azimuth_deg, elevation_deg : float
-        Its centre, deg.
-    radius_deg : float
-        Of the disc with the same solid angle, deg.
+    The radius is that of the disc with the same solid angle.
     """
 
     azimuth_deg: float
@@ -110,11 +105,8 @@ def may_be_sun(light: Light, merged: Merged, grid: LightGrid) -> bool:
 def sun_core(light: Light, merged: Merged) -> Core:
     """Measure the clipped middle of a light.
 
-    Returns
-    -------
-    Core
-        Of the largest clipped piece, with small gaps bridged and holes filled (a resampled
-        disc may have a dark ring around it).
+    Of the largest clipped piece, with small gaps bridged and holes filled (a resampled disc may
+    have a dark ring around it).
     """
     height, width = merged.clipped.shape
     rows, columns = _window(light, merged)

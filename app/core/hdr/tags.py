@@ -35,13 +35,7 @@ _USUAL_CONTRAST: Final = 0.3
 
 @dataclass(frozen=True, slots=True)
 class TagError:
-    """A frame that was exposed otherwise than its file says.
-
-    Attributes
-    ----------
-    stops : float
-        How much brighter than stated it is, in stops; negative when darker.
-    """
+    """A frame that was exposed otherwise than its file says: brighter by so many stops."""
 
     frame: int
     stops: float
@@ -65,24 +59,10 @@ class TagError:
 def explain_by_tags(
     matches: CodeMatches, check: StepCheck, stops: Stops, table: Float64
 ) -> tuple[Stops, tuple[TagError, ...], StepCheck] | None:
-    """Find the wrong tags that make a known curve fit.
+    """Find the wrong tags that make a known curve, (256,), fit steps that do not agree.
 
-    Parameters
-    ----------
-    matches : CodeMatches
-        Matching codes of the frames.
-    check : StepCheck
-        With the stated exposures; possible, and not agreeing.
-    stops : tuple[float, ...]
-        Stated exposures.
-    table : (256,) float64
-        The curve.
-
-    Returns
-    -------
-    tuple or None
-        Exposures to believe, the errors of a fifth of a stop or more, and the check with
-        them; None when tags do not explain the steps (then the curve is another one).
+    Returns exposures to believe, the errors of a fifth of a stop or more, and the check with
+    them; None when tags do not explain the steps (then the curve is another one).
     """
     trials = [_one_wrong(frame, matches, check, stops, table) for frame in _paired(check)]
     fitting = [trial for trial in trials if trial[2].agrees]
@@ -103,20 +83,10 @@ def explain_by_tags(
 def recover_with_tag(
     matches: CodeMatches, stops: Stops, curve: Recovered, check: StepCheck
 ) -> tuple[Recovered, Stops, tuple[TagError, ...], StepCheck] | None:
-    """Recover a curve together with the one exposure that is wrong.
+    """Recover a curve together with the one exposure that is wrong, of three frames or more.
 
-    Parameters
-    ----------
-    matches : CodeMatches
-        Matching codes of three frames or more.
-    stops : tuple[float, ...]
-        Stated exposures.
-
-    Returns
-    -------
-    tuple or None
-        Curve, exposures to believe, error, and the check with them; None when no single
-        tag makes the frames fit much better.
+    Returns curve, exposures to believe, error, and the check with them; None when no single tag
+    makes the frames fit much better.
     """
     trials: list[tuple[int, Recovered, StepCheck]] = []
     for frame in _likeliest(matches, check, stops, curve):

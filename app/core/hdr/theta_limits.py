@@ -31,14 +31,9 @@ _ISOS: Final = (
 
 @dataclass(frozen=True, slots=True)
 class ThetaLimits:
-    """One model.
+    """One model by its short name: "S", "SC", "SC2", "V", "Z1", "X" or "A1".
 
-    Attributes
-    ----------
-    model : str
-        Short name: "S", "SC", "SC2", "V", "Z1", "X" or "A1".
-    overhead_s : float
-        Time a frame takes besides its exposure, in seconds.
+    `overhead_s` is the time a frame takes besides its exposure, in seconds.
     """
 
     model: str
@@ -111,20 +106,8 @@ THETA_MODELS: Final = (
 
 
 def theta_limits(model: str) -> ThetaLimits | None:
-    """Find a model by the name that EXIF or the camera states.
+    """Find a model by the name that EXIF or the camera states; None for cameras not in the table.
 
-    Parameters
-    ----------
-    model : str
-        For example "RICOH THETA SC2" or "Z1"; blanks around it and in it do not matter.
-
-    Returns
-    -------
-    ThetaLimits or None
-        None for cameras that are not in the table.
-
-    Examples
-    --------
     >>> theta_limits("RICOH THETA Z1 ").limits.apertures
     (2.1, 3.5, 5.6)
     """

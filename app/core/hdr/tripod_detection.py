@@ -66,12 +66,8 @@ _NEAR_DEG: Final = 45.0
 class Clutter:
     """Something that should not be there, and where.
 
-    Attributes
-    ----------
-    mask : Float32, (H, W)
-        1 where it is, 0 to 1, in the panorama's texels.
-    confidence : float
-        0 to 1; 1 for a mask by hand.
+    `mask`, (H, W) float32 in the panorama's texels, is 1 where it is, 0 to 1; `confidence` is 0
+    to 1, 1 for a mask by hand.
     """
 
     name: str
@@ -91,24 +87,12 @@ class _Found:
 
 
 def suggest(merged: Merged, foot: tuple[float, float] = NADIR) -> tuple[Clutter, ...]:
-    """Suggest masks for what hangs together with the camera's foot.
+    """Suggest a mask for the stick, tripod or person that hangs together with the camera's foot.
 
-    A suggestion is no more than that: it says how sure it is, and it does not claim to find
-    everybody.
-
-    Parameters
-    ----------
-    merged : Merged
-        Panorama of radiance, linear Rec. 709.
-    foot : tuple[float, float], optional
-        Azimuth and elevation, degrees, at which the camera's own foot is. It is the nadir unless
-        the camera was tilted and the picture levelled.
-
-    Returns
-    -------
-    tuple[Clutter, ...]
-        At most one: the stick, tripod, hand or person at the foot. Empty where the ground there
-        looks like the ground around, and for pictures that are not panoramas.
+    A suggestion says how sure it is, and does not claim to find everybody. `foot` is the
+    azimuth and elevation at which the camera's own foot is: the nadir unless the camera was
+    tilted and the picture levelled. At most one; empty where the ground there looks like the
+    ground around, and for pictures that are not panoramas.
     """
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     if shape[1] != 2 * shape[0]:
@@ -133,19 +117,7 @@ def suggest(merged: Merged, foot: tuple[float, float] = NADIR) -> tuple[Clutter,
 
 
 def foot_of(rotation: Float64 | None) -> tuple[float, float]:
-    """Where a camera's foot is in the panorama after levelling.
-
-    Parameters
-    ----------
-    rotation : (3, 3) float64 or None
-        Takes directions of the camera's panorama to directions of the level one; None where
-        nothing was levelled.
-
-    Returns
-    -------
-    tuple[float, float]
-        Azimuth and elevation, degrees.
-    """
+    """Azimuth and elevation of a camera's foot after levelling by a rotation."""
     if rotation is None:
         return NADIR
     return azimuth_elevation(rotation @ np.array([0.0, -1.0, 0.0]))
@@ -156,10 +128,7 @@ def resolve(
 ) -> tuple[Clutter, ...]:
     """Draw the masks a user asked for, and make the suggestions where they asked for those.
 
-    Raises
-    ------
-    ProbeError
-        When a mask's picture cannot be read, or the light is not a full panorama.
+    ProbeError when a mask's picture cannot be read, or the light is not a full panorama.
     """
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     if specs and shape[1] != 2 * shape[0]:
@@ -176,12 +145,8 @@ def resolve(
 
 
 def union(clutter: Sequence[Clutter], shape: tuple[int, int]) -> FloatImage:
-    """Lay masks over each other.
-
-    Returns
-    -------
-    Float32, (H, W)
-        The largest of them at each texel; 0 where there are none.
+    """Lay masks over each other: the largest of them at each texel, (H, W); 0 where there are
+    none.
     """
     whole = np.zeros(shape, np.float32)
     for each in clutter:

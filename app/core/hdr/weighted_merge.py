@@ -46,11 +46,8 @@ _FADED: Final = 8.0  # levels from which on lifted black adds less than 0.005 %
 class FrameLight:
     """How one frame's pixels become weights and radiance.
 
-    Attributes
-    ----------
-    tables : FrameTables
-        256 codes for uint8 frames, 65,536 for uint16; for float frames 65,536 places by the
-        square root of the value as a share of `unit`.
+    Places in the tables are codes, or for float frames the square root of the value as a share
+    of `unit`.
     """
 
     tables: FrameTables
@@ -61,16 +58,10 @@ class FrameLight:
 
 @dataclass(frozen=True, slots=True)
 class Band:
-    """What a band of rows became.
+    """What a band of rows became: red, green, blue, (rows, W) float32 each.
 
-    Attributes
-    ----------
-    radiance : list[Float32], three of (rows, W)
-        Red, green, blue.
-    clipped, dark : Bytes or None, (rows, W)
-        255 where the pixel is clipped (black) in every frame; None where no pixel is.
-    clipped_counts : list[int]
-        Clipped pixels in each frame.
+    `clipped` and `dark`, (rows, W) uint8, are 255 where the pixel is clipped (black) in every
+    frame; None where no pixel is. `clipped_counts` are the clipped pixels in each frame.
     """
 
     radiance: list[Float32] = field(repr=False)
@@ -118,14 +109,9 @@ class Sums:
 def merge_band(
     bands: Sequence[Pixels], lights: Sequence[FrameLight], trusts: Sequence[Float32 | None]
 ) -> Band:
-    """Merge the same rows of all frames.
+    """Merge the same rows of all frames, (rows, W, 3) each as stored, brightest first.
 
-    Parameters
-    ----------
-    bands : Sequence[Pixels], (rows, W, 3) each
-        Rows of each frame, brightest first, as stored.
-    trusts : Sequence[Float32 or None], (rows, W) each
-        Trust in each pixel, 0 to 1; None for a frame that is trusted everywhere.
+    `trusts`, (rows, W) each, 0 to 1; None for a frame that is trusted everywhere.
     """
     sums = Sums()
     counts = []

@@ -87,24 +87,13 @@ _BLACK: Final = 1e-6
 class FrameTables:
     """Look-up tables of one frame; n is 256, or 65,536 for 16-bit and float frames.
 
-    Attributes
-    ----------
-    bright : Float32, (n,)
-        Weight by the largest of a pixel's three codes.
-    faint : Float32, (n,)
-        Weight by the smallest of them; the weight of the pixel is the product.
-    own : Float32, (n,)
-        Takes the place of `bright` for a channel where it is larger, by the channel's own code.
-    full : int
-        Below this code `bright` is 1.
-    ramp : int
-        Below this code `bright` is 1 at least where `own` is not 0, and `own` need not be asked.
-    value : Float32, (3, n)
-        Radiance that a code stands for, per channel.
-    spent : int
-        Codes from here on may be clipped: JPEG moves 255 by several beside a lamp. They have no
-        weight, and a pixel that a darker frame clips is clipped in this one. The darkest frame's
-        are those that are clipped.
+    A pixel's weight is the product of `bright`, (n,), by the largest of its three codes and
+    `faint`, (n,), by the smallest. `own`, (n,), takes the place of `bright` for a channel where
+    it is larger, by the channel's own code. Below the code `full` `bright` is 1, below `ramp`
+    at least where `own` is not 0, so that `own` need not be asked. `value`, (3, n), is the
+    radiance a code stands for. Codes from `spent` on may be clipped: JPEG moves 255 by several
+    beside a lamp. They have no weight, and a pixel that a darker frame clips is clipped in this
+    one. The darkest frame's are those that are clipped. All arrays are float32.
     """
 
     bright: Float32 = field(repr=False)
@@ -118,17 +107,9 @@ class FrameTables:
 
 
 def clipped_code(table: Float64) -> int:
-    """Find the first code that counts as clipped.
+    """Find the first code that counts as clipped in a response, (3, 256).
 
-    Parameters
-    ----------
-    table : Float64, (3, 256)
-        Response: linear value of each code.
-
-    Returns
-    -------
-    int
-        254, or less where some channel's response has reached its end before.
+    254, or less where some channel's response has reached its end before.
     """
     flat = (table >= _PLATEAU * table[:, -1:]).any(axis=0)
     return min(CLIPPED_CODE, int(np.argmax(flat)))
@@ -146,14 +127,8 @@ def frame_tables(
 ) -> FrameTables:
     """Make the tables of one frame of a bracket.
 
-    Parameters
-    ----------
-    table : Float64, (3, 256)
-        Response: linear value in 0..1 of each code of each channel, rising.
-    stops : Sequence[float]
-        Exposures of all frames in stops.
-    fine : bool, optional
-        Tables of 65,536 codes, for 16-bit frames.
+    `table`, (3, 256) float64, is the response: linear value in 0..1 of each code, rising.
+    `stops` are the exposures of all frames. `fine` makes 65,536 codes, for 16-bit frames.
     """
     count = 65536 if fine else 256
     codes = np.linspace(0.0, 255.0, count)
@@ -186,18 +161,9 @@ def frame_tables(
 def float_tables(
     index: int, stops: Sequence[float], *, clips: bool, scheme: Scheme = "noise"
 ) -> FrameTables:
-    """Make the tables of a frame that is linear already.
+    """Make the tables, of 65,536 places by the square root, of a frame that is linear already.
 
-    Parameters
-    ----------
-    stops : Sequence[float]
-        Exposures of all frames in stops.
-
-    Returns
-    -------
-    FrameTables
-        65,536 places, by the square root of the linear value; `value` is not meant to be used,
-        the frame's own values are finer.
+    `value` is not meant to be used, the frame's own values are finer.
     """
     places = np.linspace(0.0, 1.0, 65536)
     linear = places * places
@@ -227,7 +193,7 @@ def float_tables(
 
 
 def relative_error(value: Float32) -> Float64:
-    """Relative error of 8-bit codes by noise alone, (256,), of the light they stand for, (3, 256).
+    """Relative error by noise alone of 8-bit codes that stand for light, (3, 256); (256,).
 
     Infinite for codes of no light.
     """
@@ -238,21 +204,12 @@ def relative_error(value: Float32) -> Float64:
 
 
 def neutral_end(table: Float64) -> Float64:
-    """Let all channels of a response end at the same value.
+    """Let all channels of a response, (3, 256), end at the same value.
 
-    A lamp that clips all three channels must come out neutral. A recovered response can end at a
-    different value in each: it is the least certain there, where no frame shows anything darker.
-    The difference is spread over the last codes, rising towards the largest.
-
-    Parameters
-    ----------
-    table : Float64, (3, 256)
-        Response.
-
-    Returns
-    -------
-    Float64, (3, 256)
-        The response, changed only above code 235 and never lowered.
+    A lamp that clips all three channels must come out neutral. A recovered response can end at
+    a different value in each: it is the least certain there, where no frame shows anything
+    darker. The difference is spread over the codes above 235, rising towards the largest;
+    nothing is lowered.
     """
     share = np.clip((np.arange(256.0) - 235.0) / 20.0, 0.0, 1.0)
     gain = table[:, -1].max() / table[:, -1:]

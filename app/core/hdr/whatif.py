@@ -34,19 +34,7 @@ def choose(
     objective: Objective = "picture",
     limits: Limits = LIMITS,
 ) -> Choice:
-    """Find what decides the turns under a light.
-
-    Parameters
-    ----------
-    light : (H, W, 3) or (H, W) float
-        Environment at turn 0 in the pack's size, linear Rec. 709 radiance or luminance, any
-        exposure.
-
-    Raises
-    ------
-    EnvironmentFileError
-        If the environment is black or not finite.
-    """
+    """Find what decides the turns under a light; see `choices`."""
     return choices(pack, [light], objective, limits)[0]
 
 
@@ -58,14 +46,8 @@ def choices(
 ) -> Choice:
     """Find what decides the turns under each of several lights.
 
-    Parameters
-    ----------
-    lights : sequence of (H, W, 3) or (H, W) float
-
-    Raises
-    ------
-    EnvironmentFileError
-        As `choose`.
+    Each is (H, W, 3) radiance or (H, W) luminance at turn 0 in the pack's size, linear Rec.
+    709, any exposure. EnvironmentFileError if one is black or not finite.
     """
     parts = []
     for start in range(0, len(lights), _AT_ONCE):
@@ -85,18 +67,11 @@ def choices(
 
 
 def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
-    """Share of what a place could give that is lost by turning elsewhere.
+    """Share of what a place could give that is lost by turning elsewhere, (S,) or (N, S).
 
-    Parameters
-    ----------
-    turns : (S,) int
-        The turn taken for each style, 0..63.
-
-    Returns
-    -------
-    (S,) or (N, S) float64
-        (best value of the objective among the turns allowed, minus its value at the turn taken)
-        over the range of the objective's curve; 0 to 1.
+    `turns`, (S,) in 0..63, is the turn taken for each style. The best value of the objective
+    among the turns allowed, minus its value at the turn taken, over the range of the
+    objective's curve; 0 to 1.
     """
     best = np.where(truth.allowed, truth.curve, -np.inf).max(axis=-1)
     taken = truth.curve[..., np.arange(len(turns)), turns]

@@ -13,12 +13,8 @@ _MOST_NAMES: Final = 3
 def listed(names: Sequence[str]) -> str:
     """Join names to a list of words; of many names only the first three are said.
 
-    Examples
-    --------
-    >>> listed(["a", "b", "c"])
-    'a, b and c'
-    >>> listed(["a", "b", "c", "d", "e"])
-    'a, b, c and 2 more'
+    >>> listed(["a", "b", "c"]), listed(["a", "b", "c", "d", "e"])
+    ('a, b and c', 'a, b, c and 2 more')
     """
     if len(names) == 1:
         return names[0]
@@ -30,8 +26,6 @@ def listed(names: Sequence[str]) -> str:
 def plural(count: int, word: str) -> str:
     """Say a number of things.
 
-    Examples
-    --------
     >>> plural(1, "frame"), plural(3, "frame")
     ('1 frame', '3 frames')
     """
