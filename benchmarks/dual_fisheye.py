@@ -36,12 +36,12 @@ sys.path.insert(0, str(ROOT))
 from app.core.base.colour import luminance  # noqa: E402
 from app.core.base.images import write_png  # noqa: E402
 from app.core.base.sphere import direction, directions, positions  # noqa: E402
+from app.core.hdr.audit import choose, given_up  # noqa: E402
 from app.core.hdr.display import display_panorama  # noqa: E402
 from app.core.hdr.finish import MergeOptions  # noqa: E402
 from app.core.hdr.frame import Merged  # noqa: E402, TC001
 from app.core.hdr.lights import find_lights  # noqa: E402
 from app.core.hdr.pipeline import Probe, measure  # noqa: E402
-from app.core.hdr.whatif import choose, given_up  # noqa: E402
 from app.core.solver.environment import (  # noqa: E402
     read_environment,
     reduce_radiance,

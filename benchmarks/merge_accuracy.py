@@ -33,11 +33,11 @@ from memorial_map import read_map  # noqa: E402
 
 from app.core.base.colour import luminance, srgb_decode  # noqa: E402
 from app.core.base.paths import resources  # noqa: E402
-from app.core.hdr.agreement import doubts  # noqa: E402
 from app.core.hdr.frame import Bracket, Exposure, Frame, Merged  # noqa: E402
 from app.core.hdr.half_size import anchors  # noqa: E402
 from app.core.hdr.merge import SIZE, merge  # noqa: E402
 from app.core.hdr.pixels import open_frames  # noqa: E402
+from app.core.hdr.weighting import doubts  # noqa: E402
 from app.core.simulation.bracket_maker import make_bracket, meter  # noqa: E402
 from app.core.simulation.cameras import CameraModel, camera_named  # noqa: E402
 from app.core.simulation.view import enlarged  # noqa: E402

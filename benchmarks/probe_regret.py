@@ -25,14 +25,12 @@ sys.path.insert(0, str(ROOT))
 from sun_restored import SUNS, load  # noqa: E402
 
 from app.core.base.files import atomic_write_text  # noqa: E402
-from app.core.hdr.audit import audit  # noqa: E402
+from app.core.hdr.audit import audit, choose, given_up  # noqa: E402
 from app.core.hdr.finish import MergeOptions, still_clipped  # noqa: E402
 from app.core.hdr.lights import light_grid  # noqa: E402
 from app.core.hdr.pipeline import measure  # noqa: E402
-from app.core.hdr.planner import plan  # noqa: E402
-from app.core.hdr.sky import SkyWord, direct_normal_lux  # noqa: E402
-from app.core.hdr.theta_limits import theta_limits  # noqa: E402
-from app.core.hdr.whatif import choose, given_up  # noqa: E402
+from app.core.hdr.planner import plan, theta_limits  # noqa: E402
+from app.core.hdr.sun import SkyWord, direct_normal_lux  # noqa: E402
 from app.core.simulation.bracket_maker import meter, write_bracket  # noqa: E402
 from app.core.simulation.cameras import THETA_V  # noqa: E402
 from app.core.solver.environment import read_environment, reduce_radiance  # noqa: E402

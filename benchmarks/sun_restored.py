@@ -27,14 +27,12 @@ sys.path.insert(0, str(ROOT))
 
 from app.core.base.colour import luminance, srgb_encode  # noqa: E402
 from app.core.base.sphere import direction, directions_at  # noqa: E402
+from app.core.hdr.audit import choose, given_up  # noqa: E402
 from app.core.hdr.frame import Exposure, Merged  # noqa: E402
 from app.core.hdr.lights import find_lights  # noqa: E402
 from app.core.hdr.pipeline import MergeOptions, measure  # noqa: E402
-from app.core.hdr.planner import CameraLimits, plan  # noqa: E402
-from app.core.hdr.sky import SkyWord, direct_normal_lux  # noqa: E402
-from app.core.hdr.sun import restore  # noqa: E402
-from app.core.hdr.theta_limits import THETA_MODELS  # noqa: E402
-from app.core.hdr.whatif import choose, given_up  # noqa: E402
+from app.core.hdr.planner import THETA_MODELS, CameraLimits, plan  # noqa: E402
+from app.core.hdr.sun import SkyWord, direct_normal_lux, restore  # noqa: E402
 from app.core.simulation.bracket_maker import meter as meter_with  # noqa: E402
 from app.core.simulation.bracket_maker import write_bracket  # noqa: E402
 from app.core.simulation.cameras import camera_named  # noqa: E402

@@ -13,8 +13,8 @@ from app.core.base.files import open_file
 from app.core.base.image_input import open_image
 from app.core.hdr.bracket import EQUAL_STOPS, MAX_FRAMES
 from app.core.hdr.decoding import READ_ROWS, FileRows, row_bands
+from app.core.hdr.frame import listed
 from app.core.hdr.metadata import ENDINGS, read_header
-from app.core.hdr.words import listed
 from app.devices.capture.file_integrity import sha256_of, whole_file
 from app.devices.theta.untrusted import words
 

@@ -15,8 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
-from app.core.hdr.planner import CameraLimits
-from app.core.hdr.theta_limits import theta_limits
+from app.core.hdr.planner import CameraLimits, theta_limits
 
 if TYPE_CHECKING:
     from app.devices.theta.messages import Info

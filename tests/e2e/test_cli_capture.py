@@ -24,8 +24,8 @@ from app.commands import capture as command
 from app.core.base.images import write_exr
 from app.core.base.paths import resources
 from app.core.base.progress import Token
+from app.core.hdr.arriving import Rough
 from app.core.hdr.frame import Exposure
-from app.core.hdr.rough import Rough
 from app.core.simulation.bracket_maker import meter, write_bracket
 from app.core.simulation.cameras import THETA_V
 from app.core.solver.environment import from_radiance, read_environment

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from app.core.hdr.makernote import read_ricoh_note
-from app.core.hdr.theta_limits import theta_limits
+from app.core.hdr.planner import theta_limits
 from app.devices.clock import ScaledClock
 from app.devices.simulated.camera import SimulatedCamera
 from app.devices.simulated.exchange import Pause, Request

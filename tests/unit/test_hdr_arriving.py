@@ -12,7 +12,7 @@ import pytest
 from app.core.base.errors import Cancelled, ProbeError
 from app.core.base.paths import resources
 from app.core.base.progress import Token
-from app.core.hdr import frame_preprocessing
+from app.core.hdr import decoding as frame_preprocessing
 from app.core.hdr.arriving import ArrivingFrames
 from app.core.hdr.decoding import MemoryRows
 from app.core.hdr.frame import Exposure, Frame

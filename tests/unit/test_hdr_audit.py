@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 
 from app.core.base.colour import luminance
 from app.core.base.errors import EnvironmentFileError
-from app.core.hdr.advice import advise, darker_frames, direction_words, kind_words
-from app.core.hdr.audit import DOUBT, GAINS, audit
+from app.core.hdr.audit import DOUBT, GAINS, audit, choose, given_up
+from app.core.hdr.findings import advise, darker_frames, direction_words, kind_words
 from app.core.hdr.finish import apply_gains
 from app.core.hdr.frame import Merged
 from app.core.hdr.lights import find_lights
 from app.core.hdr.sun import restore
-from app.core.hdr.whatif import choose, given_up
 from app.core.solver.environment import energy, read_environment, reduce_radiance
 from app.core.solver.reach import LIMITS, OBJECTIVES, Limits, Objective
 from app.core.solver.solve import solve_all

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.core.base.errors import EnvironmentFileError
-from app.core.hdr.changes import Change, changes, sentence
+from app.core.hdr.finish import Change, changes, sentence
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack
 from tests.helpers.synthetic import synthetic_pack

@@ -18,7 +18,7 @@ from app.core.base.paths import resources
 from app.core.base.sphere import directions
 from app.core.hdr.dual_fisheye import find_circles, recognise
 from app.core.hdr.finish import MergeOptions
-from app.core.hdr.fisheye_lens import MODELS, Lens
+from app.core.hdr.dual_fisheye import MODELS, Lens
 from app.core.hdr.frame import Exposure
 from app.core.hdr.pipeline import measure
 from app.core.hdr.rough import rough_environment

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from app.core.base.errors import ProbeError
 from app.core.hdr.frame import Exposure
-from app.core.hdr.planner import CameraLimits, Plan, plan
-from app.core.hdr.theta_limits import THETA_MODELS, ThetaLimits, theta_limits
+from app.core.hdr.planner import THETA_MODELS, CameraLimits, Plan, ThetaLimits, plan, theta_limits
 
 MODELS = st.sampled_from(THETA_MODELS)
 

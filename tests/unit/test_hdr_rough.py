@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 
 from app.core.base.colour import luminance
 from app.core.base.paths import resources
+from app.core.hdr.arriving import rough_environment
 from app.core.hdr.frame import Exposure
 from app.core.hdr.pipeline import measure
-from app.core.hdr.planner import plan
-from app.core.hdr.rough import rough_environment
-from app.core.hdr.theta_limits import theta_limits
+from app.core.hdr.planner import plan, theta_limits
 from app.core.simulation.bracket_maker import meter, write_bracket
 from app.core.simulation.cameras import THETA_V
 from app.core.solver.environment import Environment, read_environment, reduce

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.core.base.colour import LUMINANCE_WEIGHTS
-from app.core.hdr.sky import (
+from app.core.hdr.sun import (
     SKY_WORDS,
     SUN_DIAMETER_DEG,
     SUN_SOLID_ANGLE_SR,

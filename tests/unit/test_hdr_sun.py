@@ -12,12 +12,18 @@ from numpy.typing import NDArray
 from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
+from app.core.hdr.audit import choose, given_up
 from app.core.hdr.frame import Merged
 from app.core.hdr.lights import find_lights
-from app.core.hdr.sky import SKY_WORDS, direct_normal_lux
-from app.core.hdr.sun import restore, set_illuminance
-from app.core.hdr.sun_finder import find_sun, is_sun, sun_core
-from app.core.hdr.whatif import choose, given_up
+from app.core.hdr.sun import (
+    SKY_WORDS,
+    direct_normal_lux,
+    find_sun,
+    is_sun,
+    restore,
+    set_illuminance,
+    sun_core,
+)
 from app.core.solver.environment import energy, read_environment, reduce_radiance
 from app.core.solver.style_pack import StylePack, load_named_pack
 from tests.helpers.probes import away_deg, clip, place, sunny_place

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from app.core.base import sphere
+from app.core.hdr.align import tilt_rotation
 from app.core.hdr.frame import Pose
-from app.core.hdr.level import tilt_rotation
 from app.core.simulation.view import enlarged, view_of
 from app.core.solver.environment import energy, from_radiance, reduce_radiance
 from tests.helpers.shared import SHARED, needs_shared

@@ -13,8 +13,7 @@ from app.core.base.colour import luminance, srgb_decode
 from app.core.base.paths import resources
 from app.core.bench.rows import Case, PeerCase
 from app.core.hdr.pipeline import measure
-from app.core.hdr.planner import plan
-from app.core.hdr.theta_limits import theta_limits
+from app.core.hdr.planner import plan, theta_limits
 from app.core.simulation.bracket_maker import meter, write_bracket
 from app.core.simulation.cameras import THETA_V
 from app.core.solver.environment import read_environment, reduce_radiance

@@ -1,12 +1,15 @@
 """The clip audit: how much light is missing, and which answers that puts in doubt.
 
 Where every frame is clipped the merged panorama is a lower bound. The audit says how much light
-that concerns, tries what the answers would be if it were brighter, and tells the styles that
-would lose by it from those that would not. A style is in doubt when its turn would give up more
-than 5 % of what the place could give, were any clipped lamp, any part of a wide one, or all of
-them together 1, 3, 6 or 10 stops brighter. Styles that this would bring into reach, or put out of
-it, are named, too. On brackets made from 20 places, clipped 1 to 15 stops deep, every answer that
-was off by more than 10 % was among those in doubt.
+that concerns, tries what the answers would be if it were brighter, and tells the styles that would
+lose by it from those that would not. A style is in doubt when its turn would give up more than 5 %
+of what the place could give, were any clipped lamp, any part of a wide one, or all of them together
+1, 3, 6 or 10 stops brighter. Styles that this would bring into reach, or put out of it, are named,
+too. On brackets made from 20 places, clipped 1 to 15 stops deep, every answer that was off by more
+than 10 % was among those in doubt.
+
+`choices` finds the turns of many lights at once by the rule of `app.core.solver.reach`, without
+refining them.
 """
 
 from __future__ import annotations
@@ -18,14 +21,15 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from app.core.base.angles import turn_of_index
-from app.core.hdr.advice import advise
+from app.core.hdr.findings import advise
 from app.core.hdr.lights import Light, LightGrid, light_grid
-from app.core.hdr.sky import SPREAD, direct_normal_lux
-from app.core.hdr.sun import added_light
-from app.core.hdr.sun_finder import find_sun, may_be_sun, sun_core
-from app.core.hdr.whatif import choices, given_up
+from app.core.hdr.sun import SPREAD, added_light, direct_normal_lux, find_sun, may_be_sun, sun_core
+from app.core.solver import reach
 from app.core.solver.environment import reduce_radiance
-from app.core.solver.reach import LIMITS, Limits, Objective
+from app.core.solver.reach import LIMITS, Choice, Limits, Measured, Objective
+from app.core.solver.relighting_cache import normalised
+from app.core.solver.search import curves_of
+from app.core.solver.solve import measure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,6 +40,61 @@ if TYPE_CHECKING:
     from app.core.hdr.frame import Merged
     from app.core.hdr.sun import Restoration
     from app.core.solver.style_pack import StylePack
+
+
+_AT_ONCE: Final = 16  # lights: few enough that their waves stay near the processor
+
+
+def choose(
+    pack: StylePack,
+    light: Floats,
+    objective: Objective = "picture",
+    limits: Limits = LIMITS,
+) -> Choice:
+    """Find what decides the turns under a light; see `choices`."""
+    return choices(pack, [light], objective, limits)[0]
+
+
+def choices(
+    pack: StylePack,
+    lights: Sequence[Floats],
+    objective: Objective = "picture",
+    limits: Limits = LIMITS,
+) -> Choice:
+    """Find what decides the turns under each of several lights.
+
+    Each is (H, W, 3) radiance or (H, W) luminance at turn 0 in the pack's size, linear Rec.
+    709, any exposure. EnvironmentFileError if one is black or not finite.
+    """
+    parts = []
+    for start in range(0, len(lights), _AT_ONCE):
+        some = lights[start : start + _AT_ONCE]
+        seen = [pack.seen(normalised(light, pack.header.environment)[0]) for light in some]
+        parts.append(measure(pack, curves_of(pack.tables, np.stack(seen))))
+    return reach.choose(
+        Measured(
+            np.concatenate([part.quality for part in parts]),
+            np.concatenate([part.match for part in parts]),
+            np.concatenate([part.whole for part in parts]),
+            np.concatenate([part.strength for part in parts]),
+        ),
+        objective,
+        limits,
+    )
+
+
+def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
+    """Share of what a place could give that is lost by turning elsewhere, (S,) or (N, S).
+
+    `turns`, (S,) in 0..63, is the turn taken for each style. The best value of the objective
+    among the turns allowed, minus its value at the turn taken, over the range of the
+    objective's curve; 0 to 1.
+    """
+    best = np.where(truth.allowed, truth.curve, -np.inf).max(axis=-1)
+    taken = truth.curve[..., np.arange(len(turns)), turns]
+    span = np.ptp(truth.curve, axis=-1)
+    lost = (best - taken) / np.maximum(span, 1e-30)
+    return np.asarray(np.clip(lost, 0.0, 1.0), np.float64)
 
 
 GAINS: Final = (1.0, 3.0, 6.0)

@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING, Final, TypeVar
 from app.core.base.errors import ProbeError
 from app.core.base.files import open_file
 from app.core.hdr.exposures import settle_exposures
-from app.core.hdr.frame import Bracket
+from app.core.hdr.frame import Bracket, listed, plural
 from app.core.hdr.metadata import ENDINGS, SHUTTER_LIMITS_S, Header, read_header
-from app.core.hdr.words import listed, plural
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Sequence

@@ -25,9 +25,11 @@ from app.core.hdr.contradiction import (
     Predictions,
     Tolerance,
     contradiction,
+    fill_hidden,
+    hopeless,
+    misfit,
     worst,
 )
-from app.core.hdr.misfit import fill_hidden, hopeless, misfit
 from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from app.core.base import colour
-from app.core.hdr.chart import wrapped_blur
+from app.core.hdr.resampling import wrapped_blur
 from app.core.hdr.weighted_merge import look_up
 
 if TYPE_CHECKING:

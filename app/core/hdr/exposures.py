@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import ProbeError
-from app.core.hdr.frame import Exposure
-from app.core.hdr.words import listed
+from app.core.hdr.frame import Exposure, listed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

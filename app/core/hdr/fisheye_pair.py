@@ -17,14 +17,13 @@ import numpy as np
 
 from app.core.base.colour import luminance
 from app.core.base.sphere import from_vector
-from app.core.hdr.fisheye_lens import Lens, bent
+from app.core.hdr.dual_fisheye import Lens, bent
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.core.base.arrays import Float32, Float64
-    from app.core.hdr.dual_fisheye import Circles
-    from app.core.hdr.fisheye_lens import Model
+    from app.core.hdr.dual_fisheye import Circles, Model
     from app.core.hdr.frame import Merged
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from app.core.base.colour import luminance, srgb_encode
 from app.core.base.progress import Token
 from app.core.base.sphere import directions
-from app.core.hdr.fisheye_lens import model_of
+from app.core.hdr.dual_fisheye import model_of
 from app.core.hdr.fisheye_pair import (
     BLEND_DEG,
     Pair,
@@ -29,14 +29,13 @@ from app.core.hdr.fisheye_pair import (
     upright,
 )
 from app.core.hdr.pixels import workers
-from app.core.hdr.reduction import Reduction
 from app.core.hdr.registration import edges
+from app.core.hdr.resampling import Reduction
 from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:
     from app.core.base.arrays import Float32
-    from app.core.hdr.dual_fisheye import Circles
-    from app.core.hdr.fisheye_lens import Model
+    from app.core.hdr.dual_fisheye import Circles, Model
     from app.core.hdr.frame import Merged
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from app.core.base import colour
 from app.core.base.errors import ProbeError
 from app.core.base.sphere import direction, directions
-from app.core.hdr.chart import Chart, azimuth_elevation
+from app.core.hdr.resampling import Chart, azimuth_elevation
 from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:

@@ -23,39 +23,41 @@ from app.core.base.errors import ProbeError
 from app.core.base.progress import Report, Token, silent, span
 from app.core.base.sphere import remap_frame, rotate_light
 from app.core.hdr import align, deghosting, handheld
-from app.core.hdr.agreement import doubts
+from app.core.hdr.align import Levelling, first_shot, levelling
 from app.core.hdr.bracket import read_bracket
-from app.core.hdr.decoding import MemoryRows, halvable, is_whole
-from app.core.hdr.display import display_panorama
-from app.core.hdr.dual_fisheye import may_be_circles, recognise
-from app.core.hdr.finish import Finished, MergeOptions, finish
-from app.core.hdr.fisheye_stitch import circle_size, to_panorama
-from app.core.hdr.frame import Bracket, Exposure, Frame
-from app.core.hdr.frame_preprocessing import (
+from app.core.hdr.decoding import (
+    MemoryRows,
     OpenedFrame,
+    halvable,
+    is_whole,
     open_frame,
     proxy_shape,
     sample_places,
     sampled,
     shrunk,
 )
+from app.core.hdr.display import display_panorama
+from app.core.hdr.dual_fisheye import may_be_circles, recognise
+from app.core.hdr.finish import Finished, MergeOptions, finish
+from app.core.hdr.fisheye_stitch import circle_size, to_panorama
+from app.core.hdr.frame import Bracket, Exposure, Frame
 from app.core.hdr.half_size import anchors
-from app.core.hdr.level import Levelling, first_shot, levelling
 from app.core.hdr.merge import SIZE, merge
 from app.core.hdr.pixels import FrameStack, open_frames, reduced, relaid
+from app.core.hdr.planner import theta_limits
 from app.core.hdr.response import ResponseChoice, choose_response
-from app.core.hdr.theta_limits import theta_limits
 from app.core.hdr.tripod_detection import foot_of
+from app.core.hdr.weighting import doubts
 from app.core.solver.environment import from_radiance
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.core.base.arrays import Bytes, Float64
+    from app.core.hdr.decoding import Opener
     from app.core.hdr.dual_fisheye import Circles
     from app.core.hdr.fisheye_stitch import Stitching
     from app.core.hdr.frame import Merged
-    from app.core.hdr.frame_preprocessing import Opener
     from app.core.solver.environment import Environment
     from app.core.solver.style_pack import StylePack
 

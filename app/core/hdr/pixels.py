@@ -21,16 +21,14 @@ from app.core.base.progress import Report, Token, silent
 from app.core.hdr.decoding import (
     READ_ROWS,
     MemoryRows,
+    OpenedFrame,
     Pixels,
     RawRows,
     RowSource,
     bytes_per_frame,
-    row_bands,
-)
-from app.core.hdr.frame_preprocessing import (
-    OpenedFrame,
     open_frame,
     proxy_shape,
+    row_bands,
     sample_places,
     sampled,
     shrunk,
@@ -42,8 +40,8 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from app.core.base.arrays import Bools, Bytes, Float32, Indices
+    from app.core.hdr.decoding import Opener
     from app.core.hdr.frame import Bracket, Frame
-    from app.core.hdr.frame_preprocessing import Opener
 
 __all__ = [
     "MEMORY_BYTES",

@@ -23,8 +23,8 @@ import numpy as np
 from app.core.base import colour
 from app.core.base.errors import ProbeError
 from app.core.base.sphere import direction
-from app.core.hdr.chart import Chart, azimuth_elevation
 from app.core.hdr.masks import MaskSpec, draw_mask
+from app.core.hdr.resampling import Chart, azimuth_elevation
 from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def suggest(merged: Merged, foot: tuple[float, float] = NADIR) -> tuple[Clutter,
 
 
 def foot_of(rotation: Float64 | None) -> tuple[float, float]:
-    """Azimuth and elevation of a camera's foot after levelling by a rotation."""
+    """Azimuth and elevation, degrees, of a camera's foot after levelling by a rotation."""
     if rotation is None:
         return NADIR
     return azimuth_elevation(rotation @ np.array([0.0, -1.0, 0.0]))
@@ -145,9 +145,7 @@ def resolve(
 
 
 def union(clutter: Sequence[Clutter], shape: tuple[int, int]) -> FloatImage:
-    """Lay masks over each other: the largest of them at each texel, (H, W); 0 where there are
-    none.
-    """
+    """Lay masks over each other: the largest of them at each texel, (H, W)."""
     whole = np.zeros(shape, np.float32)
     for each in clutter:
         np.maximum(whole, each.mask, out=whole)

@@ -3,7 +3,7 @@
 What a camera writes (maker, padded model, software, sizes, apertures) is what public sample
 files of that model hold. The sensor numbers are typical of sensors of that pitch, since Ricoh
 publishes none: they set the scale of the noise and nothing else. Which shutter and ISO values
-a model accepts is not repeated here (`app.core.hdr.theta_limits`); exposures are taken as given.
+a model accepts is not repeated here (`app.core.hdr.planner`); exposures are taken as given.
 """
 
 from __future__ import annotations

@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, Final, TypeAlias, TypedDict, Unpack
 import cv2
 import numpy as np
 
+from app.core.hdr.align import tilt_rotation
 from app.core.hdr.frame import LensExposure, Pose
-from app.core.hdr.level import tilt_rotation
 from app.core.simulation.curves import SRGB, Curve
 from app.core.simulation.exif import Tags, exif_segment, pose_segment, with_segments
 from app.core.simulation.lens import bloomed, column_gains

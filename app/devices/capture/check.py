@@ -11,8 +11,8 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import ProbeError
+from app.core.hdr.frame import listed
 from app.core.hdr.metadata import Header, read_header
-from app.core.hdr.words import listed
 from app.devices.errors import CaptureFailed
 
 if TYPE_CHECKING:

@@ -47,8 +47,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.core.base.progress import Report, Token
+    from app.core.hdr.arriving import Rough
     from app.core.hdr.planner import PlannedShot
-    from app.core.hdr.rough import Rough
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.solve import StyleResult
     from app.core.solver.style_pack import StylePack
