@@ -297,6 +297,12 @@ def _check_alike(headers: list[Header]) -> None:
     )
     _one_value(
         headers,
+        lambda header: header.frame.primaries,
+        lambda primaries: f"in {'colours of other primaries' if primaries else 'Rec. 709 colours'}",
+        "Leave it out, or export all frames in one colour space.",
+    )
+    _one_value(
+        headers,
         lambda header: header.orientation,
         lambda orientation: f"held another way (EXIF orientation {orientation})",
         "Leave it out, or shoot all frames with the camera held the same way.",

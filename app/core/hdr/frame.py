@@ -88,7 +88,8 @@ class Frame:
     """One exposure of a bracket: what its file says, not its pixels.
 
     `shape` is rows and columns, `kind` "uint8", "uint16", "half" or "float". `exposure` is from
-    EXIF or the user; None where nothing is stated.
+    EXIF or the user; None where nothing is stated. `primaries` are x and y of red, green, blue and
+    white, where they are not those of Rec. 709.
     """
 
     path: Path
@@ -102,6 +103,7 @@ class Frame:
     tone_mapped: bool = False
     fisheye: bool = False
     orientation: int = 1
+    primaries: tuple[float, ...] = ()
 
     @property
     def as_stored(self) -> Frame:

@@ -20,6 +20,7 @@ import cv2
 import numpy as np
 
 from app.core.base.arrays import Float32, Indices
+from app.core.base.colour import to_rec709
 from app.core.base.progress import Report, Token, silent
 from app.core.hdr.decoding import row_bands
 from app.core.hdr.frame import Merged
@@ -221,6 +222,7 @@ def merge(
     result = _run(stack, plan, order, report)
     if plan.black:
         quiet_colours(result.radiance, [light.tables.value for light in lights], plan.token)
+    _to_rec709(result.radiance, stack.frames[0].primaries)
     pixels = stack.shape[0] * stack.shape[1]
     fractions = [0.0] * len(order)
     for place, index in enumerate(order):
@@ -236,6 +238,13 @@ def merge(
         cd_m2=1.2 / 2.0**reference if known else None,
         clipped_fractions=tuple(fractions),
     )
+
+
+def _to_rec709(radiance: Float32, primaries: tuple[float, ...]) -> None:
+    """Bring merged light to our primaries, in place: clipping is the camera's own before that."""
+    if primaries:
+        to_rec709(radiance, primaries)
+        np.maximum(radiance, np.float32(0.0), out=radiance)
 
 
 def _lights(

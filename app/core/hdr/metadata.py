@@ -16,7 +16,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from app.core.base.errors import ProbeError
-from app.core.base.image_input import is_unwieldy, open_image, read_start, stated_orientation
+from app.core.base.image_input import (
+    is_unwieldy,
+    open_image,
+    read_start,
+    stated_orientation,
+    stated_primaries,
+)
 from app.core.hdr.frame import Exposure, Frame, LensExposure, Pose
 from app.core.hdr.makernote import RicohNote, read_ricoh_note
 
@@ -155,6 +161,7 @@ def _header(source: ImageInput, file: Path, note: RicohNote | None) -> Header:
         tone_mapped=note is not None and note.tone_mapped,
         fisheye=note is not None and note.equirectangular is False,
         orientation=turned,
+        primaries=_primaries(source, file),
     )
     return Header(
         frame,
@@ -165,6 +172,14 @@ def _header(source: ImageInput, file: Path, note: RicohNote | None) -> Header:
         note,
         _apex_doubts(spec, shutter, aperture),
     )
+
+
+def _primaries(source: ImageInput, file: Path) -> tuple[float, ...]:
+    """Of OpenEXR, the only format whose colours may be others than sRGB's and say so."""
+    try:
+        return stated_primaries(source.spec()) if source.format_name() == "openexr" else ()
+    except ValueError:
+        raise ProbeError(f"{file.name} is damaged or incomplete.", _COPY_AGAIN) from None
 
 
 def _check_format(name: str, spec: ImageSpec, file: Path) -> None:
