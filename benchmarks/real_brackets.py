@@ -30,8 +30,9 @@ sys.path.insert(0, str(ROOT))
 
 from app.core.base.paths import resources  # noqa: E402
 from app.core.hdr.bracket import read_bracket  # noqa: E402
+from app.core.hdr.finish import MergeOptions  # noqa: E402
 from app.core.hdr.handheld import laid  # noqa: E402
-from app.core.hdr.pipeline import MergeOptions, Probe, measure  # noqa: E402
+from app.core.hdr.pipeline import Probe, measure  # noqa: E402
 from app.core.solver.environment import read_environment  # noqa: E402
 from app.core.solver.style_pack import load_named_pack  # noqa: E402
 from tests.helpers.odd_brackets import (  # noqa: E402

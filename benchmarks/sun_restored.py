@@ -28,9 +28,10 @@ sys.path.insert(0, str(ROOT))
 from app.core.base.colour import luminance, srgb_encode  # noqa: E402
 from app.core.base.sphere import direction, directions_at  # noqa: E402
 from app.core.hdr.audit import choose, given_up  # noqa: E402
+from app.core.hdr.finish import MergeOptions  # noqa: E402
 from app.core.hdr.frame import Exposure, Merged  # noqa: E402
 from app.core.hdr.lights import find_lights  # noqa: E402
-from app.core.hdr.pipeline import MergeOptions, measure  # noqa: E402
+from app.core.hdr.pipeline import measure  # noqa: E402
 from app.core.hdr.planner import THETA_MODELS, CameraLimits, plan  # noqa: E402
 from app.core.hdr.sun import SkyWord, direct_normal_lux, restore  # noqa: E402
 from app.core.simulation.bracket_maker import meter as meter_with  # noqa: E402

@@ -19,8 +19,9 @@ from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.base.paths import resources
 from app.core.hdr.audit import choose, given_up
+from app.core.hdr.finish import MergeOptions
 from app.core.hdr.frame import Exposure, Pose
-from app.core.hdr.pipeline import MergeOptions, Probe, measure
+from app.core.hdr.pipeline import Probe, measure
 from app.core.hdr.planner import plan, theta_limits
 from app.core.simulation.bracket_maker import meter, write_bracket
 from app.core.simulation.cameras import THETA_S, THETA_V

@@ -11,7 +11,8 @@ import pytest
 from app.core.base.colour import srgb_encode
 from app.core.base.paths import resources
 from app.core.hdr.brightness_transfer import match_codes
-from app.core.hdr.pipeline import MergeOptions, Probe, measure
+from app.core.hdr.finish import MergeOptions
+from app.core.hdr.pipeline import Probe, measure
 from app.core.hdr.response_recovery import srgb_table
 from app.core.hdr.weighting import doubts
 from app.core.solver.environment import read_environment

@@ -15,9 +15,10 @@ from app.core.base.progress import Token
 from app.core.hdr import decoding as frame_preprocessing
 from app.core.hdr.arriving import ArrivingFrames
 from app.core.hdr.decoding import MemoryRows
+from app.core.hdr.finish import MergeOptions
 from app.core.hdr.frame import Exposure, Frame
 from app.core.hdr.metadata import read_header
-from app.core.hdr.pipeline import MergeOptions, Probe, measure, rehearse
+from app.core.hdr.pipeline import Probe, measure, rehearse
 from app.core.simulation.bracket_maker import meter, write_bracket
 from app.core.simulation.cameras import THETA_V
 from app.core.solver.environment import read_environment

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from app.core.base.errors import ProbeError
 from app.core.hdr.exposures import metered_exposure
-from app.core.hdr.frame import Exposure, LensExposure, Pose
-from app.core.hdr.metadata import read_frame, read_header
+from app.core.hdr.frame import Exposure, Frame, LensExposure, Pose
+from app.core.hdr.metadata import read_header
 from tests.helpers.exif_bytes import (
     RATIONAL,
     SHORT,
@@ -30,6 +30,11 @@ from tests.helpers.exif_bytes import (
 from tests.helpers.shared import SHARED, needs_shared
 
 MODEL = 0x0110
+
+
+def read_frame(path: Path | str) -> Frame:
+    """What a file says, without its tags."""
+    return read_header(path).frame
 
 
 def save(path: Path, data: bytes) -> Path:

@@ -11,9 +11,10 @@ import pytest
 
 from app.core.base.colour import REC709, rec709_from
 from app.core.base.errors import ProbeError
+from app.core.hdr.finish import MergeOptions
 from app.core.hdr.frame import Merged
-from app.core.hdr.metadata import read_frame
-from app.core.hdr.pipeline import MergeOptions, measure
+from app.core.hdr.metadata import read_header
+from app.core.hdr.pipeline import measure
 from app.core.solver.style_pack import StylePack, load_named_pack
 
 ACES = (0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.077, 0.32168, 0.33767)
@@ -91,7 +92,7 @@ def test_colours_outside_of_rec709_are_not_negative(tmp_path: Path) -> None:
 def test_our_own_primaries_change_nothing(
     tmp_path: Path, primaries: tuple[float, ...] | None
 ) -> None:
-    assert read_frame(write(tmp_path / "b", light(), primaries)[0]).primaries == ()
+    assert read_header(write(tmp_path / "b", light(), primaries)[0]).frame.primaries == ()
 
 
 def test_frames_of_two_colour_spaces_are_no_bracket(tmp_path: Path) -> None:
@@ -110,4 +111,4 @@ def test_primaries_that_no_light_has_are_damage(tmp_path: Path) -> None:
     assert output.write_image(light())
     assert output.close()
     with pytest.raises(ProbeError, match="damaged"):
-        read_frame(files[0])
+        read_header(files[0])

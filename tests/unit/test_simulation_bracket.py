@@ -14,7 +14,7 @@ from app.core.base.colour import srgb_encode
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.hdr.frame import Exposure, Pose
-from app.core.hdr.metadata import read_frame
+from app.core.hdr.metadata import read_header
 from app.core.simulation.bracket_maker import make_bracket, meter, write_bracket
 from app.core.simulation.cameras import GENERIC, THETA_S, THETA_V
 from app.core.simulation.exposure_maker import Options, develop
@@ -60,7 +60,7 @@ def test_files_are_named_stamped_and_readable(tmp_path: Path) -> None:
     paths = write_bracket(folder, _room(), THETA_S, BRACKET, first=21, tilt=Pose(4.0, -3.0))
     assert [path.name for path in paths] == ["R0010021.JPG", "R0010022.JPG", "R0010023.JPG"]
     assert sorted(folder.iterdir()) == paths
-    frames = [read_frame(path) for path in paths]
+    frames = [read_header(path).frame for path in paths]
     for frame, wanted in zip(frames, BRACKET, strict=True):
         assert frame.exposure is not None
         assert frame.exposure.ev == pytest.approx(wanted.ev, abs=1e-4)
@@ -108,7 +108,7 @@ def test_shifts_and_edits_of_single_frames(tmp_path: Path) -> None:
     np.testing.assert_array_equal(_picture(data[2]), _picture(plain[2]))
     path = tmp_path / "a.jpg"
     path.write_bytes(data[2])
-    exposure = read_frame(path).exposure
+    exposure = read_header(path).frame.exposure
     assert exposure is not None
     assert exposure.iso == 200.0
     moved = np.abs(_picture(data[1]) - _picture(plain[1])).mean()

@@ -26,17 +26,17 @@ from app.core.base.progress import Report, Token, silent
 from app.core.hdr.decoding import OpenedFrame, bytes_per_frame, decode, open_frame
 from app.core.hdr.dual_fisheye import find_circles
 from app.core.hdr.metadata import read_header
-from app.core.hdr.pipeline import MergeOptions, Probe, measure, rehearse
+from app.core.hdr.pipeline import Probe, measure, rehearse
 from app.core.hdr.pixels import MEMORY_BYTES, workers
 from app.core.solver.environment import from_radiance, solid_angles
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
-    from types import TracebackType
 
     from app.core.base.arrays import Bytes, Float32
     from app.core.hdr.decoding import Pixels
+    from app.core.hdr.finish import MergeOptions
     from app.core.hdr.frame import Exposure, Frame
     from app.core.solver.environment import Environment
     from app.core.solver.style_pack import StylePack
@@ -297,12 +297,7 @@ class ArrivingFrames:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *failure: object) -> None:
         self.close()
 
     def _read(self, path: Path) -> _Read:

@@ -150,14 +150,12 @@ class StyleChange:
 class Audit:
     """What is clipped in every frame, and what that means.
 
-    `clipped_energy_fraction` is the share of the light in clipped texels as measured, a lower
-    bound, 0 to 1; the range goes from there to what it would be if all that is clipped were 6
-    stops brighter, or, for the sun, as bright as the clear-sky model allows.
+    `clipped_energy_range` goes from the share of the light in clipped texels as measured, a lower
+    bound, 0 to 1, to what it would be if all that is clipped were 6 stops brighter, or, for the
+    sun, as bright as the clear-sky model allows.
     """
 
-    clipped_energy_fraction: float
     clipped_energy_range: tuple[float, float]
-    range_note: str
     advice: tuple[str, ...]
     style_changes: tuple[StyleChange, ...]
 
@@ -165,15 +163,6 @@ class Audit:
     def in_doubt(self) -> tuple[str, ...]:
         """Names of the styles whose turn may be off."""
         return tuple(style.name for style in self.style_changes if style.in_doubt)
-
-    @property
-    def safe(self) -> tuple[str, ...]:
-        """Names of the styles whose turn and reach do not depend on what is clipped."""
-        return tuple(
-            style.name
-            for style in self.style_changes
-            if not style.in_doubt and style.reach_stops is None
-        )
 
 
 def audit(
@@ -200,12 +189,9 @@ def audit(
     bound = float((grid.lost * grid.solid_angle).sum()) / grid.total
     sun = find_sun(merged, lights, grid) if bound > 0 and restoration is None else None
     maybe = next((light.id for light in lights if may_be_sun(light, merged, grid)), "")
-    high, note = _upper(merged, grid, bound, sun)
     changes = _changes(lights, pack, (objective, limits), grid, environment, restoration)
     return Audit(
-        clipped_energy_fraction=bound,
-        clipped_energy_range=(bound, high),
-        range_note=note,
+        clipped_energy_range=(bound, _upper(merged, grid, bound, sun)),
         advice=(
             *advise(merged, lights, sun, room_stops, maybe),
             *_verdict(changes, bound, restoration),
@@ -266,16 +252,16 @@ def _all(names: Sequence[str], changes: Sequence[StyleChange]) -> str:
     return ", ".join(names)
 
 
-def _upper(merged: Merged, grid: LightGrid, bound: float, sun: Light | None) -> tuple[float, str]:
-    """Upper end of the clipped share, and in words what it supposes."""
+def _upper(merged: Merged, grid: LightGrid, bound: float, sun: Light | None) -> float:
+    """Upper end of the clipped share."""
     if bound <= 0:
-        return 0.0, ""
+        return 0.0
     if sun is None or merged.cd_m2 is None:
         factor = 2.0 ** GAINS[-1]
-        return factor * bound / (1.0 + (factor - 1.0) * bound), "up to 6 stops brighter"
+        return float(factor * bound / (1.0 + (factor - 1.0) * bound))
     most = direct_normal_lux(sun_core(sun, merged).elevation_deg) * SPREAD[1]
     extra = most / merged.cd_m2 / grid.total
-    return (bound + extra) / (1.0 + extra), "with the sun as bright as a very clear sky lets it be"
+    return (bound + extra) / (1.0 + extra)
 
 
 def _changes(

@@ -9,9 +9,9 @@ from __future__ import annotations
 import hashlib
 import math
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Final, TypeAlias, TypeVar
 
 from app.core.base.errors import ProbeError
 from app.core.base.files import open_file
@@ -40,14 +40,8 @@ _KIND_WORDS: Final = {
 }
 
 _Value = TypeVar("_Value", bound="Hashable")
-
-
-@dataclass(frozen=True, slots=True)
-class _Listed:
-    """A file of the bracket with the exposure time that the user gave for it."""
-
-    header: Header
-    time_s: float | None
+_Listed: TypeAlias = tuple[Header, float | None]
+"""A file of the bracket with the exposure time in seconds that the user gave for it."""
 
 
 def read_bracket(paths: Sequence[Path], times: Sequence[float] | None = None) -> Bracket:
@@ -66,14 +60,12 @@ def read_bracket(paths: Sequence[Path], times: Sequence[float] | None = None) ->
     files = [header.frame.path for header in headers]
     given = _check_times(times, len(files))
     _check_pixels(headers)
-    frames, warnings = _without_copies(
-        [_Listed(header, time) for header, time in zip(headers, given, strict=True)]
-    )
-    _check_count(frames, files)
-    headers = [frame.header for frame in frames]
+    listed_files, warnings = _without_copies(list(zip(headers, given, strict=True)))
+    headers = [header for header, _ in listed_files]
+    _check_count(headers, files)
     _check_alike(headers)
     _check_tone(headers)
-    stated = None if times is None else [frame.time_s or 0.0 for frame in frames]
+    stated = None if times is None else [time or 0.0 for _, time in listed_files]
     exposures, doubts = settle_exposures(headers, stated)
     dressed = [
         replace(header.frame, exposure=exposure)
@@ -208,15 +200,16 @@ def _check_pixels(headers: list[Header]) -> None:
         )
 
 
-def _without_copies(frames: list[_Listed]) -> tuple[list[_Listed], list[str]]:
+def _without_copies(files: list[_Listed]) -> tuple[list[_Listed], list[str]]:
     """Leave out files that are named twice and files of the same bytes."""
     kept: dict[tuple[str, ...], _Listed] = {}
     dropped: dict[str, list[str]] = {}
-    for frame, content in zip(frames, _contents(frames), strict=True):
-        first = kept.setdefault(content, frame)
-        if first is not frame:
-            name = first.header.frame.path.name
-            dropped.setdefault(name, []).append(frame.header.frame.path.name)
+    contents = _contents([header.frame.path for header, _ in files])
+    for file, content in zip(files, contents, strict=True):
+        first = kept.setdefault(content, file)
+        if first is not file:
+            name = first[0].frame.path.name
+            dropped.setdefault(name, []).append(file[0].frame.path.name)
     return list(kept.values()), [
         f"{listed(copies)} {'is a copy' if len(copies) == 1 else 'are copies'} of {name}"
         " and left out."
@@ -226,13 +219,12 @@ def _without_copies(frames: list[_Listed]) -> tuple[list[_Listed], list[str]]:
     ]
 
 
-def _contents(frames: list[_Listed]) -> list[tuple[str, ...]]:
+def _contents(paths: list[Path]) -> list[tuple[str, ...]]:
     """Return equal values for equal files, reading no more of them than that takes.
 
     Nothing where no other has their length, the whole only where another starts with the same
     bytes.
     """
-    paths = [frame.header.frame.path for frame in frames]
     contents: list[tuple[str, ...]] = [(str(_size(path)),) for path in paths]
     for limit in (_START, None):
         counts = Counter(contents)
@@ -266,10 +258,10 @@ def _digest(path: Path, limit: int | None) -> str:
     return digest.hexdigest()
 
 
-def _check_count(frames: list[_Listed], files: list[Path]) -> None:
-    if len(frames) > 1:
+def _check_count(headers: list[Header], files: list[Path]) -> None:
+    if len(headers) > 1:
         return
-    name = frames[0].header.frame.path.name
+    name = headers[0].frame.path.name
     hint = "Use at least two exposures, better three: the metered one, brighter and darker."
     if len(files) > 1:
         raise ProbeError(f"All files are copies of {name}: that is no bracket.", hint)

@@ -21,8 +21,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core.hdr.response_recovery import srgb_table
-
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -51,8 +49,7 @@ class MeasuredStep:
     """The step between two frames, in stops: as the files state it, and the median over levels.
 
     `levels` are measured minus nominal steps at rising levels of the brighter frame, of red,
-    then green, then blue; levels that too few places reach are left out. `codes` are its mean
-    codes there.
+    then green, then blue; levels that too few places reach are left out.
     """
 
     bright: int
@@ -60,18 +57,11 @@ class MeasuredStep:
     nominal: float
     measured: float
     levels: tuple[float, ...]
-    codes: tuple[float, ...]
 
     @property
     def off(self) -> float:
         """Measured minus nominal, in stops."""
         return self.measured - self.nominal
-
-    @property
-    def spread(self) -> float:
-        """How far the step depends on the level: range of the middle 80 % of levels, in stops."""
-        low, high = np.quantile(self.levels, (0.1, 0.9))
-        return float(high - low)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,17 +94,6 @@ def tolerance(step: float) -> float:
     return _TOLERANCE + _TOLERANCE_PER_STOP * abs(step)
 
 
-def check_steps(samples: Bytes, stops: Sequence[float], table: Float64 | None = None) -> StepCheck:
-    """Measure the steps between the frames of a bracket.
-
-    `samples` and stated `stops` as for `match_codes`. `table`, (256,) or (3, 256) float64, is
-    the linear light of each code; sRGB when not given.
-    """
-    curve = srgb_table() if table is None else table
-    matches = match_codes(samples, stops, reach(stops))
-    return check_matches(matches, stops, curve)
-
-
 def check_matches(matches: CodeMatches, stops: Sequence[float], table: Float64) -> StepCheck:
     """Compare matching codes with the stated steps.
 
@@ -134,15 +113,11 @@ def check_matches(matches: CodeMatches, stops: Sequence[float], table: Float64) 
         bright, dark = divmod(int(pair_number), frames)
         pair = rows & (matches.bright == bright) & (matches.dark == dark)
         nominal = float(stops[bright] - stops[dark])
-        levels, codes = _by_level(
-            level[pair],
-            (measured[pair] - nominal, matches.code[pair].astype(np.float64)),
-            1.0 / noise[pair],
-            matches.places[pair],
-        )
+        off_here = measured[pair] - nominal
+        levels = _by_level(level[pair], off_here, 1.0 / noise[pair], matches.places[pair])
         if levels:
             middle = nominal + float(np.median(levels))
-            steps.append(MeasuredStep(bright, dark, nominal, middle, tuple(levels), tuple(codes)))
+            steps.append(MeasuredStep(bright, dark, nominal, middle, tuple(levels)))
             off += levels
             margin = tolerance(nominal) * (_TURNED if (bright, dark) in matches.turned else 1.0)
             share += [abs(value) / margin for value in levels]
@@ -182,18 +157,13 @@ def _measured(matches: CodeMatches, table: Float64) -> tuple[Float64, Float64]:
     return measured, slope
 
 
-def _by_level(
-    level: Float64, values: tuple[Float64, Float64], weights: Float64, places: Float64
-) -> tuple[list[float], list[float]]:
-    """Weighted means of both values for each level that enough places reach."""
+def _by_level(level: Int64, values: Float64, weights: Float64, places: Float64) -> list[float]:
+    """Weighted means of the values for each level that enough places reach."""
     count = np.bincount(level, places, minlength=3 * _LEVELS)
-    enough = count >= _FEWEST_PLACES
     total = np.maximum(np.bincount(level, weights, minlength=3 * _LEVELS), 1e-300)
-    means = [
-        (np.bincount(level, weights * value, minlength=3 * _LEVELS) / total)[enough].tolist()
-        for value in values
-    ]
-    return means[0], means[1]
+    means = np.bincount(level, weights * values, minlength=3 * _LEVELS) / total
+    found: list[float] = means[count >= _FEWEST_PLACES].tolist()
+    return found
 
 
 # Below, sensor noise and rounding distort the code; above, ringing and noise of clipped places.

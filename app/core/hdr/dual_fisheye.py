@@ -30,9 +30,6 @@ if TYPE_CHECKING:
     from app.core.base.arrays import Bools, Bytes, Float32, Float64, Indices
 
 
-_WIDEST: Final = math.radians(130.0)
-
-
 @dataclass(frozen=True, slots=True)
 class Lens:
     """One fisheye.
@@ -60,17 +57,6 @@ class Lens:
         x, y = self.centre[0] + scale * seen[..., 0], self.centre[1] - scale * seen[..., 1]
         return np.asarray(x, np.float32), np.asarray(y, np.float32), angle
 
-    def unproject(self, columns: Float64, rows: Float64) -> Float64:
-        """Return the unit vectors, (..., 3), to places in the picture."""
-        right, up = columns - self.centre[0], self.centre[1] - rows
-        across = np.hypot(right, up)
-        table = np.linspace(0.0, _WIDEST, 4001)
-        radii = np.maximum.accumulate(self.radius(table))
-        angle = np.interp(across, radii, table)
-        level = np.sin(angle) / np.maximum(across, 1e-12)
-        seen = np.stack([right * level, up * level, np.cos(angle)], axis=-1)
-        return np.asarray(seen @ self.axes)
-
 
 def bent(angles: Float64, bends: tuple[float, ...]) -> Float64:
     """Return t + b3 t^3 + b5 t^5 ... of angles t in radians."""
@@ -78,14 +64,6 @@ def bent(angles: Float64, bends: tuple[float, ...]) -> Float64:
     for bend in reversed(bends):
         factor = (factor + bend) * square
     return angles * (1.0 + factor)
-
-
-def turned(axes: Float64, clockwise_deg: float) -> Float64:
-    """Return the axes of a lens whose picture is stored turned clockwise."""
-    angle = math.radians(clockwise_deg)
-    cosine, sine = math.cos(angle), math.sin(angle)
-    turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-    return np.asarray(turn @ axes)
 
 
 @dataclass(frozen=True, slots=True)

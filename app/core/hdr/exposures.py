@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import ProbeError
@@ -37,8 +37,8 @@ def settle_exposures(
     """
     shutters = _shutters(headers) if times is None else [float(time) for time in times]
     given = times is not None
-    isos = _fill(headers, [header.iso for header in headers], _ISO, given)
-    apertures = _fill(headers, [header.aperture for header in headers], _APERTURE, given)
+    isos, iso_doubts = _fill(headers, [header.iso for header in headers], "ISO value", given)
+    apertures, doubts = _fill(headers, [header.aperture for header in headers], "f-number", given)
     exposures = [
         Exposure(
             shutter,
@@ -46,12 +46,12 @@ def settle_exposures(
             1.0 if aperture is None else aperture,
             known=iso is not None and aperture is not None,
         )
-        for shutter, iso, aperture in zip(shutters, isos.values, apertures.values, strict=True)
+        for shutter, iso, aperture in zip(shutters, isos, apertures, strict=True)
     ]
     doubts = [
-        *_unstated(isos, apertures),
-        *isos.doubts,
-        *apertures.doubts,
+        *_unstated(headers),
+        *iso_doubts,
+        *doubts,
         *(_times_doubts(headers, shutters) if given else ()),
         *_lens_doubts(headers),
         *_note_doubts(headers),
@@ -72,31 +72,6 @@ def metered_exposure(header: Header) -> Exposure | None:
     return replace(exposure, iso=math.exp(sum(math.log(lens.iso) for lens in lenses) / len(lenses)))
 
 
-@dataclass(frozen=True, slots=True)
-class _Tag:
-    """One of the two tags besides the exposure time."""
-
-    word: str
-    form: str
-
-
-_ISO: Final = _Tag("ISO value", "ISO {:g}")
-_APERTURE: Final = _Tag("f-number", "f/{:g}")
-
-
-@dataclass(frozen=True, slots=True)
-class _Filled:
-    """Values of a tag for all frames, all of them None where no frame states it."""
-
-    tag: _Tag
-    values: tuple[float | None, ...]
-    doubts: tuple[str, ...] = ()
-
-    @property
-    def stated(self) -> bool:
-        return self.values[0] is not None
-
-
 def _shutters(headers: Sequence[Header]) -> list[float]:
     missing = [header.frame.path.name for header in headers if header.shutter_s is None]
     if len(missing) == len(headers):
@@ -109,35 +84,41 @@ def _shutters(headers: Sequence[Header]) -> list[float]:
     return [header.shutter_s or 0.0 for header in headers]
 
 
-def _fill(headers: Sequence[Header], values: list[float | None], tag: _Tag, given: bool) -> _Filled:
+def _fill(
+    headers: Sequence[Header], values: list[float | None], tag: str, given: bool
+) -> tuple[list[float | None], list[str]]:
+    """Values of a tag for all frames, all None where no frame states it, and what is in doubt."""
     stated = [value for value in values if value is not None]
     if len(stated) == len(values) or not stated:
-        return _Filled(tag, tuple(values))
+        return values, []
     silent = [h.frame.path.name for h, value in zip(headers, values, strict=True) if value is None]
     verb = "states" if len(silent) == 1 else "state"
+    sign = "f/" if tag == "f-number" else "ISO "
     if max(stated) > min(stated) * (1.0 + _SAME):
         if given:
             doubt = (
-                f"{listed(silent)} {verb} no {tag.word} and the others differ in theirs:"
+                f"{listed(silent)} {verb} no {tag} and the others differ in theirs:"
                 " only the given exposure times count."
             )
-            return _Filled(tag, (None,) * len(values), (doubt,))
-        low, high = tag.form.format(min(stated)), tag.form.format(max(stated))
+            return [None] * len(values), [doubt]
+        low, high = f"{sign}{min(stated):g}", f"{sign}{max(stated):g}"
         raise ProbeError(
-            f"{listed(silent)} {verb} no {tag.word}, and the other frames differ in theirs"
+            f"{listed(silent)} {verb} no {tag}, and the other frames differ in theirs"
             f" ({low} to {high}).",
             "Leave it out, or shoot with fixed ISO and aperture.",
         )
-    common = stated[0]
     doubt = (
-        f"{listed(silent)} {verb} no {tag.word}; {tag.form.format(common)} is assumed,"
-        " as in the other frames."
+        f"{listed(silent)} {verb} no {tag}; {sign}{stated[0]:g} is assumed, as in the other frames."
     )
-    return _Filled(tag, (common,) * len(values), (doubt,))
+    return [stated[0]] * len(values), [doubt]
 
 
-def _unstated(*tags: _Filled) -> list[str]:
-    words = [filled.tag.word for filled in tags if not filled.stated and not filled.doubts]
+def _unstated(headers: Sequence[Header]) -> list[str]:
+    words = []
+    if all(header.iso is None for header in headers):
+        words.append("ISO value")
+    if all(header.aperture is None for header in headers):
+        words.append("f-number")
     if not words:
         return []
     each = "the same one is" if len(words) == 1 else "the same ones are"

@@ -55,8 +55,6 @@ class Change:
     turn_after_deg: float
     change_deg: float
     given_up: float
-    match_before: float
-    match_after: float
     attainable_before: bool
     attainable_after: bool
 
@@ -135,8 +133,6 @@ def _change(before: StyleResult, after: StyleResult, objective: Objective) -> Ch
         change_deg=difference(after.turn_refined_deg, before.turn_refined_deg),
         # The new turn may be the lesser one on this curve, where its strength decided.
         given_up=max(lost, 0.0) / span if span > 0.0 else 0.0,
-        match_before=before.match,
-        match_after=after.match,
         attainable_before=before.attainable,
         attainable_after=after.attainable,
     )
@@ -152,13 +148,9 @@ def apply_gains(merged: Merged, lights: Sequence[Light], gains: Mapping[str, flo
     counts as clipped; of any other, what it has above its surroundings. ProbeError if there is
     no such lamp, or a gain is not a number between -20 and 20 stops.
     """
-    known = {light.id: light for light in lights}
     radiance, clipped = merged.radiance.copy(), merged.clipped.copy()
     for name, stops in gains.items():
-        light = known.get(name.strip().upper())
-        if light is None:
-            names = ", ".join(known) if known else "none was found"
-            raise ProbeError(f"There is no lamp {name!r} in this place.", f"Lamps: {names}.")
+        light = _named(lights, name)
         if not (math.isfinite(stops) and abs(stops) <= _MOST_STOPS):
             raise ProbeError(f"The gain of lamp {light.id} must be from -20 to 20 stops.")
         inside = upsampled(light, clipped.shape)
@@ -226,47 +218,36 @@ def finish(
     """
     grid = light_grid(merged)
     lights = find_lights(merged, grid)
-    right = _put_right(merged, lights, wishes, grid)
-    clean = _cleaned(right.merged, pack, wishes, foot)
-    last = grid if clean.merged is merged else light_grid(clean.merged)
-    return Finished(
-        merged=clean.merged,
+    light, restoration, notes = _put_right(merged, lights, wishes, grid)
+    found = Finished(
+        merged=light,
         measured=merged,
         lights=lights,
         measured_clipped=float((grid.lost * grid.solid_angle).sum()) / grid.total,
-        restoration=right.restoration if right.restored else None,
-        clutter=clean.clutter,
-        changes=clean.changes,
-        audit=audit(
-            clean.merged,
-            still_clipped(lights, last),
-            pack,
-            restoration=right.restoration,
-            room_stops=room_stops,
-            grid=last,
-            limits=wishes.limits,
-        ),
-        notes=(*right.notes, *clean.notes),
+        restoration=None if restoration is None or restoration.light is None else restoration,
+        notes=tuple(notes),
     )
-
-
-@dataclass(frozen=True, slots=True)
-class _Right:
-    """Light with its sun and lamps put right; `restoration` says that the sun was looked for."""
-
-    merged: Merged
-    restoration: Restoration | None
-    notes: tuple[str, ...]
-
-    @property
-    def restored(self) -> bool:
-        return self.restoration is not None and self.restoration.light is not None
+    found = _cleaned(found, pack, wishes, foot)
+    last = grid if found.merged is merged else light_grid(found.merged)
+    verdict = audit(
+        found.merged,
+        still_clipped(lights, last),
+        pack,
+        restoration=restoration,
+        room_stops=room_stops,
+        grid=last,
+        limits=wishes.limits,
+    )
+    return replace(found, audit=verdict)
 
 
 def _put_right(
     merged: Merged, lights: tuple[Light, ...], wishes: MergeOptions, grid: LightGrid
-) -> _Right:
-    """Put the sun back, and the lamps that the user knows better."""
+) -> tuple[Merged, Restoration | None, list[str]]:
+    """Put the sun back, and the lamps that the user knows better.
+
+    There is a restoration where the sun was looked for, found or not.
+    """
     notes: list[str] = []
     restoration = None
     if wishes.sun != "leave" and grid.clipped.any():
@@ -289,35 +270,27 @@ def _put_right(
             f"{'brighter' if stops >= 0 else 'darker'}, as asked."
             for name, stops in wishes.gains.items()
         ]
-    return _Right(merged, restoration, tuple(notes))
-
-
-@dataclass(frozen=True, slots=True)
-class _Clean:
-    """Light without what should not be there."""
-
-    merged: Merged
-    clutter: tuple[Clutter, ...] = ()
-    changes: tuple[Change, ...] = ()
-    notes: tuple[str, ...] = ()
+    return merged, restoration, notes
 
 
 def _cleaned(
-    merged: Merged, pack: StylePack, wishes: MergeOptions, foot: tuple[float, float]
-) -> _Clean:
+    found: Finished, pack: StylePack, wishes: MergeOptions, foot: tuple[float, float]
+) -> Finished:
     """Fill what is masked, and say what that changes."""
     if not wishes.masks:
-        return _Clean(merged)
+        return found
+    merged = found.merged
     clutter = resolve(wishes.masks, merged, foot)
     if not clutter:
         note = "No tripod or photographer found below the camera."
-        return _Clean(merged, notes=(note,))
+        return replace(found, notes=(*found.notes, note))
     filled = fill(merged, union(clutter, merged.clipped.shape))
     shape = pack.header.environment
     changed = changes(
         reduce_radiance(merged.radiance, shape), reduce_radiance(filled.radiance, shape), pack
     )
-    return _Clean(filled, clutter, changed, (sentence(changed),))
+    notes = (*found.notes, sentence(changed))
+    return replace(found, merged=filled, clutter=clutter, changes=changed, notes=notes)
 
 
 def still_clipped(lights: tuple[Light, ...], grid: LightGrid) -> tuple[Light, ...]:
@@ -329,7 +302,7 @@ def still_clipped(lights: tuple[Light, ...], grid: LightGrid) -> tuple[Light, ..
     )
 
 
-def _named(lights: tuple[Light, ...], name: str) -> Light:
+def _named(lights: Sequence[Light], name: str) -> Light:
     for light in lights:
         if light.id == name.strip().upper():
             return light

@@ -16,11 +16,10 @@ product is exactly the mean light of its four pixels.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.hdr.weighted_merge import (
     TRUSTED,
@@ -39,10 +38,10 @@ from app.core.hdr.weighted_merge import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
     from app.core.base.arrays import Bytes, Float32, Float64, Floats
     from app.core.hdr.decoding import Pixels
-
-Plane: TypeAlias = NDArray[Any]
 
 # An anchor still tells detail in what a frame so much brighter shows at the end of its range:
 # there the anchor's codes are about 70.

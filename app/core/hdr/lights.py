@@ -82,9 +82,7 @@ class Light:
     roundness: float
     solid_angle_sr: float
     share: float
-    peak: float
     clipped: bool
-    clipped_sr: float
     surround: float
     texels: Int32 = field(repr=False)
 
@@ -246,9 +244,7 @@ def _measure(
         roundness=min(1.0, solid_angle / (2.0 * np.pi) / moment),
         solid_angle_sr=solid_angle,
         share=float(energy.sum()) / total,
-        peak=float(values.max()),
         clipped=bool((lost > 0).any()),
-        clipped_sr=float((lost * areas).sum()),
         surround=float((surround.ravel()[texels] * areas).sum() / solid_angle),
         texels=texels,
     )

@@ -89,18 +89,13 @@ class Header:
     doubts: tuple[str, ...] = ()
 
 
-def read_frame(path: Path | str) -> Frame:
+def read_header(path: Path | str) -> Header:
     """Read what a picture file says about its exposure and orientation; no pixel is decoded.
 
     `Frame.exposure` is None where no exposure time is stated; where only ISO or f-number is
     missing it is 100 or 1, and the exposure is marked as not known. ProbeError when the file is
     missing, a folder, empty, damaged, not a picture of these kinds, too large or too small.
     """
-    return read_header(path).frame
-
-
-def read_header(path: Path | str) -> Header:
-    """Read the same as `read_frame`, with the tags themselves."""
     file = Path(path)
     jpeg = _check_signature(file).startswith(b"\xff\xd8")
     source = open_image(file)

@@ -14,7 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -61,9 +61,6 @@ if TYPE_CHECKING:
     from app.core.solver.environment import Environment
     from app.core.solver.style_pack import StylePack
 
-__all__ = ["MergeOptions", "Probe", "measure", "rehearse"]
-
-
 _MOST_KEPT: Final = 12288 * 6144
 _REHEARSAL: Final = (128, 256)
 # Frames at half size that differ over so much of the sphere are looked at for damage.
@@ -85,10 +82,10 @@ class Probe:
     levelling: Levelling
     moved: deghosting.Moved
     finished: Finished
-    display: Bytes = field(repr=False)
     warnings: tuple[str, ...]
-    notes: tuple[str, ...]
+    notes: tuple[str, ...] = ()
     stitching: Stitching | None = None
+    display: Bytes = field(default_factory=lambda: np.empty((0, 0, 3), np.uint8), repr=False)
 
     @property
     def merged(self) -> Merged:
@@ -129,19 +126,8 @@ def measure(
         display = beside.submit(display_panorama, found.merged.radiance)
         finished = _finished(found, pack, wishes)
     report(1.0, "done")
-    return Probe(
-        bracket=found.bracket,
-        response=found.response,
-        alignments=found.alignments,
-        lays=found.lays,
-        levelling=found.level,
-        moved=found.motion,
-        finished=finished,
-        display=display.result(),
-        warnings=found.warnings,
-        notes=tuple(note for note in (found.level.note, *finished.notes) if note),
-        stitching=found.stitching,
-    )
+    notes = tuple(note for note in (found.levelling.note, *finished.notes) if note)
+    return replace(found, finished=finished, display=display.result(), notes=notes)
 
 
 def _check_wishes(bracket: Bracket, wishes: MergeOptions) -> None:
@@ -193,28 +179,13 @@ def _made_up(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> O
     return OpenedFrame(MemoryRows(codes), small, sampled(codes, places), 0.0)
 
 
-@dataclass(frozen=True, slots=True)
-class _Found:
-    """Merged and levelled light, and what was found out on the way."""
-
-    bracket: Bracket
-    alignments: tuple[align.Alignment, ...]
-    lays: tuple[handheld.Lay, ...]
-    response: ResponseChoice
-    motion: deghosting.Moved
-    level: Levelling
-    merged: Merged
-    warnings: tuple[str, ...]
-    stitching: Stitching | None = None
-
-
 def _to_light(
     bracket: Bracket, wishes: MergeOptions, opener: Opener, token: Token, report: Report
-) -> _Found:
+) -> Probe:
     """Go from files to light, with bright frames at half their size where that is enough."""
     halves = () if wishes.full else _halves(bracket)
     found = _light_of(bracket, wishes, opener, token, report, halves)
-    if any(halves) and found.motion.share > _SUSPICIOUS:
+    if any(halves) and found.moved.share > _SUSPICIOUS:
         small = [frame for frame, half in zip(bracket.frames, halves, strict=True) if half]
         if not all(is_whole(frame, token) for frame in small):
             return _light_of(bracket, wishes, open_frame, token, report)
@@ -228,8 +199,8 @@ def _light_of(
     token: Token,
     report: Report,
     halves: Sequence[bool] = (),
-) -> _Found:
-    """Go from files to light; what was opened is closed however it ends."""
+) -> Probe:
+    """Go from files to light, not finished; what was opened is closed however it ends."""
     opened, circles = _opened(bracket, opener, token, span(report, 0.0, 0.4), halves)
     choose = partial(choose_response, mode=wishes.response)
     with opened, ThreadPoolExecutor(1) as beside:
@@ -237,8 +208,8 @@ def _light_of(
         bracket = replace(bracket, unstitched=circles is not None)
         _check_wishes(bracket, wishes)
         size = None if wishes.full else SIZE
-        with _align(opened, circles is None, token, span(report, 0.4, 0.5)) as aligned:
-            stack = aligned.stack
+        aligned = _align(opened, circles is None, token, span(report, 0.4, 0.5))
+        with aligned.stack as stack:
             used = replace(bracket, frames=stack.frames, stops=stack.stops)
             report(0.5, "checking the exposures")
             # Frames that were turned have other samples.
@@ -272,14 +243,15 @@ def _light_of(
         report(1.0, "stitching")
         merged, stitching = to_panorama(merged, circles, used.frames[0].camera, size, token)
     names = [frame.path.name for frame in stack.frames]
-    return _Found(
+    merged = _levelled(merged, level)
+    return Probe(
         bracket=replace(used, stops=tuple(response.stops)),
+        response=response,
         alignments=aligned.alignments,
         lays=aligned.lays,
-        response=response,
-        motion=motion,
-        level=level,
-        merged=_levelled(merged, level),
+        levelling=level,
+        moved=motion,
+        finished=Finished(merged, merged),
         warnings=(
             *bracket.warnings,
             *stack.warnings,
@@ -336,11 +308,11 @@ def _halves(bracket: Bracket) -> tuple[bool, ...]:
     return tuple(not whole for whole in anchors(bracket.stops))
 
 
-def _finished(found: _Found, pack: StylePack, wishes: MergeOptions) -> Finished:
+def _finished(found: Probe, pack: StylePack, wishes: MergeOptions) -> Finished:
     """Do what can be done to a panorama; other pictures are left as they are."""
     if not found.bracket.panorama:
-        return Finished(found.merged, found.merged)
-    foot = foot_of(found.level.rotation)
+        return found.finished
+    foot = foot_of(found.levelling.rotation)
     return finish(found.merged, pack, wishes, foot=foot, room_stops=_room(found.bracket))
 
 
@@ -352,12 +324,6 @@ class _Aligned:
     alignments: tuple[align.Alignment, ...]
     sentences: tuple[str, ...]
     lays: tuple[handheld.Lay, ...] = ()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *failure: object) -> None:
-        self.stack.close()
 
     def first_rotation(self, bracket: Bracket) -> Float64 | None:
         """Return what was done to the frame that was shot first, whose pose counts."""

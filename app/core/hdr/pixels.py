@@ -37,21 +37,10 @@ from app.core.hdr.decoding import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from concurrent.futures import Future
-    from types import TracebackType
 
     from app.core.base.arrays import Bools, Bytes, Float32, Indices
     from app.core.hdr.decoding import Opener
     from app.core.hdr.frame import Bracket, Frame
-
-__all__ = [
-    "MEMORY_BYTES",
-    "FrameStack",
-    "open_frames",
-    "proxy_shape",
-    "reduced",
-    "relaid",
-    "workers",
-]
 
 
 MEMORY_BYTES: Final = 640 << 20
@@ -83,7 +72,6 @@ class FrameStack:
     top: float
     sources: tuple[RowSource, ...] = field(repr=False)
     seen: tuple[Float32 | None, ...] = ()
-    dropped: tuple[Frame, ...] = ()
     warnings: tuple[str, ...] = ()
 
     @property
@@ -112,12 +100,7 @@ class FrameStack:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *failure: object) -> None:
         self.close()
 
 
@@ -173,7 +156,6 @@ def open_frames(
         sample_places=sample_places(bracket.shape),
         top=top,
         sources=tuple(one.source for one in opened),
-        dropped=tuple(f for index, f in enumerate(bracket.frames) if index not in good),
         warnings=warnings,
     )
     if len(opened) < min(_LEAST_FRAMES, len(bracket.frames)):

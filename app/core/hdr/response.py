@@ -21,7 +21,6 @@ import numpy as np
 from app.core.hdr.brightness_transfer import (
     StepCheck,
     check_matches,
-    check_steps,
     match_codes,
     reach,
 )
@@ -29,8 +28,6 @@ from app.core.hdr.response_recovery import recover_curve, recover_own_curves, sr
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from numpy.typing import ArrayLike
 
     from app.core.base.arrays import Bytes, Float64
     from app.core.hdr.brightness_transfer import CodeMatches
@@ -206,17 +203,6 @@ def _several_wrong(
     return _moved(stops, by), wrong, better
 
 
-__all__ = [
-    "Mode",
-    "Response",
-    "ResponseChoice",
-    "StepCheck",
-    "TagError",
-    "check_steps",
-    "choose_response",
-    "srgb_response",
-]
-
 Mode: TypeAlias = Literal["srgb", "recover", "auto"]
 
 # A recovered curve fits its own bracket to 0.1 to 1 of the tolerance, to 2 in dark scenes with
@@ -253,23 +239,6 @@ class Response:
     table: Float64 = field(repr=False)
     residual_stops: float = float("nan")
     note: str = ""
-
-    def at(self, coded: ArrayLike) -> Float64:
-        """Linear light, float64 in 0..1, of coded values (..., 3) in 0..1 of any depth.
-
-        Interpolated linearly between the 256 codes; what lies outside is clipped.
-        ValueError when the last axis is not 3 long.
-        """
-        values = np.asarray(coded, dtype=np.float64)
-        if values.ndim == 0 or values.shape[-1] != 3:
-            raise ValueError(f"coded values need three channels, not {values.shape}")
-        codes = np.arange(256) / 255.0
-        channels = [np.interp(values[..., c], codes, self.table[c]) for c in range(3)]
-        return np.stack(channels, axis=-1)
-
-    def slope(self) -> Float64:
-        """Change of the linear light with one code, (3, 256) float64, by central differences."""
-        return np.asarray(np.gradient(self.table, axis=1), dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import cv2
 import numpy as np
@@ -47,9 +47,6 @@ if TYPE_CHECKING:
 
 
 SkyWord: TypeAlias = Literal["clear", "hazy", "thin cloud"]
-
-SKY_WORDS: Final[tuple[SkyWord, ...]] = get_args(SkyWord)
-"""What a user can say of the sky around the sun."""
 
 SPREAD: Final = (0.6, 1.6)
 """Factors between which the true illuminance lies around the model's, as a rule."""
@@ -275,18 +272,6 @@ def _window(light: Light, merged: Merged) -> tuple[slice, Indices]:
         min(math.ceil((int(row.max()) + 2) * step), height),
     )
     return rows, np.arange(start, stop) % width
-
-
-__all__ = [
-    "Core",
-    "Restoration",
-    "added_light",
-    "find_sun",
-    "is_sun",
-    "restore",
-    "set_illuminance",
-    "sun_core",
-]
 
 
 _APERTURE_DEG: Final = 2.5  # half-angle of a pyrheliometer: what counts as direct sunlight
