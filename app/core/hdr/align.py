@@ -39,6 +39,142 @@ if TYPE_CHECKING:
     from app.core.base.arrays import Bytes, Float64
     from app.core.hdr.frame import Bracket, Frame, Pose
 
+_LEAST_DEG: Final = 0.05  # less than a pixel of a 5376 x 2688 frame: resampling would cost more
+_FAR_STOPS: Final = 7.0  # frames further apart share next to nothing
+_MANY_POINTS: Final = 500
+_STRANGE_DEG: Final = 0.3
+_MIDDLE_SHARE: Final = 0.6  # of the most usable frame's pixels, for a frame to be the reference
+
+
+@dataclass(frozen=True, slots=True)
+class Alignment:
+    """How one frame has to be rotated to lie on the reference frame.
+
+    `rotation`, (3, 3) float64 for `sphere.remap_frame`, is None where the frame is left as it
+    is: `angle_deg` is too small, or `trusted` is False because the frames could not be
+    compared. `residual_deg` is the standard error, infinite where nothing could be compared.
+    """
+
+    rotation: Float64 | None
+    angle_deg: float
+    residual_deg: float
+    points: int
+    trusted: bool
+
+
+_ALONE: Final = Alignment(None, 0.0, math.inf, 0, trusted=False)
+
+
+def reference_of(frames: Sequence[Bytes]) -> int:
+    """Choose the frame that the others are laid on: the middle one if it is well exposed.
+
+    Of the frames, (h, w, 3) uint8 in the order of exposure, the one nearest to the middle that
+    has at least 60 % as many usable pixels, by solid angle, as the best one.
+    """
+    return _best([pyramid(frame) for frame in frames])
+
+
+def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[Alignment, ...]:
+    """Find the small rotations that lay a bracket's panoramas on the reference frame.
+
+    `frames`, (h, w, 3) uint8, are area means, about 672 x 336, of coded RGB. Frames of other
+    proportions are left alone: their angle of view is not known. So are frames that lie on the
+    reference already, or cannot be compared.
+    """
+    count = len(frames)
+    if count < 2 or frames[0].shape[1] != 2 * frames[0].shape[0]:
+        return (_ALONE,) * count
+    # One after another: threads of such small pictures wait for each other longer than they save.
+    pyramids = [pyramid(frame) for frame in frames]
+    middle = _best(pyramids)
+    others = [index for index in range(count) if index != middle]
+    near = [k for k in others if abs(stops[k] - stops[middle]) <= _FAR_STOPS]
+    direct = {k: _between(middle, k, pyramids, stops) for k in near}
+    fits: dict[int, Fit] = {middle: Fit(np.eye(3), error_deg=0.0)}
+    for index in sorted(others, key=lambda k: (abs(stops[k] - stops[middle]), k)):
+        fit = direct.get(index, Fit(np.eye(3)))
+        fits[index] = fit if fit.trusted else _through(index, middle, fit, fits, pyramids, stops)
+    return tuple(_alignment(fits[index], index == middle) for index in range(count))
+
+
+def sentences(alignments: Sequence[Alignment], names: Sequence[str]) -> tuple[str, ...]:
+    """Say what was done about frames that do not lie on each other.
+
+    Nothing where every frame that can be compared lies where it should: frames too dark to be
+    compared are no reason to worry then.
+    """
+    moved = [k for k, a in enumerate(alignments) if a.rotation is not None]
+    blind = [k for k, a in enumerate(alignments) if not a.trusted]
+    strange = [
+        k
+        for k in blind
+        if alignments[k].points > _MANY_POINTS and alignments[k].residual_deg > _STRANGE_DEG
+    ]
+    words = []
+    if moved:
+        listed = ", ".join(f"{names[k]} by {alignments[k].angle_deg:.2f}°" for k in moved)
+        words.append(f"Rotated to lie on the other frames: {listed}.")
+    if strange:
+        listed = ", ".join(names[k] for k in strange)
+        words.append(f"No small rotation lays this on the other frames, left as shot: {listed}.")
+    dark = [k for k in blind if k not in strange]
+    if moved and dark:
+        listed = ", ".join(names[k] for k in dark)
+        words.append(
+            f"Shares too little with the other frames to be aligned, left as shot: {listed}."
+        )
+    return tuple(words)
+
+
+def _alignment(fit: Fit, reference: bool) -> Alignment:
+    """Decide whether a rotation is applied."""
+    if reference:
+        return Alignment(None, 0.0, 0.0, fit.points, trusted=True)
+    angle = angle_of(fit.rotation)
+    idle = not fit.trusted or angle < max(_LEAST_DEG, 3.0 * fit.error_deg)
+    rotation = None if idle else np.ascontiguousarray(fit.rotation.T)
+    return Alignment(rotation, angle, fit.error_deg, fit.points, fit.trusted)
+
+
+def _best(pyramids: Sequence[list[Level]]) -> int:
+    """See `reference_of`."""
+    shares = [usable_share(levels) for levels in pyramids]
+    middle = (len(shares) - 1) / 2.0
+    fit_for_it = [k for k, share in enumerate(shares) if share >= _MIDDLE_SHARE * max(shares)]
+    return min(fit_for_it, key=lambda k: (abs(k - middle), -shares[k]))
+
+
+def _through(
+    index: int,
+    middle: int,
+    fit: Fit,
+    fits: dict[int, Fit],
+    pyramids: Sequence[list[Level]],
+    stops: Sequence[float],
+) -> Fit:
+    """Fit a frame by way of the nearest frame that is fitted, where its direct fit is no good."""
+    apart = abs(stops[index] - stops[middle])
+    others = [k for k in fits if k != middle and fits[k].trusted]
+    if not others:
+        return fit
+    near = min(others, key=lambda k: abs(stops[k] - stops[index]))
+    if abs(stops[near] - stops[index]) > min(_FAR_STOPS, apart):
+        return fit
+    link, first = _between(near, index, pyramids, stops), fits[near]
+    # An aligned frame on the way hands on exactly that.
+    way = first.rotation if _alignment(first, False).rotation is not None else np.eye(3)
+    error = math.hypot(link.error_deg, first.error_deg)
+    return replace(link, rotation=link.rotation @ way, error_deg=error)
+
+
+def _between(
+    first: int, second: int, pyramids: Sequence[list[Level]], stops: Sequence[float]
+) -> Fit:
+    """Fit the rotation from one frame to another, looking from the brighter one."""
+    if stops[first] >= stops[second]:
+        return register(pyramids[first], pyramids[second])
+    return register(pyramids[second], pyramids[first]).turned
+
 
 _LEVEL_DEG: Final = 0.05  # what a note with one decimal shows as 0.0
 _DIFFERENT_DEG: Final = 0.5
@@ -176,140 +312,3 @@ def _corrected(shot: Frame, frames: Sequence[Frame]) -> bool:
 
 def _tilt(pose: Pose) -> str:
     return f"pitch {pose.pitch_deg:+.1f}°, roll {pose.roll_deg:+.1f}°"
-
-
-_LEAST_DEG: Final = 0.05  # less than a pixel of a 5376 x 2688 frame: resampling would cost more
-_FAR_STOPS: Final = 7.0  # frames further apart share next to nothing
-_MANY_POINTS: Final = 500
-_STRANGE_DEG: Final = 0.3
-_MIDDLE_SHARE: Final = 0.6  # of the most usable frame's pixels, for a frame to be the reference
-
-
-@dataclass(frozen=True, slots=True)
-class Alignment:
-    """How one frame has to be rotated to lie on the reference frame.
-
-    `rotation`, (3, 3) float64 for `sphere.remap_frame`, is None where the frame is left as it
-    is: `angle_deg` is too small, or `trusted` is False because the frames could not be
-    compared. `residual_deg` is the standard error, infinite where nothing could be compared.
-    """
-
-    rotation: Float64 | None
-    angle_deg: float
-    residual_deg: float
-    points: int
-    trusted: bool
-
-
-_ALONE: Final = Alignment(None, 0.0, math.inf, 0, trusted=False)
-
-
-def reference_of(frames: Sequence[Bytes]) -> int:
-    """Choose the frame that the others are laid on: the middle one if it is well exposed.
-
-    Of the frames, (h, w, 3) uint8 in the order of exposure, the one nearest to the middle that
-    has at least 60 % as many usable pixels, by solid angle, as the best one.
-    """
-    return _best([pyramid(frame) for frame in frames])
-
-
-def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[Alignment, ...]:
-    """Find the small rotations that lay a bracket's panoramas on the reference frame.
-
-    `frames`, (h, w, 3) uint8, are area means, about 672 x 336, of coded RGB. Frames of other
-    proportions are left alone: their angle of view is not known. So are frames that lie on the
-    reference already, or cannot be compared.
-    """
-    count = len(frames)
-    if count < 2 or frames[0].shape[1] != 2 * frames[0].shape[0]:
-        return (_ALONE,) * count
-    # One after another: threads of such small pictures wait for each other longer than they save.
-    pyramids = [pyramid(frame) for frame in frames]
-    middle = _best(pyramids)
-    others = [index for index in range(count) if index != middle]
-    near = [k for k in others if abs(stops[k] - stops[middle]) <= _FAR_STOPS]
-    direct = {k: _between(middle, k, pyramids, stops) for k in near}
-    fits: dict[int, Fit] = {middle: Fit(np.eye(3), error_deg=0.0)}
-    for index in sorted(others, key=lambda k: (abs(stops[k] - stops[middle]), k)):
-        fit = direct.get(index, Fit(np.eye(3)))
-        fits[index] = fit if fit.trusted else _through(index, middle, fit, fits, pyramids, stops)
-    return tuple(_alignment(fits[index], index == middle) for index in range(count))
-
-
-def sentences(alignments: Sequence[Alignment], names: Sequence[str]) -> tuple[str, ...]:
-    """Say what was done about frames that do not lie on each other.
-
-    Nothing where every frame that can be compared lies where it should: frames too dark to be
-    compared are no reason to worry then.
-    """
-    moved = [k for k, a in enumerate(alignments) if a.rotation is not None]
-    blind = [k for k, a in enumerate(alignments) if not a.trusted]
-    strange = [
-        k
-        for k in blind
-        if alignments[k].points > _MANY_POINTS and alignments[k].residual_deg > _STRANGE_DEG
-    ]
-    words = []
-    if moved:
-        listed = ", ".join(f"{names[k]} by {alignments[k].angle_deg:.2f}°" for k in moved)
-        words.append(f"Rotated to lie on the other frames: {listed}.")
-    if strange:
-        listed = ", ".join(names[k] for k in strange)
-        words.append(f"No small rotation lays this on the other frames, left as shot: {listed}.")
-    dark = [k for k in blind if k not in strange]
-    if moved and dark:
-        listed = ", ".join(names[k] for k in dark)
-        words.append(
-            f"Shares too little with the other frames to be aligned, left as shot: {listed}."
-        )
-    return tuple(words)
-
-
-def _alignment(fit: Fit, reference: bool) -> Alignment:
-    """Decide whether a rotation is applied."""
-    if reference:
-        return Alignment(None, 0.0, 0.0, fit.points, trusted=True)
-    angle = angle_of(fit.rotation)
-    idle = not fit.trusted or angle < max(_LEAST_DEG, 3.0 * fit.error_deg)
-    rotation = None if idle else np.ascontiguousarray(fit.rotation.T)
-    return Alignment(rotation, angle, fit.error_deg, fit.points, fit.trusted)
-
-
-def _best(pyramids: Sequence[list[Level]]) -> int:
-    """See `reference_of`."""
-    shares = [usable_share(levels) for levels in pyramids]
-    middle = (len(shares) - 1) / 2.0
-    fit_for_it = [k for k, share in enumerate(shares) if share >= _MIDDLE_SHARE * max(shares)]
-    return min(fit_for_it, key=lambda k: (abs(k - middle), -shares[k]))
-
-
-def _through(
-    index: int,
-    middle: int,
-    fit: Fit,
-    fits: dict[int, Fit],
-    pyramids: Sequence[list[Level]],
-    stops: Sequence[float],
-) -> Fit:
-    """Fit a frame by way of the nearest frame that is fitted, where its direct fit is no good."""
-    apart = abs(stops[index] - stops[middle])
-    others = [k for k in fits if k != middle and fits[k].trusted]
-    if not others:
-        return fit
-    near = min(others, key=lambda k: abs(stops[k] - stops[index]))
-    if abs(stops[near] - stops[index]) > min(_FAR_STOPS, apart):
-        return fit
-    link, first = _between(near, index, pyramids, stops), fits[near]
-    # An aligned frame on the way hands on exactly that.
-    way = first.rotation if _alignment(first, False).rotation is not None else np.eye(3)
-    error = math.hypot(link.error_deg, first.error_deg)
-    return replace(link, rotation=link.rotation @ way, error_deg=error)
-
-
-def _between(
-    first: int, second: int, pyramids: Sequence[list[Level]], stops: Sequence[float]
-) -> Fit:
-    """Fit the rotation from one frame to another, looking from the brighter one."""
-    if stops[first] >= stops[second]:
-        return register(pyramids[first], pyramids[second])
-    return register(pyramids[second], pyramids[first]).turned

@@ -22,6 +22,7 @@ import numpy as np
 
 from app.core.base.colour import srgb_decode
 from app.core.base.errors import ProbeError
+from app.core.hdr.contradiction import worst
 from app.core.hdr.frame import listed
 
 if TYPE_CHECKING:
@@ -189,7 +190,7 @@ def find_circles(frame: Bytes) -> Circles | None:
     if not may_be_circles((height, width)):
         return None
     stacked = height > width
-    bright = cv2.GaussianBlur(_brightest(frame), (3, 3), 0)
+    bright = cv2.GaussianBlur(worst(frame), (3, 3), 0)
     halves = np.array_split(bright, 2, axis=0 if stacked else 1)
     first = _rim(np.ascontiguousarray(halves[0]))
     second = None if first is None else _rim(np.ascontiguousarray(halves[1]))
@@ -309,7 +310,7 @@ def _fitted(
 
 def _fits(frame: Bytes, circles: Circles) -> bool:
     """Whether a frame is dark around the circles, however dark it is inside."""
-    codes = _brightest(frame)[_away(frame, circles) > _AROUND]
+    codes = worst(frame)[_away(frame, circles) > _AROUND]
     if codes.size < 0.02 * frame.shape[0] * frame.shape[1]:
         return False
     limit = min(float(np.median(codes)) + 2 * _STEP, _DARKEST + _STEP)
@@ -318,15 +319,9 @@ def _fits(frame: Bytes, circles: Circles) -> bool:
 
 def _filled(frame: Bytes, circles: Circles) -> bool:
     """Whether there is a picture around the circles of other frames, not only stray light."""
-    away, light = _away(frame, circles), srgb_decode(_brightest(frame) / 255.0)
+    away, light = _away(frame, circles), srgb_decode(worst(frame) / 255.0)
     outside, inside = light[away > _AROUND], light[(away > 0.8) & (away < 0.97)]
     return float(np.quantile(outside, 0.9)) > _PICTURE and outside.mean() > 0.3 * inside.mean()
-
-
-def _brightest(frame: Bytes) -> Bytes:
-    """Largest code of each pixel; a maximum along the last axis takes thirty times as long."""
-    red, green, blue = cv2.split(frame)
-    return np.asarray(cv2.max(cv2.max(red, green), blue), np.uint8)
 
 
 def _away(frame: Bytes, circles: Circles) -> Float64:

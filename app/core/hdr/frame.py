@@ -106,6 +106,11 @@ class Frame:
     primaries: tuple[float, ...] = ()
 
     @property
+    def decoded_bytes(self) -> int:
+        """Bytes that the decoded frame takes in memory; half floats become floats."""
+        return self.shape[0] * self.shape[1] * 3 * {"uint8": 1, "uint16": 2}.get(self.kind, 4)
+
+    @property
     def as_stored(self) -> Frame:
         """The frame with its rows and columns as they lie in the file."""
         rows, columns = self.shape

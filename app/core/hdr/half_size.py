@@ -15,12 +15,16 @@ product is exactly the mean light of its four pixels.
 
 from __future__ import annotations
 
+import contextlib
+import os
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
 
+from app.core.base.errors import ProbeError
+from app.core.hdr.decoding import READ_ROWS, FileRows, needs_whole_decode, row_bands
 from app.core.hdr.weighted_merge import (
     TRUSTED,
     Band,
@@ -41,8 +45,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.core.base.arrays import Bytes, Float32, Float64, Floats
+    from app.core.base.progress import Token
     from app.core.hdr.decoding import Pixels
+    from app.core.hdr.frame import Frame
 
+_TAIL: Final = 64  # bytes in which a JPEG's end mark is looked for
 # An anchor still tells detail in what a frame so much brighter shows at the end of its range:
 # there the anchor's codes are about 70.
 _REACH_STOPS: Final = 4.1
@@ -68,6 +75,33 @@ def anchors(stops: Sequence[float]) -> tuple[bool, ...]:
         if stops[index] - lowest > _REACH_STOPS:
             chosen[index], lowest = True, stops[index]
     return tuple(chosen)
+
+
+def halvable(frame: Frame) -> bool:
+    """Whether a frame can be decoded at half its size: a plain JPEG that has its end."""
+    if frame.kind != "uint8" or frame.shape[0] % 2 or frame.shape[1] % 2:
+        return False
+    with contextlib.suppress(OSError), frame.path.open("rb") as stream:
+        # The file is read as a whole: never more of it than its pixels would take.
+        if os.fstat(stream.fileno()).st_size > frame.decoded_bytes:
+            return False
+        if stream.read(3) != b"\xff\xd8\xff" or needs_whole_decode(frame.path):
+            return False
+        stream.seek(-_TAIL, os.SEEK_END)
+        return stream.read().rstrip(b"\0").endswith(b"\xff\xd9")
+    return False
+
+
+def is_whole(frame: Frame, token: Token) -> bool:
+    """Whether a frame's file can be decoded to its end without an error."""
+    with contextlib.closing(FileRows(frame)) as source:
+        try:
+            for start, stop in row_bands(frame.shape[0], READ_ROWS):
+                token.check()
+                source.rows(start, stop)
+        except ProbeError:
+            return False
+    return True
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,8 +28,6 @@ from app.core.hdr.bracket import read_bracket
 from app.core.hdr.decoding import (
     MemoryRows,
     OpenedFrame,
-    halvable,
-    is_whole,
     open_frame,
     proxy_shape,
     sample_places,
@@ -41,7 +39,7 @@ from app.core.hdr.dual_fisheye import may_be_circles, recognise
 from app.core.hdr.finish import Finished, MergeOptions, finish
 from app.core.hdr.fisheye_stitch import circle_size, to_panorama
 from app.core.hdr.frame import Bracket, Exposure, Frame
-from app.core.hdr.half_size import anchors
+from app.core.hdr.half_size import anchors, halvable, is_whole
 from app.core.hdr.merge import SIZE, merge
 from app.core.hdr.pixels import FrameStack, open_frames, reduced, relaid
 from app.core.hdr.planner import theta_limits

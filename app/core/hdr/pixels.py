@@ -25,7 +25,6 @@ from app.core.hdr.decoding import (
     Pixels,
     RawRows,
     RowSource,
-    bytes_per_frame,
     open_frame,
     proxy_shape,
     row_bands,
@@ -125,7 +124,7 @@ def open_frames(
     than two can be read; Cancelled.
     """
     token = token or Token()
-    hold = sum(bytes_per_frame(frame) for frame in bracket.frames) <= memory_bytes
+    hold = sum(frame.decoded_bytes for frame in bracket.frames) <= memory_bytes
     small = {f.path for f, half in zip(bracket.frames, halves, strict=False) if half and hold}
 
     def first_pass(frame: Frame) -> OpenedFrame | ProbeError:

@@ -309,7 +309,7 @@ def restore(
     sun = find_sun(merged, lights, grid) if sky != "leave" else None
     if sun is None or sky == "leave":
         reason = "The sun was left as it is." if sky == "leave" else "No clipped sun was found."
-        return _nothing(merged, reason)
+        return Restoration(merged, None, 0.0, (0.0, 0.0), reason, np.zeros((0, 2)), 0.0)
     core = sun_core(sun, merged)
     lux = direct_normal_lux(core.elevation_deg, sky)
     low, high = SPREAD[0] * lux, SPREAD[1] * lux
@@ -365,10 +365,6 @@ def added_light(restoration: Restoration, shape: tuple[int, int]) -> Float64:
     lone = np.zeros((size[0], size[1], 1), np.float32)
     lone.reshape(-1)[restoration.disc[:, 0].astype(np.int64)] = restoration.disc[:, 1]
     return reduce_radiance(lone, shape)[..., 0].astype(np.float64)
-
-
-def _nothing(merged: Merged, sentence: str) -> Restoration:
-    return Restoration(merged, None, 0.0, (0.0, 0.0), sentence, np.zeros((0, 2)), 0.0)
 
 
 @dataclass(frozen=True, slots=True)
