@@ -31,7 +31,15 @@ import numpy as np
 
 from app.core.base.angles import wrap
 from app.core.base.sphere import angle_of, angles_of, rotation
-from app.core.hdr.registration import Fit, Level, edges, pyramid, register, usable_share
+from app.core.hdr.registration import (
+    Fit,
+    Level,
+    edges,
+    middle_frame,
+    pyramid,
+    register,
+    usable_share,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -43,7 +51,6 @@ _LEAST_DEG: Final = 0.05  # less than a pixel of a 5376 x 2688 frame: resampling
 _FAR_STOPS: Final = 7.0  # frames further apart share next to nothing
 _MANY_POINTS: Final = 500
 _STRANGE_DEG: Final = 0.3
-_MIDDLE_SHARE: Final = 0.6  # of the most usable frame's pixels, for a frame to be the reference
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +78,7 @@ def reference_of(frames: Sequence[Bytes]) -> int:
     Of the frames, (h, w, 3) uint8 in the order of exposure, the one nearest to the middle that
     has at least 60 % as many usable pixels, by solid angle, as the best one.
     """
-    return _best([pyramid(frame) for frame in frames])
+    return middle_frame([usable_share(pyramid(frame)) for frame in frames])
 
 
 def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[Alignment, ...]:
@@ -86,7 +93,7 @@ def estimate(frames: Sequence[Bytes], stops: Sequence[float]) -> tuple[Alignment
         return (_ALONE,) * count
     # One after another: threads of such small pictures wait for each other longer than they save.
     pyramids = [pyramid(frame) for frame in frames]
-    middle = _best(pyramids)
+    middle = middle_frame([usable_share(levels) for levels in pyramids])
     others = [index for index in range(count) if index != middle]
     near = [k for k in others if abs(stops[k] - stops[middle]) <= _FAR_STOPS]
     direct = {k: _between(middle, k, pyramids, stops) for k in near}
@@ -136,14 +143,6 @@ def _alignment(fit: Fit, reference: bool) -> Alignment:
     return Alignment(rotation, angle, fit.error_deg, fit.points, fit.trusted)
 
 
-def _best(pyramids: Sequence[list[Level]]) -> int:
-    """See `reference_of`."""
-    shares = [usable_share(levels) for levels in pyramids]
-    middle = (len(shares) - 1) / 2.0
-    fit_for_it = [k for k, share in enumerate(shares) if share >= _MIDDLE_SHARE * max(shares)]
-    return min(fit_for_it, key=lambda k: (abs(k - middle), -shares[k]))
-
-
 def _through(
     index: int,
     middle: int,
@@ -189,8 +188,8 @@ _CLEARLY: Final = 1.25  # in woods and crowds the sums differ by chance
 class Levelling:
     """What has to be done to a bracket so that up is up.
 
-    `rotation`, (3, 3) float64 for `sphere.remap_frame` and `rotate_light`, is None where
-    nothing is.
+    `rotation`, (3, 3) float64 for `sphere.remap_frame` and `rotate_light`, is None if the
+    bracket is level or its tilt unknown.
     """
 
     rotation: Float64 | None = None

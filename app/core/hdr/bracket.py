@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias, TypeVar
 from app.core.base.errors import ProbeError
 from app.core.base.files import open_file
 from app.core.hdr.exposures import settle_exposures
-from app.core.hdr.frame import Bracket, listed, plural
+from app.core.hdr.frame import Bracket, listed, plural, verb
 from app.core.hdr.metadata import ENDINGS, SHUTTER_LIMITS_S, Header, read_header
 
 if TYPE_CHECKING:
@@ -125,8 +125,9 @@ def _bracket_in(folder: Path, count: int | None) -> tuple[list[Header], list[str
     others = [header.frame.path.name for headers in ranked[1:] for header in headers]
     said = [f"Left out: {error.message}" for error in errors]
     if others:
-        verb = "does" if len(others) == 1 else "do"
-        said.append(f"Left out: {listed(others)} {verb} not belong to the bracket.")
+        said.append(
+            f"Left out: {listed(others)} {verb(others, 'does', 'do')} not belong to the bracket."
+        )
     if said:
         first, last = taken[0].frame.path.name, taken[-1].frame.path.name
         said.insert(0, f"Took {plural(len(taken), 'picture')} of {folder.name}: {first} to {last}.")
@@ -211,8 +212,7 @@ def _without_copies(files: list[_Listed]) -> tuple[list[_Listed], list[str]]:
             name = first[0].frame.path.name
             dropped.setdefault(name, []).append(file[0].frame.path.name)
     return list(kept.values()), [
-        f"{listed(copies)} {'is a copy' if len(copies) == 1 else 'are copies'} of {name}"
-        " and left out."
+        f"{listed(copies)} {verb(copies, 'is a copy', 'are copies')} of {name} and left out."
         if set(copies) != {name}
         else f"{name} is there more than once and used once."
         for name, copies in dropped.items()
@@ -315,19 +315,19 @@ def _one_value(
         return
     ranked = sorted(names, key=lambda each: -len(names[each]))
     usual, odd = ranked[0], ranked[1]
-    verb = "is" if len(names[odd]) == 1 else "are"
     if len(names[usual]) > len(names[odd]):
         rest = f"the other frames are {words(usual)}"
     else:
-        rest = f"{listed(names[usual])} {'is' if len(names[usual]) == 1 else 'are'} {words(usual)}"
-    raise ProbeError(f"{listed(names[odd])} {verb} {words(odd)}, but {rest}.", hint)
+        rest = f"{listed(names[usual])} {verb(names[usual], 'is', 'are')} {words(usual)}"
+    odd_words = f"{listed(names[odd])} {verb(names[odd], 'is', 'are')} {words(odd)}"
+    raise ProbeError(f"{odd_words}, but {rest}.", hint)
 
 
 def _check_tone(headers: list[Header]) -> None:
     mapped = [header.frame.path.name for header in headers if header.frame.tone_mapped]
     if mapped:
         raise ProbeError(
-            f"{listed(mapped)} {'was' if len(mapped) == 1 else 'were'} taken with HDR rendering or"
+            f"{listed(mapped)} {verb(mapped, 'was', 'were')} taken with HDR rendering or"
             " range compensation on, which changes every pixel in its own way.",
             "Switch the camera's filter and options off and shoot again, or leave it out.",
         )

@@ -23,7 +23,7 @@ import numpy as np
 from app.core.base.colour import srgb_decode
 from app.core.base.errors import ProbeError
 from app.core.hdr.contradiction import worst
-from app.core.hdr.frame import listed
+from app.core.hdr.frame import listed, verb
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -169,8 +169,8 @@ def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
     if odd:
         circled = [names[k] for k, one in enumerate(found) if one is not None]
         raise ProbeError(
-            f"{listed(circled)} {'shows' if len(circled) == 1 else 'show'} two unstitched fisheye"
-            f" circles, but {listed(odd)} {'does' if len(odd) == 1 else 'do'} not.",
+            f"{listed(circled)} {verb(circled, 'shows', 'show')} two unstitched fisheye"
+            f" circles, but {listed(odd)} {verb(odd, 'does', 'do')} not.",
             "Leave out one kind, or shoot again: all frames must be stitched, or none.",
         )
     return best

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import ProbeError
-from app.core.hdr.frame import Exposure, listed
+from app.core.hdr.frame import Exposure, listed, verb
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -78,7 +78,7 @@ def _shutters(headers: Sequence[Header]) -> list[float]:
         raise ProbeError("None of the pictures states its exposure time.", _GIVE_TIMES)
     if missing:
         raise ProbeError(
-            f"{listed(missing)} {'states' if len(missing) == 1 else 'state'} no exposure time.",
+            f"{listed(missing)} {verb(missing, 'states', 'state')} no exposure time.",
             _GIVE_TIMES,
         )
     return [header.shutter_s or 0.0 for header in headers]
@@ -92,24 +92,18 @@ def _fill(
     if len(stated) == len(values) or not stated:
         return values, []
     silent = [h.frame.path.name for h, value in zip(headers, values, strict=True) if value is None]
-    verb = "states" if len(silent) == 1 else "state"
+    start = f"{listed(silent)} {verb(silent, 'states', 'state')} no {tag}"
     sign = "f/" if tag == "f-number" else "ISO "
     if max(stated) > min(stated) * (1.0 + _SAME):
         if given:
-            doubt = (
-                f"{listed(silent)} {verb} no {tag} and the others differ in theirs:"
-                " only the given exposure times count."
-            )
+            doubt = f"{start} and the others differ in theirs: only the given exposure times count."
             return [None] * len(values), [doubt]
         low, high = f"{sign}{min(stated):g}", f"{sign}{max(stated):g}"
         raise ProbeError(
-            f"{listed(silent)} {verb} no {tag}, and the other frames differ in theirs"
-            f" ({low} to {high}).",
+            f"{start}, and the other frames differ in theirs ({low} to {high}).",
             "Leave it out, or shoot with fixed ISO and aperture.",
         )
-    doubt = (
-        f"{listed(silent)} {verb} no {tag}; {sign}{stated[0]:g} is assumed, as in the other frames."
-    )
+    doubt = f"{start}; {sign}{stated[0]:g} is assumed, as in the other frames."
     return [stated[0]] * len(values), [doubt]
 
 

@@ -178,8 +178,8 @@ class Lamp:
 class Findings:
     """What was found in a place's light.
 
-    `clipped`, (512, 1024) float32, is the share of each texel that is clipped; None where
-    nothing is.
+    `clipped`, (512, 1024) float32, is the share of each texel that is clipped; None if nothing
+    is known to be clipped.
     """
 
     lamps: tuple[Lamp, ...] = ()

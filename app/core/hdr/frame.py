@@ -29,6 +29,11 @@ def listed(names: Sequence[str]) -> str:
     return f"{', '.join(names[:_MOST_NAMES])} and {len(names) - _MOST_NAMES} more"
 
 
+def verb(names: Sequence[str], one: str, more: str) -> str:
+    """Say the verb that goes with a list of names."""
+    return one if len(names) == 1 else more
+
+
 def plural(count: int, word: str) -> str:
     """Say a number of things.
 

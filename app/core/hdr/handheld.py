@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, Any, Final
 import cv2
 import numpy as np
 
+from app.core.hdr.registration import middle_frame
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -31,7 +33,6 @@ LONGEST: Final = 1600
 
 _COARSEST: Final = 56  # pixels of the shorter side at the first level
 _ROUNDS: Final = 12
-_MIDDLE_SHARE: Final = 0.6  # of the most usable frame's pixels, for a frame to be the reference
 _ENOUGH_PX: Final = 0.01
 _OPEN: Final = (8.0, 243.0)  # codes that are neither black nor clipped
 _WHOLE: Final = 0.999
@@ -128,10 +129,7 @@ def blank(picture: Bytes) -> Bools:
 
 def reference_of(pictures: Sequence[Bytes]) -> int:
     """Choose the frame that stays: the middle one if it is well exposed."""
-    shares = [float(_open(p).mean()) for p in pictures]
-    middle = (len(shares) - 1) / 2.0
-    fit_for_it = [k for k, share in enumerate(shares) if share >= _MIDDLE_SHARE * max(shares)]
-    return min(fit_for_it, key=lambda k: (abs(k - middle), -shares[k]))
+    return middle_frame([float(_open(picture).mean()) for picture in pictures])
 
 
 def sentences(lays: Sequence[Lay], names: Sequence[str]) -> tuple[str, ...]:

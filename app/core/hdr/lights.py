@@ -88,7 +88,7 @@ class Light:
 
 
 def light_grid(merged: Merged) -> LightGrid:
-    """Reduce a merged panorama to at most 512 x 256 texels; ProbeError if it is none."""
+    """Reduce a full panorama, else ProbeError, to at most 512 x 256 texels."""
     rows, columns = merged.radiance.shape[:2]
     if columns != 2 * rows or rows < 2:
         raise ProbeError(

@@ -68,7 +68,7 @@ _TIME_LIMITS: Final = (1e-7, 1e5)
 
 @dataclass(frozen=True, slots=True)
 class RicohNote:
-    """What the maker note of a Theta says; empty or None where it does not."""
+    """What the maker note of a Theta says; empty or None if it is silent."""
 
     lens_isos: tuple[float, ...] = ()
     lens_shutters_s: tuple[float, ...] = ()
@@ -78,7 +78,7 @@ class RicohNote:
 
 
 def read_ricoh_note(path: Path) -> RicohNote | None:
-    """Read the maker note of a JPEG file; None where none is to be understood."""
+    """Read the maker note of a JPEG file; None if it has no note that can be understood."""
     try:
         with open_file(path) as stream:
             segment = exif_segment(stream)

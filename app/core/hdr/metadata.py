@@ -170,7 +170,7 @@ def _header(source: ImageInput, file: Path, note: RicohNote | None) -> Header:
 
 
 def _primaries(source: ImageInput, file: Path) -> tuple[float, ...]:
-    """Of OpenEXR, the only format whose colours may be others than sRGB's and say so."""
+    """Read what OpenEXR states, the only format here whose colours may be other than sRGB's."""
     try:
         return stated_primaries(source.spec()) if source.format_name() == "openexr" else ()
     except ValueError:

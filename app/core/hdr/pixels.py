@@ -172,7 +172,7 @@ def relaid(
     token: Token | None = None,
     report: Report = silent,
 ) -> FrameStack:
-    """Move single frames of a stack by `ways`, so that they lie on the others; None stays.
+    """Move single frames of a stack by `ways`, so that they lie on the others; None: it stays.
 
     Proxies and samples are taken anew; frames that stay are not touched. `seen` as in
     `FrameStack`. Where the stack is not in memory a moved frame is kept in a temporary file.

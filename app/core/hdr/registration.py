@@ -25,11 +25,14 @@ import numpy as np
 from app.core.base.sphere import angle_of, from_vector, positions
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from app.core.base.arrays import Bytes, Float32, Float64, Floats, Indices, Numbers
 
 
 _CLIPPED: Final = 248  # code of the brightest channel, of an area mean; nothing is compared from it
 _BLACK: Final = 4
+_MIDDLE_SHARE: Final = 0.6  # of the most usable frame's pixels, for a frame to be the reference
 _COARSE: Final = 84  # columns of the coarsest size
 _BINS: Final = 32
 _STEPS: Final = 8
@@ -334,6 +337,13 @@ def _slopes(vectors: Float64, across: Numbers, down: Numbers, shape: tuple[int, 
     gy = level * per_north
     gz = (x * per_east - z * y * per_north) / level
     return np.stack([y * gz - z * gy, z * gx - x * gz, x * gy - y * gx], axis=1).astype(np.float32)
+
+
+def middle_frame(shares: Sequence[float]) -> int:
+    """Choose the frame nearest to the middle among those that show nearly as much as the best."""
+    middle = (len(shares) - 1) / 2.0
+    fit_for_it = [k for k, share in enumerate(shares) if share >= _MIDDLE_SHARE * max(shares)]
+    return min(fit_for_it, key=lambda k: (abs(k - middle), -shares[k]))
 
 
 def usable_share(levels: list[Level]) -> float:

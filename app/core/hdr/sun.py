@@ -279,7 +279,7 @@ _APERTURE_DEG: Final = 2.5  # half-angle of a pyrheliometer: what counts as dire
 
 @dataclass(frozen=True, slots=True)
 class Restoration:
-    """A light put back, and what was done; `light` is its id, None where nothing was.
+    """A light put back, and what was done; `light` is its id, None if nothing was done.
 
     `disc`, (N, 2) float64, has flat indices of the texels that were given light, and how much
     luminance each.
