@@ -16,12 +16,11 @@ from app.core.base.colour import srgb_encode
 from app.core.base.errors import EnvironmentFileError, ProbeError
 from app.core.base.paths import resources
 from app.core.base.sphere import directions
-from app.core.hdr.dual_fisheye import find_circles, recognise
+from app.core.hdr.arriving import rough_environment
+from app.core.hdr.dual_fisheye import MODELS, Lens, find_circles, recognise
 from app.core.hdr.finish import MergeOptions
-from app.core.hdr.dual_fisheye import MODELS, Lens
 from app.core.hdr.frame import Exposure
 from app.core.hdr.pipeline import measure
-from app.core.hdr.rough import rough_environment
 from app.core.localization.picture_file import read_shown_panorama
 from app.core.solver.environment import read_environment, reduce_radiance, solid_angles
 from app.core.solver.style_pack import load_named_pack
