@@ -32,11 +32,11 @@ import numpy as np
 from app.core.base.colour import luminance
 from app.core.base.images import write_png
 from app.core.base.sphere import direction, directions, positions
+from app.core.hdr.audit import choose, given_up
 from app.core.hdr.display import display_panorama
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.lights import find_lights
 from app.core.hdr.pipeline import Probe, measure
-from app.core.hdr.whatif import choose, given_up
 from app.core.solver.environment import (
     read_environment,
     reduce_radiance,

@@ -27,11 +27,11 @@ import numpy as np
 
 from app.core.base.colour import luminance, srgb_decode
 from app.core.base.paths import resources
-from app.core.hdr.agreement import doubts
 from app.core.hdr.frame import Bracket, Exposure, Frame, Merged
 from app.core.hdr.half_size import anchors
 from app.core.hdr.merge import SIZE, merge
 from app.core.hdr.pixels import open_frames
+from app.core.hdr.weighting import doubts
 from app.core.solver.environment import read_environment, reduce_radiance
 from app.devices.simulated.cameras import camera_named
 from app.devices.simulated.sensor import meter

@@ -24,8 +24,6 @@ from app.core.hdr.finish import MergeOptions, still_clipped
 from app.core.hdr.lights import light_grid
 from app.core.hdr.pipeline import measure
 from app.core.hdr.planner import plan
-from app.core.hdr.sky import SkyWord, direct_normal_lux
-from app.core.hdr.whatif import choose, given_up
 from app.core.solver.environment import read_environment, reduce_radiance
 from app.core.solver.reach import OBJECTIVES
 from app.core.solver.style_pack import StylePack, load_named_pack
@@ -37,7 +35,9 @@ from benchmarks.sun_restored import SUNS, load
 ROOT = Path(__file__).resolve().parent.parent
 
 
+from app.core.hdr.audit import choose, given_up  # noqa: E402
 from app.core.hdr.camera_table import camera_facts  # noqa: E402
+from app.core.hdr.sun import SkyWord, direct_normal_lux  # noqa: E402
 
 # Exposure value (ISO 100) that a meter would read in each scene without a sun.
 EV100 = {"courtyard": 13.0, "forest": 11.0, "interior": 8.0, "night": 4.0, "studio": 9.0}

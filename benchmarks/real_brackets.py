@@ -26,8 +26,9 @@ import numpy as np
 
 from app.core.base.paths import resources
 from app.core.hdr.bracket import read_bracket
+from app.core.hdr.finish import MergeOptions
 from app.core.hdr.handheld import laid
-from app.core.hdr.pipeline import MergeOptions, Probe, measure
+from app.core.hdr.pipeline import Probe, measure
 from app.core.solver.environment import read_environment
 from app.core.solver.style_pack import load_named_pack
 from tests.helpers.odd_brackets import (

@@ -24,13 +24,13 @@ from numpy.typing import NDArray
 from app.core.base.colour import luminance, srgb_encode
 from app.core.base.sphere import direction, directions_at
 from app.core.hdr import camera_table
+from app.core.hdr.audit import choose, given_up
+from app.core.hdr.finish import MergeOptions
 from app.core.hdr.frame import Exposure, Merged
 from app.core.hdr.lights import find_lights
-from app.core.hdr.pipeline import MergeOptions, measure
+from app.core.hdr.pipeline import measure
 from app.core.hdr.planner import CameraLimits, plan
-from app.core.hdr.sky import SkyWord, direct_normal_lux
-from app.core.hdr.sun import restore
-from app.core.hdr.whatif import choose, given_up
+from app.core.hdr.sun import SkyWord, direct_normal_lux, restore
 from app.core.solver.environment import (
     read_environment,
     reduce_radiance,

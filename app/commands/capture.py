@@ -30,7 +30,7 @@ from app.devices.theta.link import Link
 if TYPE_CHECKING:
     import argparse
 
-    from app.core.hdr.rough import Rough
+    from app.core.hdr.arriving import Rough
     from app.core.solver.solve import StyleResult
     from app.core.solver.style_pack import StylePack
     from app.devices.capture.status import Status

@@ -14,9 +14,10 @@ from app.commands.probe_words import clutter_facts, frame_rows, lamp_rows, probe
 from app.commands.progress_printer import ProgressPrinter
 from app.core.base.errors import ProbeError
 from app.core.base.images import write_exr, write_hdr, write_png
+from app.core.hdr.finish import MergeOptions
 from app.core.hdr.masks import check_picture_mask, parse_mask
 from app.core.hdr.metadata import ENDINGS
-from app.core.hdr.pipeline import MergeOptions, Probe, measure
+from app.core.hdr.pipeline import Probe, measure
 from app.core.hdr.tripod_detection import Clutter, suggest
 from app.core.solver.style_pack import load_named_pack
 from app.export.merge_preview import preview

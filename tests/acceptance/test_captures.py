@@ -14,14 +14,14 @@ import numpy as np
 import pytest
 
 from app.core.base.colour import luminance
-from app.core.hdr.pipeline import MergeOptions
+from app.core.hdr.finish import MergeOptions
+from app.core.hdr.metadata import read_header
 from app.core.solver.environment import reduce_radiance
 from app.devices.simulated.personality import PERSONALITIES
 from app.devices.simulated.scene import Scene
 from benchmarks.brackets import enlarged
 from tests.acceptance.test_probe import light
 from tests.helpers.cameras import Rig
-from tests.helpers.frames import read_frame
 
 MODELS = tuple(person.name for person in PERSONALITIES)
 SCENE = "courtyard"
@@ -53,7 +53,7 @@ def test_every_model_and_plan(model: str, plan: Literal["paper", "full"], tmp_pa
     assert rig.camera.options == before
     assert len(result.frames) == len(result.plan.shots)
     for path, shot in zip(result.frames, result.plan.shots, strict=True):
-        exposure = read_frame(path).exposure
+        exposure = read_header(path).frame.exposure
         assert exposure is not None
         assert exposure.ev == pytest.approx(shot.exposure.ev, abs=0.01)
 

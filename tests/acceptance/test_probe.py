@@ -18,11 +18,12 @@ from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.base.paths import resources
+from app.core.hdr.audit import choose, given_up
 from app.core.hdr.camera_table import camera_facts
+from app.core.hdr.finish import MergeOptions
 from app.core.hdr.frame import Exposure, Pose
-from app.core.hdr.pipeline import MergeOptions, Probe, measure
+from app.core.hdr.pipeline import Probe, measure
 from app.core.hdr.planner import plan
-from app.core.hdr.whatif import choose, given_up
 from app.core.solver.environment import read_environment, reduce_radiance
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack

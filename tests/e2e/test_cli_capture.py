@@ -24,8 +24,8 @@ from app.commands import capture as command
 from app.core.base.images import write_exr
 from app.core.base.paths import resources
 from app.core.base.progress import Token
+from app.core.hdr.arriving import Rough
 from app.core.hdr.frame import Exposure
-from app.core.hdr.rough import Rough
 from app.core.solver.environment import from_radiance, read_environment
 from app.core.solver.style_pack import load_named_pack
 from app.devices.capture.session import Session

@@ -10,7 +10,7 @@ import numpy as np
 
 from app.core.base.paths import resources
 from app.core.base.progress import Token
-from app.core.hdr.pipeline import MergeOptions
+from app.core.hdr.finish import MergeOptions
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.devices.capture.machine import Capture, CaptureResult
 from app.devices.capture.session import Session

@@ -14,12 +14,12 @@ from app.core.base.colour import srgb_encode
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 from app.core.hdr.frame import Exposure, Pose
+from app.core.hdr.metadata import read_header
 from app.core.solver.environment import read_environment, solid_angles
 from app.devices.simulated.cameras import GENERIC, THETA_S, THETA_V
 from app.devices.simulated.exposure_maker import Options, develop
 from app.devices.simulated.sensor import meter
 from benchmarks.brackets import make_bracket, write_bracket
-from tests.helpers.frames import read_frame
 from tests.helpers.people import mean_luminance, with_person
 
 BRACKET = [Exposure(t, 100.0, 2.0) for t in (1.0 / 60.0, 1.0 / 15.0, 1.0 / 250.0)]
@@ -61,7 +61,7 @@ def test_files_are_named_stamped_and_readable(tmp_path: Path) -> None:
     paths = write_bracket(folder, _room(), THETA_S, BRACKET, first=21, tilt=Pose(4.0, -3.0))
     assert [path.name for path in paths] == ["R0010021.JPG", "R0010022.JPG", "R0010023.JPG"]
     assert sorted(folder.iterdir()) == paths
-    frames = [read_frame(path) for path in paths]
+    frames = [read_header(path).frame for path in paths]
     for frame, wanted in zip(frames, BRACKET, strict=True):
         assert frame.exposure is not None
         assert frame.exposure.ev == pytest.approx(wanted.ev, abs=1e-4)
@@ -109,7 +109,7 @@ def test_shifts_and_edits_of_single_frames(tmp_path: Path) -> None:
     np.testing.assert_array_equal(_picture(data[2]), _picture(plain[2]))
     path = tmp_path / "a.jpg"
     path.write_bytes(data[2])
-    exposure = read_frame(path).exposure
+    exposure = read_header(path).frame.exposure
     assert exposure is not None
     assert exposure.iso == 200.0
     moved = np.abs(_picture(data[1]) - _picture(plain[1])).mean()

@@ -13,6 +13,7 @@ import pytest
 
 from app.core.hdr.frame import Exposure, LensExposure, Pose
 from app.core.hdr.makernote import parse_ricoh_note
+from app.core.hdr.metadata import read_header
 from app.devices.simulated.cameras import (
     CAMERAS,
     GENERIC,
@@ -25,7 +26,6 @@ from app.devices.simulated.cameras import (
 from app.devices.simulated.exif import Tags, exif_segment, with_segments
 from app.devices.simulated.exposure_maker import TagEdit
 from benchmarks.brackets import shoot
-from tests.helpers.frames import read_frame
 
 EXPOSURE = Exposure(0.01666666, 125.0, 2.0)
 GREY = np.full((32, 64, 3), 100.0, dtype=np.float32)
@@ -70,7 +70,7 @@ def test_openimageio_reads_exposure_model_and_pose(tmp_path: Path) -> None:
 @pytest.mark.parametrize("camera", CAMERAS, ids=[camera.name for camera in CAMERAS])
 def test_the_probe_reads_what_was_meant(camera: CameraModel, tmp_path: Path) -> None:
     path = _write(tmp_path, camera, tilt=Pose(-20.0, -35.8), lens_gain=(1.0, 1.28))
-    frame = read_frame(path)
+    frame = read_header(path).frame
     assert frame.shape == (32, 64)
     assert frame.exposure is not None
     assert frame.exposure.shutter_s == pytest.approx(EXPOSURE.shutter_s, rel=1e-6)
@@ -173,7 +173,7 @@ def test_files_may_lie(tmp_path: Path) -> None:
     def edit(tags: Tags) -> Tags:
         return replace(tags, iso=800.0, hdr_rendering=True, zenith_corrected=True)
 
-    frame = read_frame(_write(tmp_path, THETA_S, edit_tags=edit, tilt=Pose(3.0, 4.0)))
+    frame = read_header(_write(tmp_path, THETA_S, edit_tags=edit, tilt=Pose(3.0, 4.0))).frame
     assert frame.exposure is not None
     assert frame.exposure.iso == 800.0
     assert frame.tone_mapped

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from app.core.base import sphere
+from app.core.hdr.align import tilt_rotation
 from app.core.hdr.frame import Pose
-from app.core.hdr.level import tilt_rotation
 from app.core.solver.environment import energy, from_radiance, reduce_radiance, solid_angles
 from app.devices.simulated.optics import bloomed, column_gains, view_of
 from benchmarks.brackets import enlarged

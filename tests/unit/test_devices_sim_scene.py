@@ -11,11 +11,11 @@ import pytest
 
 from app.core.base.colour import srgb_decode
 from app.core.hdr.frame import Exposure
+from app.core.hdr.metadata import read_header
 from app.core.solver.environment import solid_angles
 from app.devices.simulated.personality import PERSONALITIES, Personality, personality_named
 from app.devices.simulated.scene import Scene, Take, automatic
 from app.devices.simulated.sensor import saturation_cd_m2
-from tests.helpers.frames import read_frame
 from tests.helpers.simulated import room
 
 ALL = [pytest.param(person, id=person.name) for person in PERSONALITIES]
@@ -101,7 +101,7 @@ def test_files_say_what_was_done(person: Personality, tmp_path: Path) -> None:
     take = Take(Exposure(0.01666666, 200, person.apertures[-1]), (32, 64), 3, STAMP, program=2)
     path = tmp_path / "R0010001.JPG"
     path.write_bytes(room().frame(person.camera, take))
-    frame = read_frame(path)
+    frame = read_header(path).frame
     assert frame.exposure is not None
     assert frame.exposure.shutter_s == pytest.approx(1.0 / 60.0)
     assert (frame.exposure.iso, frame.exposure.aperture) == (200.0, person.apertures[-1])

@@ -12,12 +12,13 @@ import pytest
 from app.core.base.errors import Cancelled, ProbeError
 from app.core.base.paths import resources
 from app.core.base.progress import Token
-from app.core.hdr import frame_preprocessing
+from app.core.hdr import decoding as frame_preprocessing
 from app.core.hdr.arriving import ArrivingFrames
 from app.core.hdr.decoding import MemoryRows
+from app.core.hdr.finish import MergeOptions
 from app.core.hdr.frame import Exposure, Frame
 from app.core.hdr.metadata import read_header
-from app.core.hdr.pipeline import MergeOptions, Probe, measure, rehearse
+from app.core.hdr.pipeline import Probe, measure, rehearse
 from app.core.solver.environment import read_environment
 from app.core.solver.style_pack import StylePack, load_named_pack
 from app.devices.simulated.cameras import THETA_V

@@ -17,10 +17,11 @@ from app.core.base.colour import luminance
 from app.core.base.paths import resources
 from app.core.hdr.bracket import read_bracket
 from app.core.hdr.contradiction import CLOSE, LOOSE, Predictions, contradiction
+from app.core.hdr.decoding import proxy_shape
 from app.core.hdr.deghosting import Moved, trust
 from app.core.hdr.frame import Exposure
 from app.core.hdr.merge import merge
-from app.core.hdr.pixels import open_frames, proxy_shape
+from app.core.hdr.pixels import open_frames
 from app.core.hdr.response import srgb_response
 from app.core.solver.environment import read_environment, reduce_radiance
 from app.core.solver.solve import solve_all

@@ -48,7 +48,7 @@ def test_the_sun_is_left_when_asked() -> None:
     assert found.restoration is None
     assert found.merged is merged
     assert found.audit is not None
-    assert found.audit.clipped_energy_fraction > 0
+    assert found.audit.clipped_energy_range[0] > 0
 
 
 def test_a_gain_by_hand_beats_the_model_of_the_sky() -> None:

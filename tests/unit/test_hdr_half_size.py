@@ -16,10 +16,9 @@ from app.core.base.colour import luminance, srgb_decode, srgb_encode
 from app.core.base.paths import resources
 from app.core.base.progress import Token
 from app.core.hdr import weighted_merge
-from app.core.hdr.decoding import MemoryRows, decode, decode_half, halvable
+from app.core.hdr.decoding import MemoryRows, decode, decode_half, proxy_shape, shrunk
 from app.core.hdr.frame import Bracket, Exposure, Frame, Merged
-from app.core.hdr.frame_preprocessing import proxy_shape, shrunk
-from app.core.hdr.half_size import anchors
+from app.core.hdr.half_size import anchors, halvable
 from app.core.hdr.merge import merge
 from app.core.hdr.pipeline import measure
 from app.core.hdr.pixels import FrameStack, open_frames

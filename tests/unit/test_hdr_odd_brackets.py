@@ -13,8 +13,9 @@ from app.core.base.colour import srgb_encode
 from app.core.base.paths import resources
 from app.core.hdr.bracket import read_bracket
 from app.core.hdr.deghosting import trust
+from app.core.hdr.finish import MergeOptions
 from app.core.hdr.handheld import laid, lay_on_each_other
-from app.core.hdr.pipeline import MergeOptions, Probe, measure
+from app.core.hdr.pipeline import Probe, measure
 from app.core.hdr.pixels import open_frames
 from app.core.hdr.response import srgb_response
 from app.core.solver.environment import read_environment

@@ -11,9 +11,9 @@ import pytest
 from app.core.base.errors import ProbeError
 from app.core.base.paths import resources
 from app.core.base.sphere import direction, rotate_light, rotation
-from app.core.hdr.chart import Chart
 from app.core.hdr.frame import Merged
 from app.core.hdr.masks import cap_mask, parse_mask
+from app.core.hdr.resampling import Chart
 from app.core.hdr.tripod_detection import NADIR, Clutter, foot_of, resolve, suggest, union
 from app.core.solver.environment import read_environment, solid_angles
 from tests.helpers.shared import SHARED, needs_shared

@@ -37,6 +37,7 @@ FADE: Final = 2.0
 _BRADFORD: Final = np.array(
     [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]]
 )
+_BAND_ROWS: Final = 512
 _FARTHEST_XY: Final = 10.0  # ACES' blue and cameras' primaries lie outside the visible, not so far
 _LEAST_Y: Final = 1e-4
 _BRIGHT_LEVEL: Final = 0.6
@@ -95,6 +96,15 @@ def rec709_from(chromaticities: Sequence[float]) -> NDArray[np.float64]:
     cones = np.diag((_BRADFORD @ target_white) / (_BRADFORD @ white))
     adapted = np.linalg.inv(_BRADFORD) @ cones @ _BRADFORD
     return np.asarray(np.linalg.inv(target) @ adapted @ source)
+
+
+def to_rec709(light: FloatImage, chromaticities: Sequence[float]) -> None:
+    """Bring linear colours, (H, W, 3), of other primaries to Rec. 709, in place."""
+    matrix = rec709_from(chromaticities).T.astype(np.float32)
+    for first in range(0, len(light), _BAND_ROWS):
+        band = light[first : first + _BAND_ROWS]
+        with np.errstate(invalid="ignore", over="ignore"):
+            band[:] = band @ matrix
 
 
 def _xyz_from(chromaticities: Sequence[float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

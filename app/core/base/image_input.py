@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
 import numpy as np
 
+from app.core.base.colour import rec709_from
 from app.core.base.files import open_file
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ _misnamed = threading.Lock()
 # OpenEXR, ImfCompression: rows that are packed together.
 _PACKED_ROWS: Final = {"zip": 16, "piz": 32, "pxr24": 16, "b44": 32, "b44a": 32, "dwaa": 32}
 _MOST_PACKED_ROWS: Final = 256
+_SAME_PRIMARIES: Final = 2e-3  # of a colour: what headers round away
 
 
 def read_start(path: Path, count: int) -> bytes:
@@ -221,6 +223,18 @@ def stated_orientation(source: ImageInput) -> int:
         # OpenImageIO 3.2 takes "-X -Y" and "+X +Y" for each other.
         stated = {6: 8, 8: 6}.get(stated, stated)
     return stated if 1 <= stated <= 8 else 1
+
+
+def stated_primaries(spec: ImageSpec) -> tuple[float, ...]:
+    """Return the chromaticities, x and y of red, green, blue and white, of a file's colours.
+
+    Empty where none are stated or they are those of Rec. 709; ValueError when no light has them.
+    """
+    stated = spec.getattribute("chromaticities")
+    if not isinstance(stated, tuple):
+        return ()
+    off = np.abs(rec709_from(stated) - np.eye(3)).max()
+    return () if off < _SAME_PRIMARIES else stated
 
 
 def upright(pixels: NDArray[Any], orientation: int) -> NDArray[Any]:

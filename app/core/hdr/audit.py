@@ -1,41 +1,101 @@
 """The clip audit: how much light is missing, and which answers that puts in doubt.
 
 Where every frame is clipped the merged panorama is a lower bound. The audit says how much light
-that concerns, tries what the answers would be if it were brighter, and tells the styles that
-would lose by it from those that would not. A style is in doubt when its turn would give up more
-than 5 % of what the place could give, were any clipped lamp, any part of a wide one, or all of
-them together 1, 3, 6 or 10 stops brighter. Styles that this would bring into reach, or put out of
-it, are named, too. On brackets made from 20 places, clipped 1 to 15 stops deep, every answer that
-was off by more than 10 % was among those in doubt.
+that concerns, tries what the answers would be if it were brighter, and tells the styles that would
+lose by it from those that would not. A style is in doubt when its turn would give up more than 5 %
+of what the place could give, were any clipped lamp, any part of a wide one, or all of them together
+1, 3, 6 or 10 stops brighter. Styles that this would bring into reach, or put out of it, are named,
+too. On brackets made from 20 places, clipped 1 to 15 stops deep, every answer that was off by more
+than 10 % was among those in doubt.
+
+`choices` finds the turns of many lights at once by the rule of `app.core.solver.reach`, without
+refining them.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import turn_of_index
-from app.core.hdr.advice import advise
+from app.core.hdr.findings import advise
 from app.core.hdr.lights import Light, LightGrid, light_grid
-from app.core.hdr.sky import SPREAD, direct_normal_lux
-from app.core.hdr.sun import added_light
-from app.core.hdr.sun_finder import find_sun, may_be_sun, sun_core
-from app.core.hdr.whatif import choices, given_up
+from app.core.hdr.sun import SPREAD, added_light, direct_normal_lux, find_sun, may_be_sun, sun_core
+from app.core.solver import reach
 from app.core.solver.environment import reduce_radiance
-from app.core.solver.reach import LIMITS, Limits, Objective
+from app.core.solver.reach import LIMITS, Choice, Limits, Measured, Objective
+from app.core.solver.relighting_cache import normalised
+from app.core.solver.search import curves_of
+from app.core.solver.solve import measure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Float64, Floats, Indices
     from app.core.hdr.frame import Merged
     from app.core.hdr.sun import Restoration
     from app.core.solver.style_pack import StylePack
 
-Float64: TypeAlias = NDArray[np.float64]
+
+_AT_ONCE: Final = 16  # lights: few enough that their waves stay near the processor
+
+
+def choose(
+    pack: StylePack,
+    light: Floats,
+    objective: Objective = "picture",
+    limits: Limits = LIMITS,
+) -> Choice:
+    """Find what decides the turns under a light; see `choices`."""
+    return choices(pack, [light], objective, limits)[0]
+
+
+def choices(
+    pack: StylePack,
+    lights: Sequence[Floats],
+    objective: Objective = "picture",
+    limits: Limits = LIMITS,
+) -> Choice:
+    """Find what decides the turns under each of several lights.
+
+    Each is (H, W, 3) radiance or (H, W) luminance at turn 0 in the pack's size, linear Rec.
+    709, any exposure. EnvironmentFileError if one is black or not finite.
+    """
+    parts = []
+    for start in range(0, len(lights), _AT_ONCE):
+        some = lights[start : start + _AT_ONCE]
+        seen = [pack.seen(normalised(light, pack.header.environment)[0]) for light in some]
+        parts.append(measure(pack, curves_of(pack.tables, np.stack(seen))))
+    return reach.choose(
+        Measured(
+            np.concatenate([part.quality for part in parts]),
+            np.concatenate([part.match for part in parts]),
+            np.concatenate([part.whole for part in parts]),
+            np.concatenate([part.strength for part in parts]),
+        ),
+        objective,
+        limits,
+    )
+
+
+def given_up(truth: Choice, turns: NDArray[np.integer[Any]]) -> Float64:
+    """Share of what a place could give that is lost by turning elsewhere, (S,) or (N, S).
+
+    `turns`, (S,) in 0..63, is the turn taken for each style. The best value of the objective
+    among the turns allowed, minus its value at the turn taken, over the range of the
+    objective's curve; 0 to 1.
+    """
+    best = np.where(truth.allowed, truth.curve, -np.inf).max(axis=-1)
+    taken = truth.curve[..., np.arange(len(turns)), turns]
+    span = np.ptp(truth.curve, axis=-1)
+    lost = (best - taken) / np.maximum(span, 1e-30)
+    return np.asarray(np.clip(lost, 0.0, 1.0), np.float64)
+
 
 GAINS: Final = (1.0, 3.0, 6.0)
 """Stops by which clipped lamps are thought brighter, as reported."""
@@ -52,13 +112,7 @@ _PART_SHARE: Final = 0.02  # of all that is clipped
 
 @dataclass(frozen=True, slots=True)
 class WhatIf:
-    """A style under a brighter lamp.
-
-    Attributes
-    ----------
-    turn_deg : float
-        The turn that would then be best, deg.
-    """
+    """A style under a lamp brighter by some stops: its best turn then, degrees."""
 
     light: str
     stops: float
@@ -68,21 +122,13 @@ class WhatIf:
 
 @dataclass(frozen=True, slots=True)
 class StyleChange:
-    """How far a style's answer depends on what is clipped.
+    """How far a style's answer depends on what is clipped; its grid turn as it is, degrees.
 
-    Attributes
-    ----------
-    turn_deg : float
-        Its grid turn in the panorama as it is, deg.
-    cases : tuple of WhatIf
-        Every clipped lamp and all together, 1, 3 and 6 stops brighter; a restored light at both
-        ends of its likely range.
-    worst : float
-        The most given up in any case tried, parts of wide lamps and 10 stops included.
-    least_stops : float or None
-        The smallest brightening tried that puts the turn in doubt; None when none does.
-    reach_stops : float or None
-        The smallest that brings the style into reach, or puts it out; None when none does.
+    `cases` are every clipped lamp and all together, 1, 3 and 6 stops brighter, and a restored
+    light at both ends of its likely range. `worst` is the most given up in any case tried,
+    parts of wide lamps and 10 stops included. `least_stops` is the smallest brightening tried
+    that puts the turn in doubt, `reach_stops` the smallest that brings the style into reach, or
+    puts it out; None when none does.
     """
 
     name: str
@@ -104,18 +150,12 @@ class StyleChange:
 class Audit:
     """What is clipped in every frame, and what that means.
 
-    Attributes
-    ----------
-    clipped_energy_fraction : float
-        Share of the light in clipped texels as measured: a lower bound, 0 to 1.
-    clipped_energy_range : tuple of float
-        From that bound to what it would be if all that is clipped were 6 stops brighter, or,
-        for the sun, as bright as the clear-sky model allows.
+    `clipped_energy_range` goes from the share of the light in clipped texels as measured, a lower
+    bound, 0 to 1, to what it would be if all that is clipped were 6 stops brighter, or, for the
+    sun, as bright as the clear-sky model allows.
     """
 
-    clipped_energy_fraction: float
     clipped_energy_range: tuple[float, float]
-    range_note: str
     advice: tuple[str, ...]
     style_changes: tuple[StyleChange, ...]
 
@@ -123,15 +163,6 @@ class Audit:
     def in_doubt(self) -> tuple[str, ...]:
         """Names of the styles whose turn may be off."""
         return tuple(style.name for style in self.style_changes if style.in_doubt)
-
-    @property
-    def safe(self) -> tuple[str, ...]:
-        """Names of the styles whose turn and reach do not depend on what is clipped."""
-        return tuple(
-            style.name
-            for style in self.style_changes
-            if not style.in_doubt and style.reach_stops is None
-        )
 
 
 def audit(
@@ -141,38 +172,26 @@ def audit(
     *,
     objective: Objective = "picture",
     limits: Limits = LIMITS,
-    environment: NDArray[np.floating[Any]] | None = None,
+    environment: Floats | None = None,
     restoration: Restoration | None = None,
     room_stops: float | None = None,
     grid: LightGrid | None = None,
 ) -> Audit:
     """Say what is clipped in every frame and which answers depend on it.
 
-    Parameters
-    ----------
-    environment : (H, W) float or None
-        Luminance of `merged` reduced to the pack's size, where the caller has it already.
-    restoration : Restoration or None
-        What put the sun or a lamp of `merged` back: its likely range is tried as well. Where
-        there is one, the sun has been looked for already.
-    room_stops : float or None
-        How many stops darker than its darkest frame the camera can go; None where unknown.
-
-    Raises
-    ------
-    ProbeError
-        If `merged` is not a full panorama.
+    `environment`, (H, W), is the luminance of `merged` reduced to the pack's size, where the
+    caller has it already. `restoration` put the sun or a lamp of `merged` back: its likely
+    range is tried as well, and the sun has been looked for already. `room_stops` is how many
+    stops darker than its darkest frame the camera can go; None where unknown. ProbeError if
+    `merged` is not a full panorama.
     """
     grid = light_grid(merged) if grid is None else grid
     bound = float((grid.lost * grid.solid_angle).sum()) / grid.total
     sun = find_sun(merged, lights, grid) if bound > 0 and restoration is None else None
     maybe = next((light.id for light in lights if may_be_sun(light, merged, grid)), "")
-    high, note = _upper(merged, grid, bound, sun)
     changes = _changes(lights, pack, (objective, limits), grid, environment, restoration)
     return Audit(
-        clipped_energy_fraction=bound,
-        clipped_energy_range=(bound, high),
-        range_note=note,
+        clipped_energy_range=(bound, _upper(merged, grid, bound, sun)),
         advice=(
             *advise(merged, lights, sun, room_stops, maybe),
             *_verdict(changes, bound, restoration),
@@ -233,16 +252,16 @@ def _all(names: Sequence[str], changes: Sequence[StyleChange]) -> str:
     return ", ".join(names)
 
 
-def _upper(merged: Merged, grid: LightGrid, bound: float, sun: Light | None) -> tuple[float, str]:
-    """Upper end of the clipped share, and in words what it supposes."""
+def _upper(merged: Merged, grid: LightGrid, bound: float, sun: Light | None) -> float:
+    """Upper end of the clipped share."""
     if bound <= 0:
-        return 0.0, ""
+        return 0.0
     if sun is None or merged.cd_m2 is None:
         factor = 2.0 ** GAINS[-1]
-        return factor * bound / (1.0 + (factor - 1.0) * bound), "up to 6 stops brighter"
+        return float(factor * bound / (1.0 + (factor - 1.0) * bound))
     most = direct_normal_lux(sun_core(sun, merged).elevation_deg) * SPREAD[1]
     extra = most / merged.cd_m2 / grid.total
-    return (bound + extra) / (1.0 + extra), "with the sun as bright as a very clear sky lets it be"
+    return (bound + extra) / (1.0 + extra)
 
 
 def _changes(
@@ -250,7 +269,7 @@ def _changes(
     pack: StylePack,
     rule: tuple[Objective, Limits],
     grid: LightGrid,
-    environment: NDArray[np.floating[Any]] | None,
+    environment: Floats | None,
     restoration: Restoration | None,
 ) -> tuple[StyleChange, ...]:
     named, maps, whole = _brightened(lights, grid, pack.header.environment)
@@ -331,7 +350,7 @@ def _brightened(
     return names, maps, whole.astype(np.float64)
 
 
-def _cells(grid: LightGrid, shape: tuple[int, int]) -> tuple[NDArray[np.intp], Float64]:
+def _cells(grid: LightGrid, shape: tuple[int, int]) -> tuple[Indices, Float64]:
     """Cell of the reduced panorama that each texel is in, and its share of the cell's area."""
     height, width = grid.luminance.shape
     row, column = np.divmod(np.arange(height * width), width)

@@ -9,16 +9,15 @@ from __future__ import annotations
 import hashlib
 import math
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Final, TypeAlias, TypeVar
 
 from app.core.base.errors import ProbeError
 from app.core.base.files import open_file
 from app.core.hdr.exposures import settle_exposures
-from app.core.hdr.frame import Bracket
+from app.core.hdr.frame import Bracket, listed, plural, verb
 from app.core.hdr.metadata import ENDINGS, SHUTTER_LIMITS_S, Header, read_header
-from app.core.hdr.words import listed, plural
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Sequence
@@ -41,55 +40,32 @@ _KIND_WORDS: Final = {
 }
 
 _Value = TypeVar("_Value", bound="Hashable")
-
-
-@dataclass(frozen=True, slots=True)
-class _Listed:
-    """A file of the bracket with the exposure time that the user gave for it."""
-
-    header: Header
-    time_s: float | None
+_Listed: TypeAlias = tuple[Header, float | None]
+"""A file of the bracket with the exposure time in seconds that the user gave for it."""
 
 
 def read_bracket(paths: Sequence[Path], times: Sequence[float] | None = None) -> Bracket:
     """Read the headers of a bracket's files and put its frames in order.
 
-    Parameters
-    ----------
-    paths : Sequence[Path]
-        The files in any order, or one folder: then of the files in it with the ending of a picture
-        (`app.core.hdr.metadata.ENDINGS`, hidden ones left out), sorted by name, the largest set
-        that can be one bracket. What is left out is said.
-    times : Sequence[float], optional
-        Exposure times in seconds, one for each file in the order above. They win over EXIF; ISO
-        and f-number are still taken from EXIF where they are stated.
+    `paths` are the files in any order, or one folder: then of the pictures in it
+    (`metadata.ENDINGS`, hidden ones left out), sorted by name, the largest set that can be one
+    bracket. What is left out is said. `times` in seconds, one a file in that order, win over
+    EXIF; ISO and f-number are still EXIF's.
 
-    Returns
-    -------
-    Bracket
-        Brightest first, equal exposures by name; copies of a file are dropped. Every frame has an
-        exposure.
-
-    Raises
-    ------
-    ProbeError
-        When there are fewer than two different frames or more than `MAX_FRAMES`, when a file is
-        not a picture (`app.core.hdr.metadata.read_header`), of another size, kind, orientation
-        or camera than the others, tone-mapped in the camera, or without an exposure time; when
-        all exposures are equal, and when `times` do not fit.
+    Raises ProbeError with fewer than two different frames or more than `MAX_FRAMES`; for a file
+    that is not a picture, tone-mapped, without an exposure time, or of another size, kind,
+    orientation or camera; when all exposures are equal, or `times` do not fit.
     """
     headers, left_out = _read_all([Path(path) for path in paths], times)
     files = [header.frame.path for header in headers]
     given = _check_times(times, len(files))
     _check_pixels(headers)
-    frames, warnings = _without_copies(
-        [_Listed(header, time) for header, time in zip(headers, given, strict=True)]
-    )
-    _check_count(frames, files)
-    headers = [frame.header for frame in frames]
+    listed_files, warnings = _without_copies(list(zip(headers, given, strict=True)))
+    headers = [header for header, _ in listed_files]
+    _check_count(headers, files)
     _check_alike(headers)
     _check_tone(headers)
-    stated = None if times is None else [frame.time_s or 0.0 for frame in frames]
+    stated = None if times is None else [time or 0.0 for _, time in listed_files]
     exposures, doubts = settle_exposures(headers, stated)
     dressed = [
         replace(header.frame, exposure=exposure)
@@ -149,8 +125,9 @@ def _bracket_in(folder: Path, count: int | None) -> tuple[list[Header], list[str
     others = [header.frame.path.name for headers in ranked[1:] for header in headers]
     said = [f"Left out: {error.message}" for error in errors]
     if others:
-        verb = "does" if len(others) == 1 else "do"
-        said.append(f"Left out: {listed(others)} {verb} not belong to the bracket.")
+        said.append(
+            f"Left out: {listed(others)} {verb(others, 'does', 'do')} not belong to the bracket."
+        )
     if said:
         first, last = taken[0].frame.path.name, taken[-1].frame.path.name
         said.insert(0, f"Took {plural(len(taken), 'picture')} of {folder.name}: {first} to {last}.")
@@ -224,31 +201,30 @@ def _check_pixels(headers: list[Header]) -> None:
         )
 
 
-def _without_copies(frames: list[_Listed]) -> tuple[list[_Listed], list[str]]:
+def _without_copies(files: list[_Listed]) -> tuple[list[_Listed], list[str]]:
     """Leave out files that are named twice and files of the same bytes."""
     kept: dict[tuple[str, ...], _Listed] = {}
     dropped: dict[str, list[str]] = {}
-    for frame, content in zip(frames, _contents(frames), strict=True):
-        first = kept.setdefault(content, frame)
-        if first is not frame:
-            name = first.header.frame.path.name
-            dropped.setdefault(name, []).append(frame.header.frame.path.name)
+    contents = _contents([header.frame.path for header, _ in files])
+    for file, content in zip(files, contents, strict=True):
+        first = kept.setdefault(content, file)
+        if first is not file:
+            name = first[0].frame.path.name
+            dropped.setdefault(name, []).append(file[0].frame.path.name)
     return list(kept.values()), [
-        f"{listed(copies)} {'is a copy' if len(copies) == 1 else 'are copies'} of {name}"
-        " and left out."
+        f"{listed(copies)} {verb(copies, 'is a copy', 'are copies')} of {name} and left out."
         if set(copies) != {name}
         else f"{name} is there more than once and used once."
         for name, copies in dropped.items()
     ]
 
 
-def _contents(frames: list[_Listed]) -> list[tuple[str, ...]]:
-    """Return equal values for equal files.
+def _contents(paths: list[Path]) -> list[tuple[str, ...]]:
+    """Return equal values for equal files, reading no more of them than that takes.
 
-    Files are read only as far as it takes: not at all when no other has their length, and whole
-    only when another starts with the same bytes.
+    Nothing where no other has their length, the whole only where another starts with the same
+    bytes.
     """
-    paths = [frame.header.frame.path for frame in frames]
     contents: list[tuple[str, ...]] = [(str(_size(path)),) for path in paths]
     for limit in (_START, None):
         counts = Counter(contents)
@@ -282,10 +258,10 @@ def _digest(path: Path, limit: int | None) -> str:
     return digest.hexdigest()
 
 
-def _check_count(frames: list[_Listed], files: list[Path]) -> None:
-    if len(frames) > 1:
+def _check_count(headers: list[Header], files: list[Path]) -> None:
+    if len(headers) > 1:
         return
-    name = frames[0].header.frame.path.name
+    name = headers[0].frame.path.name
     hint = "Use at least two exposures, better three: the metered one, brighter and darker."
     if len(files) > 1:
         raise ProbeError(f"All files are copies of {name}: that is no bracket.", hint)
@@ -313,6 +289,12 @@ def _check_alike(headers: list[Header]) -> None:
     )
     _one_value(
         headers,
+        lambda header: header.frame.primaries,
+        lambda primaries: f"in {'colours of other primaries' if primaries else 'Rec. 709 colours'}",
+        "Leave it out, or export all frames in one colour space.",
+    )
+    _one_value(
+        headers,
         lambda header: header.orientation,
         lambda orientation: f"held another way (EXIF orientation {orientation})",
         "Leave it out, or shoot all frames with the camera held the same way.",
@@ -333,19 +315,19 @@ def _one_value(
         return
     ranked = sorted(names, key=lambda each: -len(names[each]))
     usual, odd = ranked[0], ranked[1]
-    verb = "is" if len(names[odd]) == 1 else "are"
     if len(names[usual]) > len(names[odd]):
         rest = f"the other frames are {words(usual)}"
     else:
-        rest = f"{listed(names[usual])} {'is' if len(names[usual]) == 1 else 'are'} {words(usual)}"
-    raise ProbeError(f"{listed(names[odd])} {verb} {words(odd)}, but {rest}.", hint)
+        rest = f"{listed(names[usual])} {verb(names[usual], 'is', 'are')} {words(usual)}"
+    odd_words = f"{listed(names[odd])} {verb(names[odd], 'is', 'are')} {words(odd)}"
+    raise ProbeError(f"{odd_words}, but {rest}.", hint)
 
 
 def _check_tone(headers: list[Header]) -> None:
     mapped = [header.frame.path.name for header in headers if header.frame.tone_mapped]
     if mapped:
         raise ProbeError(
-            f"{listed(mapped)} {'was' if len(mapped) == 1 else 'were'} taken with HDR rendering or"
+            f"{listed(mapped)} {verb(mapped, 'was', 'were')} taken with HDR rendering or"
             " range compensation on, which changes every pixel in its own way.",
             "Switch the camera's filter and options off and shoot again, or leave it out.",
         )

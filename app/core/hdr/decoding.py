@@ -3,13 +3,17 @@
 All formats go through OpenImageIO, which reads a JPEG as fast as OpenCV does, keeps the stored
 orientation and the order red, green, blue, reads rows without holding the whole picture, and,
 unlike OpenCV, says when a file ends too early (libjpeg fills what is missing with grey).
+
+`open_frame` makes the first pass: a frame that may be held is decoded once; another is read by
+rows, and again when it is merged. Either way a small picture of it and samples are taken.
 """
 
 from __future__ import annotations
 
 import contextlib
-import os
 import tempfile
+from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, BinaryIO, Final, Protocol, TypeAlias
 
 import cv2
@@ -25,6 +29,7 @@ if TYPE_CHECKING:
 
     from OpenImageIO import ImageInput
 
+    from app.core.base.arrays import Float32, Indices
     from app.core.base.progress import Token
     from app.core.hdr.frame import Frame
 
@@ -34,14 +39,8 @@ Pixels: TypeAlias = NDArray[Any]
 READ_ROWS: Final = 64
 """Rows read at a time: a multiple of a JPEG's blocks, small enough to stay in the cache."""
 
-_TYPES: Final[dict[str, type[np.generic]]] = {
-    "uint8": np.uint8,
-    "uint16": np.uint16,
-    "half": np.float32,
-    "float": np.float32,
-}
+_TYPES: Final = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float32, "float": np.float32}
 _LAST_ROWS: Final = 16
-_TAIL: Final = 64  # bytes in which a JPEG's end mark is looked for
 _COPY_AGAIN: Final = "Copy it from the camera again."
 
 
@@ -56,13 +55,7 @@ class RowSource(Protocol):
 
 
 class MemoryRows:
-    """A frame that is held in memory.
-
-    Parameters
-    ----------
-    pixels : Pixels, (H, W, 3)
-        The decoded frame.
-    """
+    """A decoded frame, (H, W, 3), that is held in memory."""
 
     __slots__ = ("pixels",)
 
@@ -80,15 +73,7 @@ class MemoryRows:
 class RawRows:
     """A frame spooled to a temporary file, for formats and frames that cannot be read by rows.
 
-    Parameters
-    ----------
-    pixels : Pixels, (H, W, 3)
-        The decoded frame; written to the temporary file, which has no name and goes with it.
-
-    Raises
-    ------
-    ProbeError
-        When the disk is full.
+    The file has no name and goes with the object. ProbeError when the disk is full.
     """
 
     __slots__ = ("_dtype", "_file", "_width")
@@ -128,10 +113,7 @@ class RawRows:
 class FileRows:
     """A frame read from its file by rows, from top to bottom, again and again if need be.
 
-    Parameters
-    ----------
-    frame : Frame
-        The frame; its size and kind must be what the file has. Rows come as they are stored.
+    Size and kind must be what the file has. Rows come as they are stored.
     """
 
     __slots__ = ("_frame", "_next", "_source", "_tiles")
@@ -143,13 +125,7 @@ class FileRows:
         self._tiles: tuple[int, Pixels] | None = None
 
     def rows(self, start: int, stop: int) -> Pixels:
-        """Read rows ``start..stop``.
-
-        Raises
-        ------
-        ProbeError
-            When the file is missing or damaged.
-        """
+        """Read rows ``start..stop``; ProbeError when the file is missing or damaged."""
         if self._source is None or start < self._next:
             self.close()
             self._source = _open(self._frame)
@@ -197,24 +173,11 @@ class FileRows:
 
 
 def decode(frame: Frame, token: Token) -> Pixels:
-    """Decode a whole frame.
+    """Decode a whole frame, (H, W, 3), upright as `Frame.orientation` says.
 
-    Parameters
-    ----------
-    token : Token
-        Checked every `READ_ROWS` rows.
-
-    Returns
-    -------
-    Pixels, (H, W, 3)
-        uint8 or uint16 as coded, or linear float32; grey files are repeated into three channels,
-        alpha is left out; upright as `Frame.orientation` says.
-
-    Raises
-    ------
-    ProbeError
-        When the file is missing, damaged, cut off, or not of the size and kind that
-        `Frame` states.
+    uint8 or uint16 as coded, or linear float32; grey files are repeated into three channels,
+    alpha is left out. ProbeError when the file is missing, damaged, cut off, or not what
+    `Frame` states.
     """
     if frame.orientation != 1:
         return upright(decode(frame.as_stored, token), frame.orientation)
@@ -230,20 +193,11 @@ def decode(frame: Frame, token: Token) -> Pixels:
 
 
 def decode_half(frame: Frame, token: Token) -> Pixels:
-    """Decode a JPEG at half its size, for little more than half the work.
+    """Decode a JPEG at half its size, (H / 2, W / 2, 3) codes, for little more than half the work.
 
-    Every pixel is the mean code of four, as the decoder makes it of a block's lower frequencies.
-    OpenCV does not say when a file is damaged: ask `halvable` before and `is_whole` in doubt.
-
-    Returns
-    -------
-    NDArray[np.uint8], (H / 2, W / 2, 3)
-        As coded.
-
-    Raises
-    ------
-    ProbeError
-        When the file cannot be read or has changed its size.
+    Every pixel is the mean code of four, as the decoder makes it of a block's lower
+    frequencies. OpenCV does not say when a file is damaged: ask `halvable` before and
+    `is_whole` in doubt. ProbeError when the file cannot be read or has changed its size.
     """
     token.check()
     # In the order that is wanted: turning it round afterwards takes a fifth of the time.
@@ -258,47 +212,13 @@ def decode_half(frame: Frame, token: Token) -> Pixels:
     return np.asarray(pixels, np.uint8)
 
 
-def halvable(frame: Frame) -> bool:
-    """Whether a frame can be decoded at half its size: a plain JPEG that has its end."""
-    if frame.kind != "uint8" or frame.shape[0] % 2 or frame.shape[1] % 2:
-        return False
-    with contextlib.suppress(OSError), frame.path.open("rb") as stream:
-        # The file is read as a whole: never more of it than its pixels would take.
-        if os.fstat(stream.fileno()).st_size > bytes_per_frame(frame):
-            return False
-        if stream.read(3) != b"\xff\xd8\xff" or needs_whole_decode(frame.path):
-            return False
-        stream.seek(-_TAIL, os.SEEK_END)
-        return stream.read().rstrip(b"\0").endswith(b"\xff\xd9")
-    return False
-
-
-def is_whole(frame: Frame, token: Token) -> bool:
-    """Whether a frame's file can be decoded to its end without an error."""
-    with contextlib.closing(FileRows(frame)) as source:
-        try:
-            for start, stop in row_bands(frame.shape[0], READ_ROWS):
-                token.check()
-                source.rows(start, stop)
-        except ProbeError:
-            return False
-    return True
-
-
 def row_bands(height: int, rows: int) -> list[tuple[int, int]]:
-    """Divide rows into bands ``(start, stop)`` from top to bottom, the last may be shorter.
+    """Divide rows into bands ``(start, stop)`` from top to bottom; the last may be shorter.
 
-    Examples
-    --------
     >>> row_bands(10, 4)
     [(0, 4), (4, 8), (8, 10)]
     """
     return [(start, min(start + rows, height)) for start in range(0, height, rows)]
-
-
-def bytes_per_frame(frame: Frame) -> int:
-    """Bytes that the decoded frame takes in memory."""
-    return frame.shape[0] * frame.shape[1] * 3 * np.dtype(_TYPES[frame.kind]).itemsize
 
 
 def needs_whole_decode(path: Path) -> bool:
@@ -372,3 +292,159 @@ def _harmless(error: str, at_end: bool) -> bool:
     if "premature end" in lowered:
         return at_end
     return "jpeg" in lowered and "extraneous" in lowered
+
+
+SAMPLES: Final = 20_000
+"""About how many pixels are sampled."""
+
+_REDUCTION: Final = 8
+_MIN_PROXY_WIDTH: Final = 256
+# Sums of so many rows, as many pixels of three channels beside each other, to their means.
+_MEANS: Final = {
+    size: np.tile(np.eye(3, dtype=np.float32), (size, 1)) * np.float32(size**-2)
+    for size in (_REDUCTION, _REDUCTION // 2)
+}
+_SEED: Final = 20190820
+# A value that so large a share of the pixels comes this near to is where the frame was cut.
+_PLATEAU: Final = 0.9995
+_PLATEAU_SHARE: Final = 1e-5
+_LEAST_PLATEAU: Final = 4
+
+
+@dataclass(frozen=True, slots=True)
+class OpenedFrame:
+    """One frame after its first pass; whoever holds it closes `source`.
+
+    `proxy`, (h, w, 3), are area means of the frame's own kind; `samples`, (N, 3), the pixels at
+    the places that all frames of one shape share; `top` is where linear pixels saturate, 0
+    where not.
+    """
+
+    source: RowSource
+    proxy: Pixels = field(repr=False)
+    samples: Pixels = field(repr=False)
+    top: float
+
+
+class Opener(Protocol):
+    """Reads a frame for the first time, or hands over one that was read already."""
+
+    def __call__(
+        self, frame: Frame, *, hold: bool, token: Token, half: bool = False
+    ) -> OpenedFrame:
+        """Do what `open_frame` does."""
+
+
+def proxy_shape(shape: tuple[int, int]) -> tuple[int, int]:
+    """Size of the small pictures: an eighth, but at least 256 columns where the frame has them.
+
+    >>> proxy_shape((2688, 5376)), proxy_shape((512, 1024)), proxy_shape((100, 200))
+    ((336, 672), (128, 256), (100, 200))
+    """
+    height, width = shape
+    wanted = min(width, max(_MIN_PROXY_WIDTH, round(width / _REDUCTION)))
+    return max(1, round(height * wanted / width)), wanted
+
+
+def open_frame(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> OpenedFrame:
+    """Read a frame for the first time: to `hold` it in memory, or to read it again by rows.
+
+    ProbeError when the file is damaged or cut off, or the disk is full; Cancelled.
+    """
+    places = sample_places(frame.shape)
+    if half:
+        pixels = decode_half(frame, token)
+        proxy = shrunk(pixels, proxy_shape(frame.shape))
+        return OpenedFrame(MemoryRows(pixels), proxy, sampled(pixels, places // 2), 0.0)
+    if hold or frame.orientation != 1 or needs_whole_decode(frame.path):
+        pixels = decode(frame, token)
+        source: RowSource = MemoryRows(pixels) if hold else RawRows(pixels)
+        proxy = shrunk(pixels, proxy_shape(frame.shape))
+        return OpenedFrame(source, proxy, sampled(pixels, places), _top(pixels))
+    rows = FileRows(frame)
+    try:
+        return _by_rows(rows, frame, places, token)
+    finally:
+        # A closed file opens itself again; until the merge nothing needs to stay open.
+        rows.close()
+
+
+def _by_rows(source: RowSource, frame: Frame, places: Indices, token: Token) -> OpenedFrame:
+    """Read a frame once by rows without keeping it."""
+    height = frame.shape[0]
+    small = proxy_shape(frame.shape)
+    # Whole rows of the small picture per step, each from the rows that it covers.
+    per_step = max(1, READ_ROWS * small[0] // height)
+    proxies: list[Pixels] = []
+    samples: Pixels | None = None
+    rest: Pixels | None = None
+    done, top = 0, 0.0
+    for start, stop in row_bands(small[0], per_step):
+        token.check()
+        first, last = start * height // small[0], -(-stop * height // small[0])
+        pixels = source.rows(done, last)
+        # A row that two small rows share was read in the step before.
+        if rest is not None and first < done:
+            pixels = np.concatenate([rest[first - done :], pixels])
+        top = max(top, _top(pixels))
+        proxies.append(shrunk(pixels, (stop - start, small[1])))
+        inside = (places[:, 0] >= done) & (places[:, 0] < last)
+        if samples is None:
+            samples = np.empty((len(places), 3), pixels.dtype)
+        samples[inside] = pixels[places[inside, 0] - first, places[inside, 1]]
+        rest, done = pixels[-1:].copy(), last
+    assert samples is not None
+    return OpenedFrame(source, np.concatenate(proxies), samples, top)
+
+
+@lru_cache(maxsize=4)
+def sample_places(shape: tuple[int, int]) -> Indices:
+    """Rows and columns of the samples: a jittered grid, from top to bottom, always the same."""
+    height, width = shape
+    step = max(1.0, np.sqrt(height * width / SAMPLES))
+    rows, columns = max(1, int(height / step)), max(1, int(width / step))
+    jitter = np.random.default_rng(_SEED).random((2, rows, columns))
+    row = (np.arange(rows)[:, None] + jitter[0]) * (height / rows)
+    column = (np.arange(columns) + jitter[1]) * (width / columns)
+    places = np.stack([row.ravel(), column.ravel()], axis=1).astype(np.intp)
+    places.flags.writeable = False  # every caller gets the same
+    return places
+
+
+def sampled(pixels: Pixels, places: Indices) -> Pixels:
+    """Pixels at places, (N, 3)."""
+    taken: Pixels = pixels[places[:, 0], places[:, 1]]
+    return taken
+
+
+def _top(pixels: Pixels) -> float:
+    """Where linear pixels saturate: their maximum, if more than a stray few share it, else 0."""
+    if pixels.dtype != np.float32:
+        return 0.0
+    largest = pixels.max(axis=-1)
+    finite = largest[np.isfinite(largest)]
+    top = float(finite.max(initial=0.0))
+    flat = np.count_nonzero(finite >= top * _PLATEAU)
+    return top if flat >= max(_LEAST_PLATEAU, finite.size * _PLATEAU_SHARE) else 0.0
+
+
+def shrunk(pixels: Pixels, shape: tuple[int, int]) -> Pixels:
+    """Area means."""
+    if pixels.shape[:2] == shape:
+        return pixels.copy()
+    if pixels.dtype == np.uint8:
+        for size, means in _MEANS.items():
+            if pixels.shape[:2] == (size * shape[0], size * shape[1]):
+                return _means(pixels, shape, size, means)
+    return np.asarray(cv2.resize(pixels, shape[::-1], interpolation=cv2.INTER_AREA))
+
+
+def _means(pixels: Pixels, shape: tuple[int, int], size: int, means: Float32) -> Pixels:
+    """Area means of blocks of bytes: OpenCV's, bit for bit, in two thirds of its time."""
+    small = np.empty((*shape, 3), np.uint8)
+    for start, stop in row_bands(shape[0], READ_ROWS // size):
+        rows = pixels[start * size : stop * size]
+        sums = np.add.reduce(rows.reshape(stop - start, size, -1), axis=1, dtype=np.uint16)
+        values = sums.astype(np.float32).reshape(-1, len(means)) @ means
+        small[start:stop] = np.rint(values).reshape(stop - start, shape[1], 3)
+    return small

@@ -12,11 +12,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.hdr.contradiction import (
     CLIPPED,
@@ -26,20 +25,21 @@ from app.core.hdr.contradiction import (
     Predictions,
     Tolerance,
     contradiction,
+    fill_hidden,
+    hopeless,
+    misfit,
     worst,
 )
-from app.core.hdr.misfit import fill_hidden, hopeless, misfit
 from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Bools, Bytes, Float32, Float64
     from app.core.hdr.contradiction import Curve
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Bools: TypeAlias = NDArray[np.bool_]
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
 
 _BLACK: Final = 8  # below it a code says "at most" rather than "this much"
 _SEED: Final = 7  # codes by which a contradiction must exceed its tolerance to start a region

@@ -7,20 +7,21 @@ panorama follows a moving exposure control. Pictures here are sRGB bytes.
 from __future__ import annotations
 
 from functools import cache
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base import colour
-from app.core.hdr.chart import wrapped_blur
+from app.core.hdr.resampling import wrapped_blur
 from app.core.hdr.weighted_merge import look_up
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Bytes
     from app.core.base.colour import FloatImage
 
-Bytes: TypeAlias = NDArray[np.uint8]
 
 WIDTH: Final = 2048
 """Columns of a display panorama."""
@@ -36,15 +37,7 @@ MASK_COLOUR: Final = (0x2E, 0x86, 0xC8)
 
 
 def display_gain(radiance: FloatImage, exposure_stops: float = 0.0) -> float:
-    """Exposure of a panorama for looking at: the program's own choice, moved by the user.
-
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, W, 3)
-        Linear Rec. 709, any scale.
-    exposure_stops : float, optional
-        Brighter (positive) or darker by so many stops.
-    """
+    """Exposure of a panorama, (H, W, 3) linear, to look at: the program's, moved by stops."""
     # The same few thousand texels that the rule itself would pick, before their luminance.
     rows = max(radiance.shape[0] // 64, 1)
     columns = max(radiance.shape[1] // 128, 1)
@@ -55,21 +48,11 @@ def display_gain(radiance: FloatImage, exposure_stops: float = 0.0) -> float:
 def display_panorama(
     radiance: FloatImage, exposure_stops: float = 0.0, width: int = WIDTH
 ) -> Bytes:
-    """Turn linear light into a picture to look at.
+    """Turn linear light, (H, W, 3) of any scale, into sRGB, (rows, width, 3), to look at.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, W, 3)
-        Linear Rec. 709, finite, not negative, any scale.
-    exposure_stops : float, optional
-        Brighter (positive) or darker than the program would choose, in stops.
-    width : int, optional
-        Columns of the picture; rows keep the proportion, W / 2 of a panorama.
-
-    Returns
-    -------
-    NDArray[np.uint8], (rows, width, 3)
-        sRGB, within one step of `app.core.base.colour.tone_map` of the same texels.
+    Brighter (positive) or darker by stops than the program would choose. Rows keep the
+    proportion, W / 2 of a panorama. Within one step of `app.core.base.colour.tone_map` of the
+    same texels.
     """
     gain = display_gain(radiance, exposure_stops)
     if radiance.shape[1] != width:
@@ -86,19 +69,10 @@ def display_panorama(
 
 
 def clip_overlay(display: Bytes, clipped: FloatImage, width: int | None = None) -> Bytes:
-    """Hatch what was too bright for every frame, in black and white lines.
+    """Hatch what was too bright for every frame, in black and white lines, on a copy.
 
-    Parameters
-    ----------
-    display : NDArray[np.uint8], (h, w, 3)
-        sRGB picture.
-    clipped : NDArray[np.float32], (H, W)
-        Share of each texel that is clipped, 0 to 1; any size of the same proportion.
-
-    Returns
-    -------
-    NDArray[np.uint8], (h, w, 3)
-        A marked copy. Marks are widened to two pixels, so that a clipped point is seen too.
+    `display` is (h, w, 3) sRGB; `clipped`, (H, W) of any size of the same proportion, the share
+    of each texel, 0 to 1. Marks are widened to two pixels, so that a clipped point is seen too.
     """
     shown = display.copy()
     size = (display.shape[1], display.shape[0])
@@ -118,19 +92,10 @@ def clip_overlay(display: Bytes, clipped: FloatImage, width: int | None = None) 
 
 
 def mask_overlay(display: Bytes, mask: FloatImage) -> Bytes:
-    """Tint what a mask removes, with a clear edge.
+    """Tint what a mask removes, with a clear edge, on a copy.
 
-    Parameters
-    ----------
-    display : NDArray[np.uint8], (h, w, 3)
-        sRGB picture.
-    mask : NDArray[np.float32], (H, W)
-        1 where something is to be removed, 0 to 1; any size of the same proportion.
-
-    Returns
-    -------
-    NDArray[np.uint8], (h, w, 3)
-        A marked copy.
+    `display` is (h, w, 3) sRGB; `mask`, (H, W) of any size of the same proportion, 1 where
+    something is to be removed, 0 to 1.
     """
     size = (display.shape[1], display.shape[0])
     share = cv2.resize(np.asarray(mask, np.float32), size, interpolation=cv2.INTER_AREA)

@@ -4,27 +4,121 @@ A full panorama of 2:1 and an unstitched picture have the same size, and merging
 first gives an answer that is wrong all over. What tells them apart: two circles of one size, dark
 all around them, in every frame of a bracket, however bright. The first row of a panorama is one
 point of the sky; it cannot be dark at its corners and middle and bright between them.
+
+A fisheye maps the angle t from its axis to a distance from its centre, r = f (t + b3 t^3 + b5 t^5
+...); without the bends it is equidistant. `MODELS` knows cameras of which makers or users published
+something. What is not known of a model is assumed to be equidistant, 200 degrees wide, upright in
+the file, and calibrated from the frame.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, TypeAlias
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.colour import srgb_decode
 from app.core.base.errors import ProbeError
-from app.core.hdr.words import listed
+from app.core.hdr.contradiction import worst
+from app.core.hdr.frame import listed, verb
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float64: TypeAlias = NDArray[np.float64]
+    from app.core.base.arrays import Bools, Bytes, Float32, Float64, Indices
+
+
+@dataclass(frozen=True, slots=True)
+class Lens:
+    """One fisheye.
+
+    `centre` is (x, y) in pixels, whole numbers at the middles of pixels. `focal` is pixels per
+    radian on the axis. `axes`, (3, 3) float64, has the directions right, up and ahead of the
+    lens's picture as rows, in the panorama's axes (`app.core.base.sphere`).
+    """
+
+    centre: tuple[float, float]
+    focal: float
+    axes: Float64 = field(repr=False)
+    bends: tuple[float, ...] = ()
+
+    def radius(self, angles: Float64) -> Float64:
+        """Return the distance from the centre in pixels of angles from the axis in radians."""
+        return self.focal * bent(angles, self.bends)
+
+    def project(self, vectors: Float32) -> tuple[Float32, Float32, Float32]:
+        """Return the columns and rows of directions, (..., 3), and their angles in radians."""
+        seen = vectors @ self.axes.T.astype(vectors.dtype)
+        across = np.hypot(seen[..., 0], seen[..., 1])
+        angle = np.arctan2(across, seen[..., 2])
+        scale = self.radius(angle) / np.maximum(across, 1e-12)
+        x, y = self.centre[0] + scale * seen[..., 0], self.centre[1] - scale * seen[..., 1]
+        return np.asarray(x, np.float32), np.asarray(y, np.float32), angle
+
+
+def bent(angles: Float64, bends: tuple[float, ...]) -> Float64:
+    """Return t + b3 t^3 + b5 t^5 ... of angles t in radians."""
+    square, factor = angles * angles, np.zeros_like(angles)
+    for bend in reversed(bends):
+        factor = (factor + bend) * square
+    return angles * (1.0 + factor)
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """What is known of a camera's lenses before its picture is looked at.
+
+    `field_deg` is the angle that the image circle spans; where `focal` is known, the focal length
+    as a share of the side of one circle's half of the picture, it counts instead. `turns_deg` is by
+    how much each of the two circles is stored turned clockwise; None where that is not known.
+    `front` is which of them looks ahead: the left or upper one, unless something else is known.
+    """
+
+    names: tuple[str, ...]
+    field_deg: float = 200.0
+    focal: float | None = None
+    bends: tuple[float, ...] = ()
+    turns_deg: tuple[float, float] | None = None
+    front: int = 0
+
+
+# Theta: Ricoh's design tables (theta-api-specs, "THETA Lens Spec"), fitted to 0.16 degrees or
+# better; the size of an unstitched picture of the X is assumed. Insta360: curve of an X3's lenses
+# that a user calibrated (hilti-trimble-slam-challenge-2026, issue 29), fitted to 0.03 degrees;
+# circles turned by 90 degrees to either side, front lens on the right, as streams of X2, X3 and X5
+# have them (ai4ce/insta360_ros_driver) and users say of files of the X2 (rekliner/insta360x2toMP4);
+# that X4 and the ONE series are alike is assumed. Samsung: 195 degrees by its data sheet. All other
+# fields are assumed.
+MODELS: Final = (
+    Model(("THETA X", "THETA A1"), focal=0.3132, bends=(0.05478, -0.03131, 0.00153)),
+    Model(("THETA Z1",), focal=0.3000, bends=(0.17716, -0.16902, 0.05716, -0.00735)),
+    Model(
+        ("THETA V", "THETA S", "THETA SC", "THETA SC2"),
+        focal=0.2925,
+        bends=(-0.01312, 0.00638, -0.00379),
+    ),
+    Model(
+        ("INSTA360",),
+        bends=(0.08037, -0.00465, -0.00617, 0.00054),
+        turns_deg=(270.0, 90.0),
+        front=1,
+    ),
+    Model(("OSMO 360",)),
+    Model(("SM-C200", "SM-R210", "GEAR 360"), field_deg=195.0),
+)
+
+_UNKNOWN: Final = Model(())
+
+
+def model_of(camera: str) -> Model:
+    """Return what is known of a camera by the model that its files state."""
+    name = camera.upper()
+    known = (model for model in MODELS if any(part in name for part in model.names))
+    return next(known, _UNKNOWN)
+
 
 _ASPECT: Final = (1.7, 2.3)  # of the longer side to the shorter one
 _ANGLES: Final = 240
@@ -62,17 +156,9 @@ class Circles:
 
 
 def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
-    """Say whether the frames of a bracket are unstitched, and where their circles are.
+    """Say whether a bracket's small, coded frames are unstitched, and where their circles are.
 
-    Parameters
-    ----------
-    frames : sequence of (h, w, 3) uint8
-        Small copies of the coded frames, of one shape.
-
-    Raises
-    ------
-    ProbeError
-        When some frames are unstitched and others are not.
+    ProbeError when some frames are unstitched and others are not.
     """
     found = [find_circles(frame) for frame in frames]
     clear = [circles for circles in found if circles is not None]
@@ -83,8 +169,8 @@ def recognise(frames: Sequence[Bytes], names: Sequence[str]) -> Circles | None:
     if odd:
         circled = [names[k] for k, one in enumerate(found) if one is not None]
         raise ProbeError(
-            f"{listed(circled)} {'shows' if len(circled) == 1 else 'show'} two unstitched fisheye"
-            f" circles, but {listed(odd)} {'does' if len(odd) == 1 else 'do'} not.",
+            f"{listed(circled)} {verb(circled, 'shows', 'show')} two unstitched fisheye"
+            f" circles, but {listed(odd)} {verb(odd, 'does', 'do')} not.",
             "Leave out one kind, or shoot again: all frames must be stitched, or none.",
         )
     return best
@@ -104,7 +190,7 @@ def find_circles(frame: Bytes) -> Circles | None:
     if not may_be_circles((height, width)):
         return None
     stacked = height > width
-    bright = cv2.GaussianBlur(_brightest(frame), (3, 3), 0)
+    bright = cv2.GaussianBlur(worst(frame), (3, 3), 0)
     halves = np.array_split(bright, 2, axis=0 if stacked else 1)
     first = _rim(np.ascontiguousarray(halves[0]))
     second = None if first is None else _rim(np.ascontiguousarray(halves[1]))
@@ -169,7 +255,7 @@ def _rim(half: Bytes) -> _Rim | None:
     return _fitted(points.astype(np.float64), usable, angles, size, centre)
 
 
-def _crossings(codes: Bytes, last: NDArray[np.intp], limit: float, radii: Float64) -> Float64:
+def _crossings(codes: Bytes, last: Indices, limit: float, radii: Float64) -> Float64:
     """Refine the outermost bright place of each angle to where its rim is half as bright."""
     rows = np.arange(len(codes))
     back = codes[rows[:, None], np.clip(last[:, None] - np.arange(2, 10), 0, None)]
@@ -185,7 +271,7 @@ def _crossings(codes: Bytes, last: NDArray[np.intp], limit: float, radii: Float6
 
 def _fitted(
     points: Float64,
-    usable: NDArray[np.bool_],
+    usable: Bools,
     angles: Float64,
     size: float,
     centre: tuple[float, float],
@@ -224,7 +310,7 @@ def _fitted(
 
 def _fits(frame: Bytes, circles: Circles) -> bool:
     """Whether a frame is dark around the circles, however dark it is inside."""
-    codes = _brightest(frame)[_away(frame, circles) > _AROUND]
+    codes = worst(frame)[_away(frame, circles) > _AROUND]
     if codes.size < 0.02 * frame.shape[0] * frame.shape[1]:
         return False
     limit = min(float(np.median(codes)) + 2 * _STEP, _DARKEST + _STEP)
@@ -233,15 +319,9 @@ def _fits(frame: Bytes, circles: Circles) -> bool:
 
 def _filled(frame: Bytes, circles: Circles) -> bool:
     """Whether there is a picture around the circles of other frames, not only stray light."""
-    away, light = _away(frame, circles), srgb_decode(_brightest(frame) / 255.0)
+    away, light = _away(frame, circles), srgb_decode(worst(frame) / 255.0)
     outside, inside = light[away > _AROUND], light[(away > 0.8) & (away < 0.97)]
     return float(np.quantile(outside, 0.9)) > _PICTURE and outside.mean() > 0.3 * inside.mean()
-
-
-def _brightest(frame: Bytes) -> Bytes:
-    """Largest code of each pixel; a maximum along the last axis takes thirty times as long."""
-    red, green, blue = cv2.split(frame)
-    return np.asarray(cv2.max(cv2.max(red, green), blue), np.uint8)
 
 
 def _away(frame: Bytes, circles: Circles) -> Float64:

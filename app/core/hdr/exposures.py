@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import ProbeError
-from app.core.hdr.frame import Exposure
-from app.core.hdr.words import listed
+from app.core.hdr.frame import Exposure, listed, verb
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,26 +29,16 @@ def settle_exposures(
 ) -> tuple[list[Exposure], list[str]]:
     """Decide the exposure of every frame.
 
-    Exposure times come from `times`, else from EXIF. ISO and f-number come from EXIF; where no
-    frame states one, it is taken to be the same in all and nothing is known absolutely; where
-    some frames do not state it, the value that all others share is assumed. Where the others
-    differ in it, given times alone count; without them the bracket is refused.
-
-    Parameters
-    ----------
-    times : Sequence[float], optional
-        Exposure times in seconds, in the same order.
-
-    Raises
-    ------
-    ProbeError
-        When, without `times`, a frame has no exposure time, or lacks an ISO or f-number in which
-        the others differ.
+    Exposure times in seconds come from `times`, else from EXIF. ISO and f-number come from
+    EXIF; where no frame states one, it is taken to be the same in all and nothing is known
+    absolutely; where some frames do not state it, the value that all others share is assumed.
+    Where the others differ, given times alone count; without them it is a ProbeError, as is a
+    frame without an exposure time.
     """
     shutters = _shutters(headers) if times is None else [float(time) for time in times]
     given = times is not None
-    isos = _fill(headers, [header.iso for header in headers], _ISO, given)
-    apertures = _fill(headers, [header.aperture for header in headers], _APERTURE, given)
+    isos, iso_doubts = _fill(headers, [header.iso for header in headers], "ISO value", given)
+    apertures, doubts = _fill(headers, [header.aperture for header in headers], "f-number", given)
     exposures = [
         Exposure(
             shutter,
@@ -57,12 +46,12 @@ def settle_exposures(
             1.0 if aperture is None else aperture,
             known=iso is not None and aperture is not None,
         )
-        for shutter, iso, aperture in zip(shutters, isos.values, apertures.values, strict=True)
+        for shutter, iso, aperture in zip(shutters, isos, apertures, strict=True)
     ]
     doubts = [
-        *_unstated(isos, apertures),
-        *isos.doubts,
-        *apertures.doubts,
+        *_unstated(headers),
+        *iso_doubts,
+        *doubts,
         *(_times_doubts(headers, shutters) if given else ()),
         *_lens_doubts(headers),
         *_note_doubts(headers),
@@ -72,45 +61,15 @@ def settle_exposures(
 
 
 def metered_exposure(header: Header) -> Exposure | None:
-    """Exposure of a picture that the camera metered by itself.
+    """Exposure of a picture that the camera metered by itself; None where no time is stated.
 
-    A Theta on automatic may set its lenses to different ISO, and its EXIF then states either one
-    of them or a mean. The geometric mean lies in the middle of both halves.
-
-    Returns
-    -------
-    Exposure or None
-        None where the file states no exposure time.
+    A Theta on automatic may set its lenses to different ISO, and its EXIF then states either
+    one of them or a mean. The geometric mean lies in the middle of both halves.
     """
     exposure, lenses = header.frame.exposure, header.frame.lenses
     if exposure is None or len(lenses) < 2:
         return exposure
     return replace(exposure, iso=math.exp(sum(math.log(lens.iso) for lens in lenses) / len(lenses)))
-
-
-@dataclass(frozen=True, slots=True)
-class _Tag:
-    """One of the two tags besides the exposure time."""
-
-    word: str
-    form: str
-
-
-_ISO: Final = _Tag("ISO value", "ISO {:g}")
-_APERTURE: Final = _Tag("f-number", "f/{:g}")
-
-
-@dataclass(frozen=True, slots=True)
-class _Filled:
-    """Values of a tag for all frames, all of them None where no frame states it."""
-
-    tag: _Tag
-    values: tuple[float | None, ...]
-    doubts: tuple[str, ...] = ()
-
-    @property
-    def stated(self) -> bool:
-        return self.values[0] is not None
 
 
 def _shutters(headers: Sequence[Header]) -> list[float]:
@@ -119,41 +78,41 @@ def _shutters(headers: Sequence[Header]) -> list[float]:
         raise ProbeError("None of the pictures states its exposure time.", _GIVE_TIMES)
     if missing:
         raise ProbeError(
-            f"{listed(missing)} {'states' if len(missing) == 1 else 'state'} no exposure time.",
+            f"{listed(missing)} {verb(missing, 'states', 'state')} no exposure time.",
             _GIVE_TIMES,
         )
     return [header.shutter_s or 0.0 for header in headers]
 
 
-def _fill(headers: Sequence[Header], values: list[float | None], tag: _Tag, given: bool) -> _Filled:
+def _fill(
+    headers: Sequence[Header], values: list[float | None], tag: str, given: bool
+) -> tuple[list[float | None], list[str]]:
+    """Values of a tag for all frames, all None where no frame states it, and what is in doubt."""
     stated = [value for value in values if value is not None]
     if len(stated) == len(values) or not stated:
-        return _Filled(tag, tuple(values))
+        return values, []
     silent = [h.frame.path.name for h, value in zip(headers, values, strict=True) if value is None]
-    verb = "states" if len(silent) == 1 else "state"
+    start = f"{listed(silent)} {verb(silent, 'states', 'state')} no {tag}"
+    sign = "f/" if tag == "f-number" else "ISO "
     if max(stated) > min(stated) * (1.0 + _SAME):
         if given:
-            doubt = (
-                f"{listed(silent)} {verb} no {tag.word} and the others differ in theirs:"
-                " only the given exposure times count."
-            )
-            return _Filled(tag, (None,) * len(values), (doubt,))
-        low, high = tag.form.format(min(stated)), tag.form.format(max(stated))
+            doubt = f"{start} and the others differ in theirs: only the given exposure times count."
+            return [None] * len(values), [doubt]
+        low, high = f"{sign}{min(stated):g}", f"{sign}{max(stated):g}"
         raise ProbeError(
-            f"{listed(silent)} {verb} no {tag.word}, and the other frames differ in theirs"
-            f" ({low} to {high}).",
+            f"{start}, and the other frames differ in theirs ({low} to {high}).",
             "Leave it out, or shoot with fixed ISO and aperture.",
         )
-    common = stated[0]
-    doubt = (
-        f"{listed(silent)} {verb} no {tag.word}; {tag.form.format(common)} is assumed,"
-        " as in the other frames."
-    )
-    return _Filled(tag, (common,) * len(values), (doubt,))
+    doubt = f"{start}; {sign}{stated[0]:g} is assumed, as in the other frames."
+    return [stated[0]] * len(values), [doubt]
 
 
-def _unstated(*tags: _Filled) -> list[str]:
-    words = [filled.tag.word for filled in tags if not filled.stated and not filled.doubts]
+def _unstated(headers: Sequence[Header]) -> list[str]:
+    words = []
+    if all(header.iso is None for header in headers):
+        words.append("ISO value")
+    if all(header.aperture is None for header in headers):
+        words.append("f-number")
     if not words:
         return []
     each = "the same one is" if len(words) == 1 else "the same ones are"

@@ -1,4 +1,7 @@
-"""What can be said of a place from its light alone: its lamps, and where it is only a lower bound.
+"""What can be said of a place's lamps in words, and from its light alone.
+
+Directions are those of the panorama, as the sitter sees them who faces the photographer's place
+(azimuth 0): in front is the photographer's side, right is the sitter's right.
 
 A place that is opened again, or a panorama from elsewhere, comes without the clip mask of its
 merge. Where its bracket is known, the level at which the darkest frame clipped is known too, and
@@ -7,26 +10,146 @@ that is all it takes: what is at that level may have been brighter.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from app.core.base.angles import wrap
 from app.core.base.errors import ProbeError
-from app.core.hdr.advice import kind_words
 from app.core.hdr.frame import Merged
 from app.core.hdr.lights import find_lights, light_grid
 from app.core.hdr.merge import reference_exposure
-from app.core.hdr.sun_finder import find_sun
+from app.core.hdr.sun import find_sun
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Float32
     from app.core.base.colour import FloatImage
+    from app.core.hdr.lights import Light
 
-Float32: TypeAlias = NDArray[np.float32]
+
+_STEP_EV: Final = 2.0
+_MOST_FRAMES: Final = 4
+_WORTH_SAYING: Final = 3
+# What such things reach at most, cd/m2: cloud lit by the sun through a window; a bare bulb.
+_WINDOW_CD_M2: Final = 50_000.0
+_LAMP_CD_M2: Final = 2_000_000.0
+_USUAL_FRAMES: Final = {"window": 2, "lamp": 3}
+
+
+def direction_words(azimuth_deg: float, elevation_deg: float) -> str:
+    """Say where a light is.
+
+    >>> direction_words(3.0, 40.0), direction_words(90.0, 5.0), direction_words(-140.0, 0.0)
+    ('in front, high', 'on the right', 'behind on the left')
+    """
+    if elevation_deg >= 70.0:
+        return "overhead"
+    if elevation_deg <= -70.0:
+        return "underfoot"
+    azimuth = wrap(azimuth_deg)
+    side = "right" if azimuth > 0 else "left"
+    away = abs(azimuth)
+    if away <= 25.0:
+        words = "in front"
+    elif away < 65.0:
+        words = f"in front on the {side}"
+    elif away <= 115.0:
+        words = f"on the {side}"
+    elif away < 155.0:
+        words = f"behind on the {side}"
+    else:
+        words = "behind"
+    if elevation_deg >= 30.0:
+        return f"{words}, high"
+    return f"{words}, low" if elevation_deg <= -20.0 else words
+
+
+def kind_words(light: Light, sun: Light | None = None) -> str:
+    """Name what a light most likely is.
+
+    "sun", "lamp" (small and compact), "window" (upright, of middling size, at the height of
+    windows) or "bright area".
+    """
+    if sun is not None and light.id == sun.id:
+        return "sun"
+    if light.diameter_deg <= 3.0 or (light.diameter_deg <= 12.0 and light.roundness >= 0.5):
+        return "lamp"
+    low, high = -25.0, 45.0
+    if 6.0 <= light.diameter_deg <= 60.0 and low <= light.elevation_deg <= high:
+        return "window" if light.roundness >= 0.4 else "bright area"
+    return "bright area"
+
+
+def darker_frames(light: Light, merged: Merged, kind: str) -> int:
+    """How many frames, each 2 EV darker than the last, would plausibly hold a clipped light.
+
+    With absolute luminance that follows from what such lights reach, else from experience.
+    """
+    lamp = kind == "lamp" or light.diameter_deg <= 12.0
+    if merged.cd_m2 is None:
+        return _USUAL_FRAMES["lamp" if lamp else "window"]
+    reach = (_LAMP_CD_M2 if lamp else _WINDOW_CD_M2) / (merged.clip_level * merged.cd_m2)
+    return min(max(math.ceil(math.log2(max(reach, 1.0)) / _STEP_EV), 1), _MOST_FRAMES)
+
+
+def advise(
+    merged: Merged,
+    lights: Sequence[Light],
+    sun: Light | None,
+    room_stops: float | None,
+    maybe: str = "",
+) -> tuple[str, ...]:
+    """Write the advice of a clip audit, in whole sentences; empty when nothing is clipped.
+
+    `room_stops` is how many stops darker the camera can go, None where unknown; `maybe` the id
+    of the lamp that is the sun, if the exposure of the frames were known, "" for none.
+    """
+    clipped = [light for light in lights if light.clipped]
+    if not clipped:
+        return ()
+    lines = [
+        _may_be_sun(light) if light.id == maybe else _about(light, merged, sun, room_stops)
+        for light in clipped[:_WORTH_SAYING]
+    ]
+    if sun is not None and sun not in clipped[:_WORTH_SAYING]:
+        lines.append(_about(sun, merged, sun, room_stops))
+    rest = len(clipped) - len(lines)
+    if rest > 0:
+        lines.append(f"{rest} smaller {'lamp is' if rest == 1 else 'lamps are'} clipped too.")
+    return tuple(lines)
+
+
+def _may_be_sun(light: Light) -> str:
+    where = direction_words(light.azimuth_deg, light.elevation_deg)
+    return (
+        f"The lamp {where} ({light.id}) is clipped and may be the sun. "
+        "Use frames that state their ISO and f-number: then its light is put back."
+    )
+
+
+def _about(light: Light, merged: Merged, sun: Light | None, room_stops: float | None) -> str:
+    kind = kind_words(light, sun)
+    where = direction_words(light.azimuth_deg, light.elevation_deg)
+    start = f"The {kind} {where} ({light.id}) is clipped."
+    if kind == "sun":
+        return f"{start} No camera holds it: say how clear the sky is, and it is put back."
+    count = darker_frames(light, merged, kind)
+    if room_stops is not None and room_stops < 0.5:
+        return (
+            f"{start} The camera is at its darkest: "
+            f"give lamp {light.id} a gain, or measure it with a light meter."
+        )
+    if room_stops is not None and room_stops < _STEP_EV * count - 1.0:
+        count = max(round(room_stops / _STEP_EV), 1)
+        start = f"{start} The camera can go {room_stops:.0f} EV darker."
+    number = ("one", "two", "three", "four")[count - 1]
+    return f"{start} Shoot {number} darker {'frame' if count == 1 else 'frames'}."
+
 
 _NEAR: Final = 0.985  # of the clip level: the last code before the highest, and rounding in files
 _SHOWN: Final = (512, 1024)
@@ -37,16 +160,9 @@ _LEAST_SHARE: Final = 0.0005
 class Lamp:
     """A lamp, a window, the sun, as it is listed.
 
-    Attributes
-    ----------
-    kind : str
-        "sun", "lamp", "window" or "bright area".
-    azimuth_deg, elevation_deg : float
-        Centre of its light in the panorama, deg.
-    diameter_deg : float
-        Of the disc with the same solid angle, deg.
-    share : float
-        Of the place's light, 0 to 1; a lower bound where it is clipped.
+    `kind` is of `kind_words`. Azimuth and elevation are of the centre of its light, the
+    diameter of the disc with the same solid angle, degrees. `share` of the place's light, 0 to
+    1, is a lower bound where it is clipped.
     """
 
     letter: str
@@ -62,10 +178,8 @@ class Lamp:
 class Findings:
     """What was found in a place's light.
 
-    Attributes
-    ----------
-    clipped : (512, 1024) float32 or None
-        Share of each texel that is clipped, 0 to 1; None where nothing is known to be.
+    `clipped`, (512, 1024) float32, is the share of each texel that is clipped; None if nothing
+    is known to be clipped.
     """
 
     lamps: tuple[Lamp, ...] = ()
@@ -80,13 +194,8 @@ class Findings:
 def clip_level(stops: Sequence[float]) -> float | None:
     """Radiance at which the darkest frame of a bracket clips, in the unit of its merge.
 
-    Parameters
-    ----------
-    stops : sequence of float
-        True exposure of each frame, in stops above any common one.
+    `stops` are true exposures above any common one; None without any.
 
-    Examples
-    --------
     >>> clip_level([2.0, 0.0, -2.0])
     4.0
     """
@@ -96,19 +205,10 @@ def clip_level(stops: Sequence[float]) -> float | None:
 
 
 def clipped_share(radiance: FloatImage, level: float | None) -> Float32:
-    """Mark where a panorama is only known from below.
+    """Mark where a panorama, (H, W, 3), is only known from below: (H, W), 1 or 0.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, W, 3)
-        Linear Rec. 709, in the unit of its merge.
-    level : float or None
-        Of `clip_level`; None where nothing is known to be clipped.
-
-    Returns
-    -------
-    NDArray[np.float32], (H, W)
-        1 where the largest channel reaches the level, else 0.
+    1 where the largest channel reaches the `level` of `clip_level`; None where nothing is
+    clipped.
     """
     if level is None:
         return np.zeros(radiance.shape[:2], np.float32)
@@ -116,16 +216,10 @@ def clipped_share(radiance: FloatImage, level: float | None) -> Float32:
 
 
 def find(radiance: FloatImage, level: float | None = None, cd_m2: float | None = None) -> Findings:
-    """Look for the lamps of a place, and for what is clipped.
+    """Look for the lamps of a place, (H, 2 H, 3) linear Rec. 709, and for what is clipped.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, 2 H, 3)
-        Linear Rec. 709.
-    level : float, optional
-        Radiance at which it clips (`clip_level`); None where nothing is known to be clipped.
-    cd_m2 : float, optional
-        Luminance of radiance 1, cd/m2, where it is known.
+    `level` is the radiance at which it clips (`clip_level`), `cd_m2` the luminance of radiance
+    1; None where not known.
     """
     lost = clipped_share(radiance, level)
     merged = Merged(

@@ -1,60 +1,52 @@
-"""What is done to merged light: lamps found, sun and lamps put right, clutter filled, audited."""
+"""What is done to merged light: sun and lamps put right, clutter filled, audited.
+
+`changes` says what a change of the light means for the answers: every turn before and after.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
+from app.core.base.angles import difference
 from app.core.base.colour import luminance
 from app.core.base.errors import ProbeError
 from app.core.hdr.audit import Audit, audit
-from app.core.hdr.changes import Change, changes, sentence
 from app.core.hdr.inpainting import fill
 from app.core.hdr.lights import Light, LightGrid, find_lights, light_grid, upsampled
 from app.core.hdr.sun import Restoration, restore, set_illuminance
 from app.core.hdr.tripod_detection import NADIR, Clutter, resolve, union
 from app.core.solver.environment import reduce_radiance
 from app.core.solver.reach import LIMITS, Limits
+from app.core.solver.solve import StyleResult, solve_all
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from app.core.base.arrays import Floats
     from app.core.hdr.frame import Merged
     from app.core.hdr.lights import Light
     from app.core.hdr.masks import MaskSpec
-    from app.core.hdr.sky import SkyWord
+    from app.core.hdr.sun import SkyWord
+    from app.core.solver.reach import Objective
     from app.core.solver.style_pack import StylePack
-
 
 _MOST_STOPS = 20.0
 
 
 def apply_gains(merged: Merged, lights: Sequence[Light], gains: Mapping[str, float]) -> Merged:
-    """Make lamps brighter or darker than they were measured.
+    """Make lamps brighter or darker by stops than they were measured.
 
-    Of a clipped lamp only what is clipped changes, since the rest is known; of any other, what
-    it has above its surroundings.
-
-    Returns
-    -------
-    Merged
-        With new radiance; the clipped lamps that were given a gain no longer count as clipped.
-
-    Raises
-    ------
-    ProbeError
-        If there is no such lamp, or a gain is not a number between -20 and 20 stops.
+    Of a clipped lamp only what is clipped changes, since the rest is known, and it no longer
+    counts as clipped; of any other, what it has above its surroundings. ProbeError if there is
+    no such lamp, or a gain is not a number between -20 and 20 stops.
     """
-    known = {light.id: light for light in lights}
     radiance, clipped = merged.radiance.copy(), merged.clipped.copy()
     for name, stops in gains.items():
-        light = known.get(name.strip().upper())
-        if light is None:
-            names = ", ".join(known) if known else "none was found"
-            raise ProbeError(f"There is no lamp {name!r} in this place.", f"Lamps: {names}.")
+        light = _named(lights, name)
         if not (math.isfinite(stops) and abs(stops) <= _MOST_STOPS):
             raise ProbeError(f"The gain of lamp {light.id} must be from -20 to 20 stops.")
         inside = upsampled(light, clipped.shape)
@@ -73,12 +65,7 @@ def apply_gains(merged: Merged, lights: Sequence[Light], gains: Mapping[str, flo
 class MergeOptions:
     """What the user wants of a merge; the defaults want nothing special.
 
-    Attributes
-    ----------
-    times : tuple[float, ...] or None
-        Exposure times in seconds in the order of the files, instead of EXIF.
-    response : {"auto", "srgb", "recover"}
-        Camera curve; "auto" is sRGB unless the measured steps disagree.
+    `times` are exposure times in seconds in the order of the files, instead of EXIF.
     """
 
     times: tuple[float, ...] | None = None
@@ -96,12 +83,8 @@ class MergeOptions:
 class Finished:
     """Merged light with everything done to it.
 
-    Attributes
-    ----------
-    measured_clipped : float
-        Share of the light in clipped texels as measured, a lower bound, 0 to 1.
-    audit : Audit or None
-        Of the finished light; None for pictures that are not panoramas.
+    `measured_clipped` is the share of the light in clipped texels as measured, a lower bound, 0
+    to 1. `audit` is of the finished light; None for pictures that are not panoramas.
     """
 
     merged: Merged
@@ -125,61 +108,42 @@ def finish(
 ) -> Finished:
     """Do to a merged panorama what the user wants, and audit the result.
 
-    Parameters
-    ----------
-    foot : tuple[float, float], optional
-        Azimuth and elevation of the camera's own foot, degrees.
-    room_stops : float, optional
-        How many stops darker than its darkest frame the camera can go; None where unknown.
-
-    Raises
-    ------
-    ProbeError
-        When a lamp is not there or a mask is of no use.
+    `foot` is azimuth and elevation of the camera's own foot, degrees; `room_stops` how many
+    stops darker than its darkest frame the camera can go, None where unknown. ProbeError when a
+    lamp is not there or a mask is of no use.
     """
     grid = light_grid(merged)
     lights = find_lights(merged, grid)
-    right = _put_right(merged, lights, wishes, grid)
-    clean = _cleaned(right.merged, pack, wishes, foot)
-    last = grid if clean.merged is merged else light_grid(clean.merged)
-    return Finished(
-        merged=clean.merged,
+    light, restoration, notes = _put_right(merged, lights, wishes, grid)
+    found = Finished(
+        merged=light,
         measured=merged,
         lights=lights,
         measured_clipped=float((grid.lost * grid.solid_angle).sum()) / grid.total,
-        restoration=right.restoration if right.restored else None,
-        clutter=clean.clutter,
-        changes=clean.changes,
-        audit=audit(
-            clean.merged,
-            still_clipped(lights, last),
-            pack,
-            restoration=right.restoration,
-            room_stops=room_stops,
-            grid=last,
-            limits=wishes.limits,
-        ),
-        notes=(*right.notes, *clean.notes),
+        restoration=None if restoration is None or restoration.light is None else restoration,
+        notes=tuple(notes),
     )
-
-
-@dataclass(frozen=True, slots=True)
-class _Right:
-    """Light with its sun and lamps put right; `restoration` says that the sun was looked for."""
-
-    merged: Merged
-    restoration: Restoration | None
-    notes: tuple[str, ...]
-
-    @property
-    def restored(self) -> bool:
-        return self.restoration is not None and self.restoration.light is not None
+    found = _cleaned(found, pack, wishes, foot)
+    last = grid if found.merged is merged else light_grid(found.merged)
+    verdict = audit(
+        found.merged,
+        still_clipped(lights, last),
+        pack,
+        restoration=restoration,
+        room_stops=room_stops,
+        grid=last,
+        limits=wishes.limits,
+    )
+    return replace(found, audit=verdict)
 
 
 def _put_right(
     merged: Merged, lights: tuple[Light, ...], wishes: MergeOptions, grid: LightGrid
-) -> _Right:
-    """Put the sun back, and the lamps that the user knows better."""
+) -> tuple[Merged, Restoration | None, list[str]]:
+    """Put the sun back, and the lamps that the user knows better.
+
+    There is a restoration where the sun was looked for, found or not.
+    """
     notes: list[str] = []
     restoration = None
     if wishes.sun != "leave" and grid.clipped.any():
@@ -202,35 +166,27 @@ def _put_right(
             f"{'brighter' if stops >= 0 else 'darker'}, as asked."
             for name, stops in wishes.gains.items()
         ]
-    return _Right(merged, restoration, tuple(notes))
-
-
-@dataclass(frozen=True, slots=True)
-class _Clean:
-    """Light without what should not be there."""
-
-    merged: Merged
-    clutter: tuple[Clutter, ...] = ()
-    changes: tuple[Change, ...] = ()
-    notes: tuple[str, ...] = ()
+    return merged, restoration, notes
 
 
 def _cleaned(
-    merged: Merged, pack: StylePack, wishes: MergeOptions, foot: tuple[float, float]
-) -> _Clean:
+    found: Finished, pack: StylePack, wishes: MergeOptions, foot: tuple[float, float]
+) -> Finished:
     """Fill what is masked, and say what that changes."""
     if not wishes.masks:
-        return _Clean(merged)
+        return found
+    merged = found.merged
     clutter = resolve(wishes.masks, merged, foot)
     if not clutter:
         note = "No tripod or photographer found below the camera."
-        return _Clean(merged, notes=(note,))
+        return replace(found, notes=(*found.notes, note))
     filled = fill(merged, union(clutter, merged.clipped.shape))
     shape = pack.header.environment
     changed = changes(
         reduce_radiance(merged.radiance, shape), reduce_radiance(filled.radiance, shape), pack
     )
-    return _Clean(filled, clutter, changed, (sentence(changed),))
+    notes = (*found.notes, sentence(changed))
+    return replace(found, merged=filled, clutter=clutter, changes=changed, notes=notes)
 
 
 def still_clipped(lights: tuple[Light, ...], grid: LightGrid) -> tuple[Light, ...]:
@@ -242,9 +198,112 @@ def still_clipped(lights: tuple[Light, ...], grid: LightGrid) -> tuple[Light, ..
     )
 
 
-def _named(lights: tuple[Light, ...], name: str) -> Light:
+def _named(lights: Sequence[Light], name: str) -> Light:
     for light in lights:
         if light.id == name.strip().upper():
             return light
     known = ", ".join(light.id for light in lights) or "none was found"
     raise ProbeError(f"There is no lamp {name!r} in this place.", f"Lamps: {known}.")
+
+
+_SAME_DEG: Final = 0.5
+_FREE: Final = 0.01  # of a curve's range: what a turn may cost before it is called a change
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """What happens to a style's answer.
+
+    Turns are refined, degrees in (-180, 180], positive clockwise; `change_deg` is the shorter
+    way from before to after. `given_up` is what the turn before loses under the light after:
+    the objective's maximum minus its value there, as a share of the range of the curve over all
+    turns, 0 to 1.
+    """
+
+    style: str
+    title: str
+    turn_before_deg: float
+    turn_after_deg: float
+    change_deg: float
+    given_up: float
+    attainable_before: bool
+    attainable_after: bool
+
+
+def changes(
+    before: Floats,
+    after: Floats,
+    pack: StylePack,
+    objective: Objective = "picture",
+) -> tuple[Change, ...]:
+    """Solve for all styles under two lights and compare.
+
+    Both are (H, W, 3) at turn 0 in the pack's size, linear Rec. 709 radiance, any exposure.
+    EnvironmentFileError when one is black, not finite or of another size.
+    """
+    old = solve_all(pack, before, objective)
+    new = solve_all(pack, after, objective)
+    return tuple(_change(a, b, objective) for a, b in zip(old, new, strict=True))
+
+
+def sentence(found: Sequence[Change], what: str = "what is masked") -> str:
+    """Say in one or two sentences what changes.
+
+    Only styles that the place can give, before or after, are spoken of. A turn that moved
+    between two places which the new light finds equally good (within 1 % of the curve's range)
+    counts as unchanged, and is mentioned.
+    """
+    lead = f"Without {what}"
+    seen = [each for each in found if each.attainable_before or each.attainable_after]
+    if not seen:
+        return f"{lead}, as with it, no style is within reach."
+    costly = [each for each in seen if each.given_up > _FREE]
+    free = [each for each in seen if each.given_up <= _FREE]
+    most = max((abs(each.change_deg) for each in free), default=0.0)
+    words = [_costly_words(lead, costly, len(seen))] if costly else [_free_words(lead, most)]
+    if not costly and most > 10.0:
+        words[0] = f"{lead} no turn gets worse."
+        words.append(
+            f"Turns move by up to {most:.0f} degrees, but the old ones are as good within 1 %."
+        )
+    for reached, what_now in ((True, "Now within reach"), (False, "No longer within reach")):
+        moved = [each for each in seen if each.attainable_before != each.attainable_after]
+        names = [each.title or each.style for each in moved if each.attainable_after is reached]
+        if names:
+            words.append(f"{what_now}: {', '.join(names)}.")
+    return " ".join(words)
+
+
+def _free_words(lead: str, most: float) -> str:
+    if most < _SAME_DEG:
+        return f"{lead} no turn changes."
+    whole = math.ceil(most)
+    return f"{lead} no turn changes by more than {whole} degree{'' if whole == 1 else 's'}."
+
+
+def _costly_words(lead: str, costly: Sequence[Change], count: int) -> str:
+    worst = max(costly, key=lambda each: each.given_up)
+    name = worst.title or worst.style
+    verb = "changes" if len(costly) == 1 else "change"
+    return (
+        f"{lead} {len(costly)} of {count} turns {verb}, most of all {name}: "
+        f"from {worst.turn_before_deg:.0f}° to {worst.turn_after_deg:.0f}°; "
+        f"the old turn would give up {100.0 * worst.given_up:.0f} % of its range."
+    )
+
+
+def _change(before: StyleResult, after: StyleResult, objective: Objective) -> Change:
+    curve = after.match_curve if objective == "picture" else after.quality_curve
+    span = float(np.ptp(curve))
+    lost = float(curve[after.turn_index] - curve[before.turn_index])
+    return Change(
+        style=before.name,
+        title=before.title,
+        turn_before_deg=before.turn_refined_deg,
+        turn_after_deg=after.turn_refined_deg,
+        change_deg=difference(after.turn_refined_deg, before.turn_refined_deg),
+        # The new turn may be the lesser one on this curve, where its strength decided.
+        given_up=max(lost, 0.0) / span if span > 0.0 else 0.0,
+        attainable_before=before.attainable,
+        attainable_after=after.attainable,
+    )

@@ -10,16 +10,15 @@ from __future__ import annotations
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.colour import luminance, srgb_encode
 from app.core.base.progress import Token
 from app.core.base.sphere import directions
-from app.core.hdr.fisheye_lens import model_of
+from app.core.hdr.dual_fisheye import model_of
 from app.core.hdr.fisheye_pair import (
     BLEND_DEG,
     Pair,
@@ -30,16 +29,15 @@ from app.core.hdr.fisheye_pair import (
     upright,
 )
 from app.core.hdr.pixels import workers
-from app.core.hdr.reduction import Reduction
 from app.core.hdr.registration import edges
+from app.core.hdr.resampling import Reduction
 from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:
-    from app.core.hdr.dual_fisheye import Circles
-    from app.core.hdr.fisheye_lens import Model
+    from app.core.base.arrays import Float32
+    from app.core.hdr.dual_fisheye import Circles, Model
     from app.core.hdr.frame import Merged
 
-Float32: TypeAlias = NDArray[np.float32]
 
 _SUPERSAMPLED: Final = 2
 _COARSE: Final = 4  # texels

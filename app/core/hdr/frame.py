@@ -1,28 +1,53 @@
-"""Plain data of the light probe: exposures, frames, brackets, merged light."""
+"""Plain data of the light probe: exposures, frames, brackets, merged light; and lists of names."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, TypeAlias
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
-Float32: TypeAlias = NDArray[np.float32]
+    from app.core.base.arrays import Float32
+
+
+_MOST_NAMES: Final = 3
+
+
+def listed(names: Sequence[str]) -> str:
+    """Join names to a list of words; of many names only the first three are said.
+
+    >>> listed(["a", "b", "c"]), listed(["a", "b", "c", "d", "e"])
+    ('a, b and c', 'a, b, c and 2 more')
+    """
+    if len(names) == 1:
+        return names[0]
+    if len(names) <= _MOST_NAMES:
+        return f"{', '.join(names[:-1])} and {names[-1]}"
+    return f"{', '.join(names[:_MOST_NAMES])} and {len(names) - _MOST_NAMES} more"
+
+
+def verb(names: Sequence[str], one: str, more: str) -> str:
+    """Say the verb that goes with a list of names."""
+    return one if len(names) == 1 else more
+
+
+def plural(count: int, word: str) -> str:
+    """Say a number of things.
+
+    >>> plural(1, "frame"), plural(3, "frame")
+    ('1 frame', '3 frames')
+    """
+    return f"{count} {word}{'' if count == 1 else 's'}"
 
 
 @dataclass(frozen=True, slots=True)
 class Exposure:
-    """How much light one frame was given.
+    """How much light one frame was given: exposure time in seconds, ISO and f-number.
 
-    Attributes
-    ----------
-    shutter_s : float
-        Exposure time in seconds, > 0.
+    `known` is False where ISO or f-number is only assumed.
     """
 
     shutter_s: float
@@ -42,10 +67,7 @@ class Exposure:
 
     @property
     def saturation_cd_m2(self) -> float | None:
-        """Luminance that saturates the frame, in cd/m2, None where it cannot be known.
-
-        ISO 12232 saturation: L = 78 N^2 / (q t S) with q = 0.65.
-        """
+        """Luminance in cd/m2 that saturates the frame (ISO 12232), None where not known."""
         return 1.2 / self.factor if self.known else None
 
 
@@ -70,14 +92,9 @@ class Pose:
 class Frame:
     """One exposure of a bracket: what its file says, not its pixels.
 
-    Attributes
-    ----------
-    shape : tuple[int, int]
-        Rows and columns.
-    kind : str
-        "uint8", "uint16", "half" or "float".
-    exposure : Exposure or None
-        From EXIF or from the user; None where nothing is stated.
+    `shape` is rows and columns, `kind` "uint8", "uint16", "half" or "float". `exposure` is from
+    EXIF or the user; None where nothing is stated. `primaries` are x and y of red, green, blue and
+    white, where they are not those of Rec. 709.
     """
 
     path: Path
@@ -91,6 +108,12 @@ class Frame:
     tone_mapped: bool = False
     fisheye: bool = False
     orientation: int = 1
+    primaries: tuple[float, ...] = ()
+
+    @property
+    def decoded_bytes(self) -> int:
+        """Bytes that the decoded frame takes in memory; half floats become floats."""
+        return self.shape[0] * self.shape[1] * 3 * {"uint8": 1, "uint16": 2}.get(self.kind, 4)
 
     @property
     def as_stored(self) -> Frame:
@@ -104,12 +127,8 @@ class Frame:
 class Bracket:
     """The frames of one place and time.
 
-    Attributes
-    ----------
-    frames : tuple[Frame, ...]
-        Brightest first, duplicates dropped, every one with an exposure, all of one shape.
-    stops : tuple[float, ...]
-        Exposure of each frame in stops (`Exposure.ev`), falling.
+    Brightest first, copies dropped, every one with an exposure, all of one shape. `stops` is
+    the exposure of each (`Exposure.ev`), falling.
     """
 
     frames: tuple[Frame, ...]
@@ -132,21 +151,12 @@ class Bracket:
 class Merged:
     """Linear light of a bracket, with what the bracket could not hold.
 
-    Attributes
-    ----------
-    radiance : (H, W, 3) float32
-        Linear Rec. 709, finite, not negative. 1 is what saturates a frame of exposure
-        `reference_ev`. Where all frames are clipped, a lower bound.
-    clipped : (H, W) float32
-        Share of the texel's area whose worst channel is clipped in every frame, 0 to 1.
-    dark : (H, W) float32
-        Share of the texel's area that is black in every frame, 0 to 1.
-    reference_ev : float
-        Exposure that the unit stands for, in stops.
-    cd_m2 : float or None
-        Luminance of one unit in cd/m2, None where the exposure is not known absolutely.
-    clipped_fractions : tuple[float, ...]
-        Share of the pixels clipped in each frame of the bracket, in its order.
+    `radiance`, (H, W, 3) float32, is linear Rec. 709, finite, not negative; 1 saturates a frame
+    of exposure `reference_ev`, in stops. Where all frames are clipped it is a lower bound.
+    `clipped` and `dark`, (H, W) float32, are the share of each texel's area that every frame
+    clips in its worst channel, or shows as black. `cd_m2` is the luminance of one unit, None
+    where the exposure is not known absolutely; `clipped_fractions` the share of pixels clipped
+    in each frame, in order.
     """
 
     radiance: Float32 = field(repr=False)

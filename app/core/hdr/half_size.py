@@ -15,13 +15,16 @@ product is exactly the mean light of its four pixels.
 
 from __future__ import annotations
 
+import contextlib
+import os
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from app.core.base.errors import ProbeError
+from app.core.hdr.decoding import READ_ROWS, FileRows, needs_whole_decode, row_bands
 from app.core.hdr.weighted_merge import (
     TRUSTED,
     Band,
@@ -39,11 +42,14 @@ from app.core.hdr.weighted_merge import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Bytes, Float32, Float64, Floats
+    from app.core.base.progress import Token
     from app.core.hdr.decoding import Pixels
+    from app.core.hdr.frame import Frame
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
-
+_TAIL: Final = 64  # bytes in which a JPEG's end mark is looked for
 # An anchor still tells detail in what a frame so much brighter shows at the end of its range:
 # there the anchor's codes are about 70.
 _REACH_STOPS: Final = 4.1
@@ -60,12 +66,8 @@ _BLACK_LIGHT: Final = 1e-7
 def anchors(stops: Sequence[float]) -> tuple[bool, ...]:
     """Choose the frames to decode in full: the darkest, and what no other one reaches.
 
-    Examples
-    --------
-    >>> anchors([2.0, 0.0, -2.0])
-    (False, False, True)
-    >>> anchors([2.0, 0.0, -2.0, -4.0, -6.0])
-    (True, False, False, False, True)
+    >>> anchors([2.0, 0.0, -2.0]), anchors([2.0, 0.0, -2.0, -4.0, -6.0])
+    ((False, False, True), (True, False, False, False, True))
     """
     chosen = [False] * len(stops)
     lowest = -np.inf
@@ -75,20 +77,42 @@ def anchors(stops: Sequence[float]) -> tuple[bool, ...]:
     return tuple(chosen)
 
 
+def halvable(frame: Frame) -> bool:
+    """Whether a frame can be decoded at half its size: a plain JPEG that has its end."""
+    if frame.kind != "uint8" or frame.shape[0] % 2 or frame.shape[1] % 2:
+        return False
+    with contextlib.suppress(OSError), frame.path.open("rb") as stream:
+        # The file is read as a whole: never more of it than its pixels would take.
+        if os.fstat(stream.fileno()).st_size > frame.decoded_bytes:
+            return False
+        if stream.read(3) != b"\xff\xd8\xff" or needs_whole_decode(frame.path):
+            return False
+        stream.seek(-_TAIL, os.SEEK_END)
+        return stream.read().rstrip(b"\0").endswith(b"\xff\xd9")
+    return False
+
+
+def is_whole(frame: Frame, token: Token) -> bool:
+    """Whether a frame's file can be decoded to its end without an error."""
+    with contextlib.closing(FileRows(frame)) as source:
+        try:
+            for start, stop in row_bands(frame.shape[0], READ_ROWS):
+                token.check()
+                source.rows(start, stop)
+        except ProbeError:
+            return False
+    return True
+
+
 @dataclass(frozen=True, slots=True)
 class AnchorTables:
     """What an anchor's full-size pixels become, two neighbours looked up at a time as 16 bits.
 
-    Attributes
-    ----------
-    exact : NDArray[np.float32], (3, 65536)
-        A quarter of the radiance of two codes together, by both of them.
-    codes : NDArray[np.uint16], (3, 65536)
-        Sum of two codes as the brightest frame that the anchor serves would show them, never
-        clipped, in steps of which four times the most fit 16 bits. There they lie on the power
-        law of the response, above its straight foot.
-    mean : NDArray[np.float32], (3, 65536)
-        Radiance of the mean of four such codes, by their sum.
+    `exact`, (3, 65536) float32, is a quarter of the radiance of two codes together. `codes`,
+    (3, 65536) uint16, is the sum of two codes as the brightest frame that the anchor serves
+    would show them, never clipped, in steps of which four times the most fit 16 bits; there
+    they lie on the power law of the response, above its straight foot. `mean`, (3, 65536)
+    float32, is the radiance of the mean of four such codes, by their sum.
     """
 
     exact: Float32 = field(repr=False)
@@ -100,10 +124,8 @@ class AnchorTables:
 class HalfLight:
     """How one frame's pixels become weights and radiance at half size.
 
-    Attributes
-    ----------
-    reach : NDArray[np.uint8], (256,)
-        Least code of this frame where the anchor's brightest pixel of four has the index's code.
+    `reach`, (256,) uint8, is the least code of this frame where the anchor's brightest pixel of
+    four has the index's code.
     """
 
     light: FrameLight
@@ -149,7 +171,7 @@ def _pairs(table: NDArray[Any]) -> NDArray[Any]:
     return np.asarray((table[:, :, None] + table[:, None, :]).reshape(3, -1))
 
 
-def _code(light: NDArray[np.floating[Any]] | float) -> NDArray[np.float64]:
+def _code(light: Floats | float) -> Float64:
     """Code sRGB on beyond its end, 1 to 1 (IEC 61966-2-1)."""
     linear = np.asarray(light, np.float64)
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
@@ -185,17 +207,9 @@ def merge_halved(
 ) -> Band:
     """Merge the same rows of all frames at half size.
 
-    Parameters
-    ----------
-    bands : Sequence[NDArray[np.uint8]]
-        Rows of each frame, brightest first: (rows, W, 3), of anchors (2 rows, 2 W, 3).
-    trusts : Sequence[NDArray[np.float32] or None], (rows, W) each
-        As for `app.core.hdr.weighted_merge.merge_band`.
-
-    Returns
-    -------
-    Band
-        Of the half size; `Band.clipped` holds shares of the area in 255ths.
+    `bands` are rows of each frame, brightest first: (rows, W, 3) uint8, of anchors (2 rows, 2
+    W, 3); `trusts`, (rows, W) each, as for `weighted_merge.merge_band`. `Band.clipped` is of
+    the half size and holds shares of the area in 255ths.
     """
     peaks: dict[int, Bytes] = {}
     views: dict[int, _View] = {}

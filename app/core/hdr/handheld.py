@@ -13,25 +13,26 @@ from __future__ import annotations
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+
+from app.core.hdr.registration import middle_frame
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Bools, Bytes, Float32, Float64, Indices
+
 
 LONGEST: Final = 1600
 """Pixels of the longer side of the pictures that are compared; more shows nothing more."""
 
 _COARSEST: Final = 56  # pixels of the shorter side at the first level
 _ROUNDS: Final = 12
-_MIDDLE_SHARE: Final = 0.6  # of the most usable frame's pixels, for a frame to be the reference
 _ENOUGH_PX: Final = 0.01
 _OPEN: Final = (8.0, 243.0)  # codes that are neither black nor clipped
 _WHOLE: Final = 0.999
@@ -52,14 +53,10 @@ _NEIGHBOURS: Final = 9.0  # a pixel's noise is its neighbour's, too: errors are 
 class Lay:
     """How one picture lies on another.
 
-    Attributes
-    ----------
-    homography : (3, 3) float64
-        From the pixels of the reference to those of the frame, in the full frames' pixels.
-    shift_px : float
-        How far it moves a corner or the middle at most, in the full frames' pixels.
-    needed : bool
-        Whether it is to be moved: by more than its error, in a bracket that a hand has moved.
+    `homography`, (3, 3) float64, takes pixels of the reference to those of the frame;
+    `shift_px` is how far it moves a corner or the middle at most, both in the full frames'
+    pixels. It is `needed` where that is more than its error, in a bracket that a hand has
+    moved.
     """
 
     homography: Float64 = field(repr=False)
@@ -118,7 +115,7 @@ def _inside(homography: Float64, full: tuple[int, int], small: tuple[int, int]) 
     return np.asarray(inside & (y <= full[0] - 1 - edge_y), np.float32)
 
 
-def blank(picture: Bytes) -> NDArray[np.bool_]:
+def blank(picture: Bytes) -> Bools:
     """Find the pure blue (or other primary) that programs fill empty borders with, (h, w)."""
     low, high = picture.min(axis=-1), picture.max(axis=-1)
     flat = cv2.dilate(((low < 24) & (high > 231)).astype(np.uint8), np.ones((3, 3), np.uint8))
@@ -132,10 +129,7 @@ def blank(picture: Bytes) -> NDArray[np.bool_]:
 
 def reference_of(pictures: Sequence[Bytes]) -> int:
     """Choose the frame that stays: the middle one if it is well exposed."""
-    shares = [float(_open(p).mean()) for p in pictures]
-    middle = (len(shares) - 1) / 2.0
-    fit_for_it = [k for k, share in enumerate(shares) if share >= _MIDDLE_SHARE * max(shares)]
-    return min(fit_for_it, key=lambda k: (abs(k - middle), -shares[k]))
+    return middle_frame([float(_open(picture).mean()) for picture in pictures])
 
 
 def sentences(lays: Sequence[Lay], names: Sequence[str]) -> tuple[str, ...]:
@@ -155,12 +149,8 @@ def lay_on_each_other(
 ) -> tuple[Lay, ...]:
     """Find how each picture has to be moved to lie on the reference.
 
-    Parameters
-    ----------
-    pictures : sequence of (h, w, 3) uint8
-        Coded frames, all reduced alike to `LONGEST` or less.
-    scale : float
-        Full pixels in one of these.
+    `pictures`, (h, w, 3) uint8, are coded and all reduced alike to `LONGEST` or less; `scale`
+    is the full pixels in one of theirs.
     """
     order = sorted(range(len(pictures)), key=lambda k: stops[k])
     place = order.index(reference)
@@ -319,7 +309,7 @@ def _slope(picture: Float32) -> Float32:
     return np.asarray(np.stack([np.asarray(right), np.asarray(down)]), np.float32)
 
 
-def _open(codes: Bytes) -> NDArray[np.bool_]:
+def _open(codes: Bytes) -> Bools:
     """Where codes are neither black nor clipped."""
     return np.asarray((codes > _OPEN[0]) & (codes < _OPEN[1]))
 
@@ -340,7 +330,7 @@ def _moved(alike: Bytes, other: Bytes, matrix: Float64) -> tuple[Float32, Float3
     return np.asarray(moved, np.float32), np.asarray(seen, np.float32)
 
 
-def _telling(slope: Float32, inside: NDArray[np.bool_]) -> NDArray[np.intp]:
+def _telling(slope: Float32, inside: Bools) -> Indices:
     """Places with the strongest gradients."""
     strength = np.where(inside, np.abs(slope[0]) + np.abs(slope[1]), 0.0)
     strength[[0, -1]], strength[:, [0, -1]] = 0.0, 0.0
@@ -355,7 +345,7 @@ def _telling(slope: Float32, inside: NDArray[np.bool_]) -> NDArray[np.intp]:
 def _step(
     difference: Float32,
     slope: Float32,
-    picked: NDArray[np.intp],
+    picked: Indices,
     unit: Float64,
     belief: tuple[Float64, Float64],
 ) -> tuple[Float64, Float64]:

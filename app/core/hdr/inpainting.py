@@ -18,12 +18,11 @@ import numpy as np
 from app.core.base import colour
 from app.core.base.errors import ProbeError
 from app.core.base.sphere import direction, directions
-from app.core.hdr.chart import Chart, azimuth_elevation
+from app.core.hdr.resampling import Chart, azimuth_elevation
 from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from app.core.base.arrays import Bools
     from app.core.base.colour import FloatImage
     from app.core.hdr.frame import Merged
 
@@ -42,30 +41,14 @@ _LAMP_RATIO: Final = 2.0
 
 
 def fill(merged: Merged, mask: FloatImage) -> Merged:
-    """Replace what is under a mask by light interpolated from around it.
+    """Replace what is under a mask, (H, W) float32, by light interpolated from around it.
 
-    A lamp that touches the mask does not spread into it: the light around counts up to twice its
-    own upper quartile, its hue kept.
-
-    Parameters
-    ----------
-    merged : Merged
-        Panorama of radiance, linear Rec. 709.
-    mask : NDArray[np.float32], (H, W)
-        1 where something is to be removed, 0 to 1. What is touched by more than 2 % is replaced
-        up to the mask's own share, and faded out over `FEATHER_DEG` around it.
-
-    Returns
-    -------
-    Merged
-        With new `radiance`, and with no clipped or dark share where it was filled; unchanged
-        arrays where the mask is empty.
-
-    Raises
-    ------
-    ProbeError
-        When the light is not a full panorama, the mask has another size, or it leaves less than
-        a tenth of the sphere to fill from.
+    1 is removed; what is touched by more than 2 % is replaced up to the mask's own share, and
+    faded out over `FEATHER_DEG` around it. A lamp that touches the mask does not spread into
+    it: the light around counts up to twice its own upper quartile, its hue kept. Nothing is
+    clipped or dark where it was filled; an empty mask changes nothing. ProbeError when the
+    light is not a full panorama, the mask has another size, or it leaves less than a tenth of
+    the sphere to fill from.
     """
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     _check(shape, mask)
@@ -85,18 +68,10 @@ def fill(merged: Merged, mask: FloatImage) -> Merged:
     return replace(merged, radiance=radiance, clipped=clipped, dark=dark)
 
 
-def components(area: NDArray[np.bool_]) -> list[NDArray[np.bool_]]:
-    """Split an area of a panorama into parts that touch on the sphere.
+def components(area: Bools) -> list[Bools]:
+    """Split an area of a panorama, (H, W), into parts that touch on the sphere, largest first.
 
-    Parameters
-    ----------
-    area : NDArray[np.bool_], (H, W)
-        Any area.
-
-    Returns
-    -------
-    list[NDArray[np.bool_]]
-        Areas (H, W), largest first; parts that meet at the seam or at a pole are one.
+    Parts that meet at the seam or at a pole are one.
     """
     count, labels = cv2.connectedComponents(area.astype(np.uint8), connectivity=8)
     pairs = {(int(a), int(b)) for a, b in zip(labels[:, 0], labels[:, -1], strict=True)}
@@ -142,7 +117,7 @@ def _small(radiance: FloatImage, mask: FloatImage) -> tuple[FloatImage, FloatIma
     return np.asarray(light, np.float32) * share[..., np.newaxis], share
 
 
-def _coarse(mask: FloatImage) -> NDArray[np.bool_]:
+def _coarse(mask: FloatImage) -> Bools:
     """Reduce a mask to at most `_COARSE` columns; texels that it touches at all count."""
     touched = (mask > _TOUCHED).astype(np.float32)
     step = -(-touched.shape[1] // _COARSE)
@@ -152,7 +127,7 @@ def _coarse(mask: FloatImage) -> NDArray[np.bool_]:
     return np.asarray(cv2.resize(touched, size, interpolation=cv2.INTER_AREA)) > 0.0
 
 
-def _chart(part: NDArray[np.bool_], shape: tuple[int, int]) -> Chart:
+def _chart(part: Bools, shape: tuple[int, int]) -> Chart:
     """Choose a chart around a masked part with some of its surroundings."""
     size = (part.shape[0], part.shape[1])
     every = directions(size).astype(np.float64)
@@ -172,7 +147,7 @@ def _side(shape: tuple[int, int]) -> int:
 
 
 def _solve(
-    chart: Chart, light: FloatImage, known: FloatImage, masked: NDArray[np.bool_]
+    chart: Chart, light: FloatImage, known: FloatImage, masked: Bools
 ) -> tuple[FloatImage, FloatImage]:
     """Membrane on the chart, (side, side, 3), and how much of it replaces the picture."""
     weight = chart.sample(known)
@@ -190,7 +165,7 @@ def _solve(
     return _membrane(values, (~free).astype(np.float32)), share
 
 
-def _without_lamps(seen: FloatImage, edge: NDArray[np.bool_]) -> FloatImage:
+def _without_lamps(seen: FloatImage, edge: Bools) -> FloatImage:
     """Hold light down to what most of the surroundings give, its hue kept."""
     if not edge.any():
         return seen

@@ -21,9 +21,9 @@ from app.core.base.errors import ProbeError
 from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:
+    from app.core.base.arrays import Bools, Float64
     from app.core.hdr.frame import Merged
 
-Float64: TypeAlias = NDArray[np.float64]
 Int32: TypeAlias = NDArray[np.int32]
 
 MAX_LIGHTS: Final = 12
@@ -40,18 +40,11 @@ _HIDDEN: Final = 64.0  # six stops that a clipped lamp may be brighter than it i
 
 @dataclass(frozen=True, slots=True)
 class LightGrid:
-    """A merged panorama reduced for looking at its lamps.
+    """A merged panorama reduced for looking at its lamps, (h, w), at most 256 x 512.
 
-    Attributes
-    ----------
-    luminance : (h, w) float32
-        Mean luminance of each texel, in the unit of the panorama; at most 256 x 512.
-    clipped : (h, w) float32
-        Share of each texel that is clipped in every frame.
-    lost : (h, w) float32
-        What the clipped share adds to the mean luminance.
-    solid_angle : (h, 1) float64
-        Of one texel in each row, sr.
+    `luminance` is in the unit of the panorama, `clipped` the share that is clipped in every
+    frame, `lost` what that adds to the luminance; float32. `solid_angle`, (h, 1) float64, is of
+    one texel in each row, sr.
     """
 
     luminance: FloatImage
@@ -75,19 +68,11 @@ class LightGrid:
 class Light:
     """A lamp, a window, the sun: anything that stands out of the place's light.
 
-    Attributes
-    ----------
-    id : str
-        "A" for the one that holds most of the light, then "B" ...
-    azimuth_deg, elevation_deg : float
-        Centre of its light, deg, panorama frame.
-    diameter_deg : float
-        Of the disc with the same solid angle, deg.
-    roundness : float
-        1 for a disc, less for anything long or scattered: the second moment of a disc of its
-        solid angle over its own.
-    texels : (N,) int32
-        Its texels: flat indices into the grid of `light_grid`.
+    `id` is "A" for the one that holds most of the light, then "B" ... Azimuth and elevation are
+    of the centre of its light, the diameter of the disc with the same solid angle, degrees.
+    `roundness` is 1 for a disc, less for anything long or scattered: the second moment of a
+    disc of its solid angle over its own. `texels`, (N,) int32, are flat indices into the grid
+    of `light_grid`.
     """
 
     id: str
@@ -97,21 +82,13 @@ class Light:
     roundness: float
     solid_angle_sr: float
     share: float
-    peak: float
     clipped: bool
-    clipped_sr: float
     surround: float
     texels: Int32 = field(repr=False)
 
 
 def light_grid(merged: Merged) -> LightGrid:
-    """Reduce a merged panorama to at most 512 x 256 texels.
-
-    Raises
-    ------
-    ProbeError
-        If it is not a full panorama.
-    """
+    """Reduce a full panorama, else ProbeError, to at most 512 x 256 texels."""
     rows, columns = merged.radiance.shape[:2]
     if columns != 2 * rows or rows < 2:
         raise ProbeError(
@@ -128,18 +105,9 @@ def light_grid(merged: Merged) -> LightGrid:
 
 
 def find_lights(merged: Merged, grid: LightGrid | None = None) -> tuple[Light, ...]:
-    """Find the lamps of a place.
+    """Find the lamps of a place, at most `MAX_LIGHTS`, the largest share of the light first.
 
-    Returns
-    -------
-    tuple of Light
-        At most `MAX_LIGHTS`, the largest share of the light first; empty where no direction
-        stands out.
-
-    Raises
-    ------
-    ProbeError
-        If it is not a full panorama, or is black.
+    Empty where no direction stands out. ProbeError if it is not a full panorama, or is black.
     """
     grid = light_grid(merged) if grid is None else grid
     total = grid.total
@@ -167,18 +135,8 @@ def find_lights(merged: Merged, grid: LightGrid | None = None) -> tuple[Light, .
     )
 
 
-def upsampled(light: Light, shape: tuple[int, ...]) -> NDArray[np.bool_]:
-    """Mark a light's texels on the panorama that it was found in.
-
-    Parameters
-    ----------
-    shape : tuple of int
-        (H, W) of that panorama.
-
-    Returns
-    -------
-    (H, W) bool
-    """
+def upsampled(light: Light, shape: tuple[int, ...]) -> Bools:
+    """Mark a light's texels on the panorama, (H, W), that it was found in."""
     height, width = shape[0], shape[1]
     grid = np.zeros((min(height, _GRID[0]), min(width, _GRID[1])), np.uint8)
     grid.reshape(-1)[light.texels] = 1
@@ -188,24 +146,11 @@ def upsampled(light: Light, shape: tuple[int, ...]) -> NDArray[np.bool_]:
 def spread_of(
     shape: tuple[int, int], texels: NDArray[np.integer[Any]], weights: Float64
 ) -> tuple[float, float, float]:
-    """Centre and spread of weighted texels on the sphere.
+    """Centre and spread of weighted texels, (N,) flat indices, on a panorama of that shape.
 
-    Parameters
-    ----------
-    shape : tuple of int
-        (H, W) of the panorama.
-    texels : (N,) int
-        Flat indices into it.
-    weights : (N,) float64
-        Not negative, not all zero.
-
-    Returns
-    -------
-    azimuth_deg, elevation_deg : float
-        Direction of the weighted sum of the unit vectors, deg.
-    moment : float
-        Mean squared distance from it, sr (half the squared radius for an even disc), with the
-        texels' own size counted in.
+    Returns azimuth and elevation, degrees, of the weighted sum of the unit vectors, and the
+    mean squared distance from it, sr (half the squared radius for an even disc), with the
+    texels' own size counted in. Weights, (N,) float64, are not negative, not all zero.
     """
     height, width = shape
     row, column = np.divmod(texels, width)
@@ -243,7 +188,7 @@ def _regions(grid: LightGrid, total: float) -> tuple[Int32, int]:
     return _components(core | lost)
 
 
-def _components(mask: NDArray[np.bool_]) -> tuple[Int32, int]:
+def _components(mask: Bools) -> tuple[Int32, int]:
     """Label the connected parts of a mask, gaps of one texel bridged, across the seam."""
     bridged = cv2.morphologyEx(
         _wrapped(mask.astype(np.uint8), 2), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)
@@ -299,9 +244,7 @@ def _measure(
         roundness=min(1.0, solid_angle / (2.0 * np.pi) / moment),
         solid_angle_sr=solid_angle,
         share=float(energy.sum()) / total,
-        peak=float(values.max()),
         clipped=bool((lost > 0).any()),
-        clipped_sr=float((lost * areas).sum()),
         surround=float((surround.ravel()[texels] * areas).sum() / solid_angle),
         texels=texels,
     )

@@ -68,17 +68,7 @@ _TIME_LIMITS: Final = (1e-7, 1e5)
 
 @dataclass(frozen=True, slots=True)
 class RicohNote:
-    """What the maker note of a Theta says.
-
-    Attributes
-    ----------
-    lens_shutters_s : tuple[float, ...]
-        Exposure time of each of the two lenses in seconds; empty where not stated.
-    zenith_corrected : bool or None
-        Whether the camera has levelled the picture; None where not stated.
-    equirectangular : bool or None
-        Whether the picture is a stitched panorama; None where not stated.
-    """
+    """What the maker note of a Theta says; empty or None if it is silent."""
 
     lens_isos: tuple[float, ...] = ()
     lens_shutters_s: tuple[float, ...] = ()
@@ -88,13 +78,7 @@ class RicohNote:
 
 
 def read_ricoh_note(path: Path) -> RicohNote | None:
-    """Read the maker note of a JPEG file.
-
-    Returns
-    -------
-    RicohNote or None
-        None where there is none, or none that can be understood.
-    """
+    """Read the maker note of a JPEG file; None if it has no note that can be understood."""
     try:
         with open_file(path) as stream:
             segment = exif_segment(stream)
@@ -106,11 +90,7 @@ def read_ricoh_note(path: Path) -> RicohNote | None:
 def exif_segment(stream: BinaryIO) -> bytes | None:
     """Find the EXIF segment of a JPEG file (APP1 of JIS X 5-3, EXIF 2.32 section 4.5).
 
-    Returns
-    -------
-    bytes or None
-        From the TIFF header to the end of the segment, less than 64 KiB; None where there is no
-        whole one.
+    From the TIFF header to its end, less than 64 KiB; None where there is no whole one.
     """
     if stream.read(2) != b"\xff\xd8":
         return None
@@ -147,13 +127,7 @@ def _segment_size(stream: BinaryIO) -> tuple[int, int] | None:
 
 
 def parse_ricoh_note(exif: bytes) -> RicohNote | None:
-    """Read the Theta directory of a Ricoh maker note.
-
-    Returns
-    -------
-    RicohNote or None
-        None for the EXIF of other cameras and for damaged or hostile bytes.
-    """
+    """Read the Theta directory of a Ricoh maker note; None for other cameras and damaged bytes."""
     order = {b"MM\x00*": ">", b"II*\x00": "<"}.get(exif[:4])
     if order is None:
         return None

@@ -46,11 +46,8 @@ _FORMS: Final = (
 class MaskSpec:
     """What a user wants removed, before it is drawn.
 
-    Attributes
-    ----------
-    numbers : tuple[float, ...]
-        Degrees: the cap's elevation; the box's azimuth from and to (clockwise) and elevation
-        from and to; or azimuth and elevation of the polygon's points in turn.
+    `numbers` are degrees: the cap's elevation; the box's azimuth from and to (clockwise) and
+    elevation from and to; or azimuth and elevation of the polygon's points in turn.
     """
 
     kind: MaskKind
@@ -70,28 +67,13 @@ class MaskSpec:
 
 
 def parse_mask(text: str) -> MaskSpec:
-    """Read a mask from the command line.
+    """Read a mask from the command line; the file of a picture is not opened yet.
 
-    Parameters
-    ----------
-    text : str
-        ``nadir:-65`` or ``zenith:80`` (a cap below or above an elevation),
-        ``box:-20,20,-90,-40`` (azimuth from and to, clockwise, and elevation from and to),
-        ``az,el;az,el;az,el`` (a polygon), ``suggested``, or the name of a picture.
-        All numbers are degrees.
+    ``nadir:-65`` or ``zenith:80`` (a cap below or above an elevation), ``box:-20,20,-90,-40``
+    (azimuth from and to, clockwise, and elevation from and to), ``az,el;az,el;az,el`` (a
+    polygon), ``suggested``, or the name of a picture; degrees. ProbeError when it is none of
+    these, or a number is out of range.
 
-    Returns
-    -------
-    MaskSpec
-        The file of a picture is not opened yet.
-
-    Raises
-    ------
-    ProbeError
-        When it is none of these, or a number is out of range.
-
-    Examples
-    --------
     >>> parse_mask("nadir:-65")
     MaskSpec(kind='nadir', numbers=(-65.0,), path=None)
     """
@@ -108,22 +90,9 @@ def parse_mask(text: str) -> MaskSpec:
 
 
 def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
-    """Draw a mask by hand at a panorama's size.
+    """Draw a mask by hand at a panorama's size: (H, W) float32, 1 where something is removed.
 
-    Parameters
-    ----------
-    shape : tuple[int, int]
-        Rows and columns.
-
-    Returns
-    -------
-    NDArray[np.float32], (H, W)
-        1 where something is to be removed, 0 to 1.
-
-    Raises
-    ------
-    ProbeError
-        When a picture cannot be read, or for the kind ``suggested``.
+    ProbeError when a picture cannot be read, or for the kind ``suggested``.
     """
     if spec.kind == "nadir":
         return cap_mask(spec.numbers[0], shape)
@@ -141,40 +110,17 @@ def draw_mask(spec: MaskSpec, shape: tuple[int, int]) -> FloatImage:
 
 
 def cap_mask(elevation_deg: float, shape: tuple[int, int]) -> FloatImage:
-    """Mask everything below an elevation.
-
-    Parameters
-    ----------
-    elevation_deg : float
-        Upper edge of the cap around the nadir, degrees.
-    shape : tuple[int, int]
-        Rows and columns.
-
-    Returns
-    -------
-    NDArray[np.float32], (H, W)
-        Share of each texel's height that lies below.
-    """
+    """Mask everything below an elevation: (H, W), the share of each texel's height."""
     return box_mask(-180.0, 180.0, -90.0, elevation_deg, shape)
 
 
 def box_mask(
     from_deg: float, to_deg: float, low_deg: float, high_deg: float, shape: tuple[int, int]
 ) -> FloatImage:
-    """Mask a box of azimuth and elevation.
+    """Mask a box of azimuth and elevation: (H, W) float32, the share of each texel in it.
 
-    Parameters
-    ----------
-    from_deg, to_deg : float
-        Azimuths between which it reaches, going clockwise from the first (to the right in the
-        picture, across the seam where need be); -180 and 180 are the whole circle.
-    shape : tuple[int, int]
-        Rows and columns.
-
-    Returns
-    -------
-    NDArray[np.float32], (H, W)
-        Share of each texel in the box.
+    It reaches clockwise from the first azimuth (to the right in the picture, across the seam
+    where need be); -180 and 180 are the whole circle.
     """
     height, width = shape
     rows = _overlap((90.0 - high_deg) / 180.0 * height, (90.0 - low_deg) / 180.0 * height, height)
@@ -186,26 +132,10 @@ def box_mask(
 
 
 def polygon_mask(points_deg: Sequence[tuple[float, float]], shape: tuple[int, int]) -> FloatImage:
-    """Mask a polygon drawn on the panorama.
+    """Mask a polygon of azimuths and elevations: (H, W) float32, to a quarter of a texel's side.
 
-    Parameters
-    ----------
-    points_deg : Sequence[tuple[float, float]]
-        Azimuth and elevation of three or more corners, degrees. Edges are straight in the
-        panorama and go the shorter way round; a polygon that runs all the way round encloses
-        the pole that is nearer to it.
-    shape : tuple[int, int]
-        Rows and columns.
-
-    Returns
-    -------
-    NDArray[np.float32], (H, W)
-        Share of each texel inside, to a quarter of a texel's side.
-
-    Raises
-    ------
-    ProbeError
-        With fewer than three corners.
+    Edges are straight in the panorama and go the shorter way round; a polygon that runs all the
+    way round encloses the pole that is nearer to it. ProbeError with fewer than three corners.
     """
     if len(points_deg) < 3:
         raise ProbeError("A mask drawn by its corners needs three or more of them.", _FORMS)
@@ -221,22 +151,10 @@ def polygon_mask(points_deg: Sequence[tuple[float, float]], shape: tuple[int, in
 
 
 def picture_mask(path: Path, shape: tuple[int, int]) -> FloatImage:
-    """Read a mask from a picture: white is removed.
+    """Read a mask from a picture of any size: (H, W) float32, 0 to 1; white is removed.
 
-    Parameters
-    ----------
-    shape : tuple[int, int]
-        Rows and columns wanted.
-
-    Returns
-    -------
-    NDArray[np.float32], (H, W)
-        0 to 1; the brightest of the colour channels counts, transparency does not.
-
-    Raises
-    ------
-    ProbeError
-        When it is missing, damaged, wider than 16,384, or not twice as wide as high.
+    The brightest of the colour channels counts, transparency does not. ProbeError when it is
+    missing, damaged, wider than 16,384, or not twice as wide as high.
     """
     with contextlib.closing(_opened(path)) as source:
         spec = source.spec()

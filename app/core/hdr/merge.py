@@ -1,4 +1,11 @@
-"""Merging the frames of a bracket to linear light, reduced in the same pass."""
+"""Merging the frames of a bracket to linear light, reduced in the same pass.
+
+Last, colours that stand out by no more than the frames' codes leave open are taken back. Rounding,
+noise and JPEG, which stores colour at half the size, leave a code several off. In a channel that
+holds little beside the others, or near black, that is a stop and more, and shows as salt and pepper
+of all colours. What a pixel's colour differs by from the median of its neighbours is taken back as
+far as such an error explains it, so that a small lamp keeps its colour.
+"""
 
 from __future__ import annotations
 
@@ -11,24 +18,24 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from app.core.base.arrays import Float32, Indices
+from app.core.base.colour import to_rec709
 from app.core.base.progress import Report, Token, silent
-from app.core.hdr.agreement import agree
 from app.core.hdr.decoding import row_bands
 from app.core.hdr.frame import Merged
 from app.core.hdr.half_size import HalfLight, half_lights, merge_halved
 from app.core.hdr.pixels import workers
-from app.core.hdr.reduction import Reduction
-from app.core.hdr.speckle import quiet_colours
+from app.core.hdr.resampling import Reduction
 from app.core.hdr.weighted_merge import Band, FrameLight, lift_black, merge_band
-from app.core.hdr.weighting import Scheme, float_tables, frame_tables
+from app.core.hdr.weighting import Scheme, agree, float_tables, frame_tables
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
     from concurrent.futures import Future
     from typing import Protocol
 
+    from app.core.base.arrays import Bytes, Float64
     from app.core.hdr.decoding import Pixels
     from app.core.hdr.pixels import FrameStack
 
@@ -36,11 +43,9 @@ if TYPE_CHECKING:
         """What the merge needs of a response."""
 
         @property
-        def table(self) -> NDArray[np.float64]:
+        def table(self) -> Float64:
             """Linear value in 0..1 of each code, (3, 256) or (K, 3, 256)."""
 
-
-Float32: TypeAlias = NDArray[np.float32]
 
 SIZE: Final = (1024, 2048)
 """Rows and columns of a merged panorama."""
@@ -112,41 +117,21 @@ def merge(
 ) -> Merged:
     """Merge the frames to linear light.
 
-    Each pixel is the weighted mean of what its frames say (`app.core.hdr.weighting`). A pixel
-    that is clipped in every frame gets the darkest frame's value, a lower bound; one that is
-    black in every frame the brightest frame's value. The merged pixels, not the frames', are
-    reduced by area and solid angle.
+    Each pixel is the weighted mean of what its frames say (`weighting`). A pixel that is
+    clipped in every frame gets the darkest frame's value, a lower bound; one that is black in
+    every frame the brightest frame's value. The merged pixels, not the frames', are reduced by
+    area and solid angle.
 
-    Parameters
-    ----------
-    response : Response
-        Its `table`: linear value in 0..1 of each code, (3, 256), or (K, 3, 256) where each frame
-        has its own. Not used for float frames.
-    stops : Sequence[float]
-        True exposures of the stack's frames in stops.
-    doubts : Sequence[float], optional
-        By how much each frame differs from its neighbours, where frames do not fit each other
-        (`app.core.hdr.agreement`); only for 8-bit frames of full size.
-    trust : Sequence of NDArray[np.float32] or None, (h, w) each, optional
-        How far to trust each frame at each place, 0 to 1, at the size of the proxies,
-        interpolated bilinearly; None for a frame that is trusted everywhere.
-    size : tuple[int, int] or None, optional
-        Rows and columns wanted, no more than the frames have; None keeps the frames' own size.
-        Pictures that are not panoramas keep theirs.
+    `response.table`, (3, 256), or (K, 3, 256) where each frame has its own, is the linear value
+    in 0..1 of each code; not used for float frames. `stops` are the true exposures. `doubts`
+    say by how much each frame differs from its neighbours, where frames do not fit each other;
+    only for 8-bit frames of full size. `trust`, (h, w) each at the size of the proxies,
+    interpolated bilinearly, is 0 to 1; None for a frame that is trusted everywhere. `size` is
+    the rows and columns wanted of a panorama; None keeps the frames' own, as pictures that are
+    not panoramas do. `Merged.clipped_fractions` are in the order of the stack.
 
-    Returns
-    -------
-    Merged
-        See there. `Merged.clipped_fractions` are in the order of the stack.
-
-    Raises
-    ------
-    ProbeError
-        When a file has been damaged since it was first read.
-    ValueError
-        When the numbers of frames, stops and trusts differ.
-    Cancelled
-        When the token was cancelled.
+    ProbeError when a file has been damaged since it was first read; ValueError when the numbers
+    of frames, stops and trusts differ; Cancelled.
     """
     if len(stops) != len(stack.frames) or not stops:
         raise ValueError(f"{len(stops)} exposures for {len(stack.frames)} frames")
@@ -172,6 +157,7 @@ def merge(
     result = _run(stack, plan, order, report)
     if plan.black:
         quiet_colours(result.radiance, [light.tables.value for light in lights], plan.token)
+    _to_rec709(result.radiance, stack.frames[0].primaries)
     pixels = stack.shape[0] * stack.shape[1]
     fractions = [0.0] * len(order)
     for place, index in enumerate(order):
@@ -187,6 +173,13 @@ def merge(
         cd_m2=1.2 / 2.0**reference if known else None,
         clipped_fractions=tuple(fractions),
     )
+
+
+def _to_rec709(radiance: Float32, primaries: tuple[float, ...]) -> None:
+    """Bring merged light to our primaries, in place: clipping is the camera's own before that."""
+    if primaries:
+        to_rec709(radiance, primaries)
+        np.maximum(radiance, np.float32(0.0), out=radiance)
 
 
 def _lights(
@@ -276,12 +269,8 @@ def _run(stack: FrameStack, plan: _Plan, order: Sequence[int], report: Report) -
 
 def _slab_rows(stack: FrameStack, band: int) -> int:
     """Rows to read at a time of frames that are not in memory: whole bands."""
-    row_bytes = sum(3 * frame.shape[1] * _bytes(frame.kind) for frame in stack.frames)
+    row_bytes = sum(frame.decoded_bytes // frame.shape[0] for frame in stack.frames)
     return max(1, _READ_BYTES // row_bytes // band) * band
-
-
-def _bytes(kind: str) -> int:
-    return {"uint8": 1, "uint16": 2}.get(kind, 4)
 
 
 def _flow(
@@ -341,7 +330,7 @@ def _mixed(planes: Sequence[Float32]) -> Float32:
     return np.asarray(cv2.merge(planes))
 
 
-def _share(mask: NDArray[np.uint8]) -> Float32:
+def _share(mask: Bytes) -> Float32:
     return mask.astype(np.float32) * np.float32(1.0 / 255.0)
 
 
@@ -369,3 +358,68 @@ def _trust_rows(trust: Float32, start: int, stop: int, shape: tuple[int, int]) -
     share = (places - above).astype(np.float32)[:, None]
     rows = trust[above] * (1.0 - share) + trust[below] * share
     return np.asarray(cv2.resize(rows, (shape[1], stop - start), interpolation=cv2.INTER_LINEAR))
+
+
+_Change: TypeAlias = tuple[Indices, Float32]
+
+_AROUND: Final = 5  # pixels of the square whose median is asked
+_STOPS: Final = 0.15  # by which colours may differ from it as they like
+_CODES: Final = 6.0  # by which a code may be wrong at the edges of colours
+_OPEN: Final = 235  # codes from here on say less than those of a darker frame
+_LEAST: Final = 1e-12
+_QUIET_PIXELS: Final = 1 << 20
+
+
+def quiet_colours(radiance: Float32, values: Sequence[Float32], token: Token) -> None:
+    """Take back colours of merged light, (h, w, 3), that stand out, in place.
+
+    `values`, (3, 256) each, are the light of each code of each frame, brightest first, in that
+    unit.
+    """
+    height, width = radiance.shape[:2]
+    bands = list(row_bands(height, max(_AROUND, _QUIET_PIXELS // width)))
+    with ThreadPoolExecutor(workers(len(bands))) as pool:
+        found = list(pool.map(partial(_changes, radiance, values, token), bands))
+    flat = radiance.reshape(-1)
+    for places, light in (change for changes in found for change in changes):
+        flat[places] = light
+
+
+def _changes(
+    radiance: Float32, values: Sequence[Float32], token: Token, rows: tuple[int, int]
+) -> list[_Change]:
+    """Places in the flat picture, and their new light, of each channel in some rows."""
+    token.check()
+    start, stop = rows
+    top = max(start - _AROUND // 2, 0)
+    light = radiance[top : stop + _AROUND // 2]
+    mean = np.maximum(light.mean(axis=-1), np.float32(_LEAST))
+    inner = slice(start - top, stop - top)
+    changes = []
+    for channel in range(3):
+        share = np.maximum(light[..., channel], np.float32(_LEAST)) / mean
+        colour = np.log2(share)
+        usual = np.asarray(cv2.medianBlur(colour, _AROUND), np.float32)
+        over = (colour - usual)[inner]
+        odd = np.flatnonzero(np.abs(over) > np.float32(_STOPS))
+        kept = usual[inner].take(odd) + np.clip(over.take(odd), -_STOPS, _STOPS)
+        own = light[inner][..., channel].ravel().take(odd)
+        most = light[inner].max(axis=-1).ravel().take(odd)
+        leeway = _leeway(own, most, values, channel)
+        wanted = mean[inner].ravel().take(odd) * np.exp2(kept)
+        new = own + np.clip(wanted - own, -leeway, leeway)
+        changes.append(((start * radiance.shape[1] + odd) * 3 + channel, new.astype(np.float32)))
+    return changes
+
+
+def _leeway(own: Float32, most: Float32, values: Sequence[Float32], channel: int) -> Float32:
+    """Light that a few codes stand for in the brightest frame that does not clip the pixel."""
+    leeway = np.zeros(own.shape, np.float32)
+    left = np.arange(own.size)
+    for number, value in enumerate(values):
+        open_here = most[left] < value[:, _OPEN].min()
+        here = left if number == len(values) - 1 else left[open_here]
+        slope = np.gradient(value[channel])
+        leeway[here] = np.interp(own[here], value[channel], slope)
+        left = left[~open_here]
+    return np.asarray(_CODES * leeway, np.float32)

@@ -16,7 +16,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from app.core.base.errors import ProbeError
-from app.core.base.image_input import is_unwieldy, open_image, read_start, stated_orientation
+from app.core.base.image_input import (
+    is_unwieldy,
+    open_image,
+    read_start,
+    stated_orientation,
+    stated_primaries,
+)
 from app.core.hdr.frame import Exposure, Frame, LensExposure, Pose
 from app.core.hdr.makernote import RicohNote, read_ricoh_note
 
@@ -72,13 +78,7 @@ _READ_KINDS: Final = "JPEG, PNG, TIFF, OpenEXR and Radiance pictures are read."
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """A frame with the tags it was made from.
-
-    Attributes
-    ----------
-    shutter_s, iso, aperture : float or None
-        Exposure time in seconds, sensitivity and f-number of EXIF; None where not stated.
-    """
+    """A frame with the EXIF tags it was made from: seconds, ISO, f-number; None if not stated."""
 
     frame: Frame
     shutter_s: float | None = None
@@ -90,12 +90,11 @@ class Header:
 
 
 def read_header(path: Path | str) -> Header:
-    """Read the same as `read_frame`, with the tags themselves.
+    """Read what a picture file says about its exposure and orientation; no pixel is decoded.
 
-    Raises
-    ------
-    ProbeError
-        As `read_frame`.
+    `Frame.exposure` is None where no exposure time is stated; where only ISO or f-number is
+    missing it is 100 or 1, and the exposure is marked as not known. ProbeError when the file is
+    missing, a folder, empty, damaged, not a picture of these kinds, too large or too small.
     """
     file = Path(path)
     jpeg = _check_signature(file).startswith(b"\xff\xd8")
@@ -157,6 +156,7 @@ def _header(source: ImageInput, file: Path, note: RicohNote | None) -> Header:
         tone_mapped=note is not None and note.tone_mapped,
         fisheye=note is not None and note.equirectangular is False,
         orientation=turned,
+        primaries=_primaries(source, file),
     )
     return Header(
         frame,
@@ -167,6 +167,14 @@ def _header(source: ImageInput, file: Path, note: RicohNote | None) -> Header:
         note,
         _apex_doubts(spec, shutter, aperture),
     )
+
+
+def _primaries(source: ImageInput, file: Path) -> tuple[float, ...]:
+    """Read what OpenEXR states, the only format here whose colours may be other than sRGB's."""
+    try:
+        return stated_primaries(source.spec()) if source.format_name() == "openexr" else ()
+    except ValueError:
+        raise ProbeError(f"{file.name} is damaged or incomplete.", _COPY_AGAIN) from None
 
 
 def _check_format(name: str, spec: ImageSpec, file: Path) -> None:

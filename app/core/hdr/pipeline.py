@@ -14,26 +14,20 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Self, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.colour import srgb_encode
 from app.core.base.errors import ProbeError
 from app.core.base.progress import Report, Token, silent, span
 from app.core.base.sphere import remap_frame, rotate_light
 from app.core.hdr import align, deghosting, handheld
-from app.core.hdr.agreement import doubts
+from app.core.hdr.align import Levelling, first_shot, levelling
 from app.core.hdr.bracket import read_bracket
 from app.core.hdr.camera_table import camera_facts
-from app.core.hdr.decoding import MemoryRows, halvable, is_whole
-from app.core.hdr.display import display_panorama
-from app.core.hdr.dual_fisheye import may_be_circles, recognise
-from app.core.hdr.finish import Finished, MergeOptions, finish
-from app.core.hdr.fisheye_stitch import circle_size, to_panorama
-from app.core.hdr.frame import Bracket, Exposure, Frame
-from app.core.hdr.frame_preprocessing import (
+from app.core.hdr.decoding import (
+    MemoryRows,
     OpenedFrame,
     open_frame,
     proxy_shape,
@@ -41,27 +35,29 @@ from app.core.hdr.frame_preprocessing import (
     sampled,
     shrunk,
 )
-from app.core.hdr.half_size import anchors
-from app.core.hdr.level import Levelling, first_shot, levelling
+from app.core.hdr.display import display_panorama
+from app.core.hdr.dual_fisheye import may_be_circles, recognise
+from app.core.hdr.finish import Finished, MergeOptions, finish
+from app.core.hdr.fisheye_stitch import circle_size, to_panorama
+from app.core.hdr.frame import Bracket, Exposure, Frame
+from app.core.hdr.half_size import anchors, halvable, is_whole
 from app.core.hdr.merge import SIZE, merge
 from app.core.hdr.pixels import FrameStack, open_frames, reduced, relaid
 from app.core.hdr.response import ResponseChoice, choose_response
 from app.core.hdr.tripod_detection import foot_of
+from app.core.hdr.weighting import doubts
 from app.core.solver.environment import from_radiance
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Bytes, Float64
+    from app.core.hdr.decoding import Opener
     from app.core.hdr.dual_fisheye import Circles
     from app.core.hdr.fisheye_stitch import Stitching
     from app.core.hdr.frame import Merged
-    from app.core.hdr.frame_preprocessing import Opener
     from app.core.solver.environment import Environment
     from app.core.solver.style_pack import StylePack
-
-__all__ = ["MergeOptions", "Probe", "measure", "rehearse"]
-
-Float64: TypeAlias = NDArray[np.float64]
 
 _MOST_KEPT: Final = 12288 * 6144
 _REHEARSAL: Final = (128, 256)
@@ -73,14 +69,8 @@ _SUSPICIOUS: Final = 0.01
 class Probe:
     """The light of a place as a bracket tells it, and how far to trust that.
 
-    Attributes
-    ----------
-    bracket : Bracket
-        The frames that were used, with their true exposures.
-    display : (h, w, 3) uint8
-        The panorama for looking at, as measured, sRGB.
-    stitching : Stitching or None
-        How unstitched frames became a panorama; None for all others.
+    `bracket` holds the frames that were used, with their true exposures. `display`, (h, w, 3)
+    uint8 sRGB, is the panorama as measured. `stitching` is None except for unstitched frames.
     """
 
     bracket: Bracket
@@ -90,10 +80,10 @@ class Probe:
     levelling: Levelling
     moved: deghosting.Moved
     finished: Finished
-    display: NDArray[np.uint8] = field(repr=False)
     warnings: tuple[str, ...]
-    notes: tuple[str, ...]
+    notes: tuple[str, ...] = ()
     stitching: Stitching | None = None
+    display: Bytes = field(default_factory=lambda: np.empty((0, 0, 3), np.uint8), repr=False)
 
     @property
     def merged(self) -> Merged:
@@ -103,10 +93,8 @@ class Probe:
     def environment(self, name: str) -> Environment:
         """Return the light as an environment that can be solved.
 
-        Raises
-        ------
-        EnvironmentFileError
-            For pictures that are not panoramas, and when everything is black.
+        EnvironmentFileError for pictures that are not panoramas, and when everything is
+        black.
         """
         return from_radiance(self.merged.radiance.copy(), name)
 
@@ -120,19 +108,10 @@ def measure(
     token: Token | None = None,
     report: Report = silent,
 ) -> Probe:
-    """Make an environment of a bracket.
+    """Make an environment of a bracket: exposures in any order, or one folder of them.
 
-    Parameters
-    ----------
-    paths : Sequence[Path]
-        The exposures in any order, or one folder of them. They are only read.
-
-    Raises
-    ------
-    ProbeError
-        When the files are no bracket, or a wish cannot be met: one sentence and what to do.
-    Cancelled
-        When the token was cancelled.
+    Raises ProbeError (one sentence and what to do) when the files are no bracket or a wish
+    cannot be met, and Cancelled.
     """
     wishes, token = wishes or MergeOptions(), token or Token()
     bracket = read_bracket(paths, wishes.times)
@@ -145,19 +124,8 @@ def measure(
         display = beside.submit(display_panorama, found.merged.radiance)
         finished = _finished(found, pack, wishes)
     report(1.0, "done")
-    return Probe(
-        bracket=found.bracket,
-        response=found.response,
-        alignments=found.alignments,
-        lays=found.lays,
-        levelling=found.level,
-        moved=found.motion,
-        finished=finished,
-        display=display.result(),
-        warnings=found.warnings,
-        notes=tuple(note for note in (found.level.note, *finished.notes) if note),
-        stitching=found.stitching,
-    )
+    notes = tuple(note for note in (found.levelling.note, *finished.notes) if note)
+    return replace(found, finished=finished, display=display.result(), notes=notes)
 
 
 def _check_wishes(bracket: Bracket, wishes: MergeOptions) -> None:
@@ -209,28 +177,13 @@ def _made_up(frame: Frame, *, hold: bool, token: Token, half: bool = False) -> O
     return OpenedFrame(MemoryRows(codes), small, sampled(codes, places), 0.0)
 
 
-@dataclass(frozen=True, slots=True)
-class _Found:
-    """Merged and levelled light, and what was found out on the way."""
-
-    bracket: Bracket
-    alignments: tuple[align.Alignment, ...]
-    lays: tuple[handheld.Lay, ...]
-    response: ResponseChoice
-    motion: deghosting.Moved
-    level: Levelling
-    merged: Merged
-    warnings: tuple[str, ...]
-    stitching: Stitching | None = None
-
-
 def _to_light(
     bracket: Bracket, wishes: MergeOptions, opener: Opener, token: Token, report: Report
-) -> _Found:
+) -> Probe:
     """Go from files to light, with bright frames at half their size where that is enough."""
     halves = () if wishes.full else _halves(bracket)
     found = _light_of(bracket, wishes, opener, token, report, halves)
-    if any(halves) and found.motion.share > _SUSPICIOUS:
+    if any(halves) and found.moved.share > _SUSPICIOUS:
         small = [frame for frame, half in zip(bracket.frames, halves, strict=True) if half]
         if not all(is_whole(frame, token) for frame in small):
             return _light_of(bracket, wishes, open_frame, token, report)
@@ -244,8 +197,8 @@ def _light_of(
     token: Token,
     report: Report,
     halves: Sequence[bool] = (),
-) -> _Found:
-    """Go from files to light; what was opened is closed however it ends."""
+) -> Probe:
+    """Go from files to light, not finished; what was opened is closed however it ends."""
     opened, circles = _opened(bracket, opener, token, span(report, 0.0, 0.4), halves)
     choose = partial(choose_response, mode=wishes.response)
     with opened, ThreadPoolExecutor(1) as beside:
@@ -253,8 +206,8 @@ def _light_of(
         bracket = replace(bracket, unstitched=circles is not None)
         _check_wishes(bracket, wishes)
         size = None if wishes.full else SIZE
-        with _align(opened, circles is None, token, span(report, 0.4, 0.5)) as aligned:
-            stack = aligned.stack
+        aligned = _align(opened, circles is None, token, span(report, 0.4, 0.5))
+        with aligned.stack as stack:
             used = replace(bracket, frames=stack.frames, stops=stack.stops)
             report(0.5, "checking the exposures")
             # Frames that were turned have other samples.
@@ -288,14 +241,15 @@ def _light_of(
         report(1.0, "stitching")
         merged, stitching = to_panorama(merged, circles, used.frames[0].camera, size, token)
     names = [frame.path.name for frame in stack.frames]
-    return _Found(
+    merged = _levelled(merged, level)
+    return Probe(
         bracket=replace(used, stops=tuple(response.stops)),
+        response=response,
         alignments=aligned.alignments,
         lays=aligned.lays,
-        response=response,
-        motion=motion,
-        level=level,
-        merged=_levelled(merged, level),
+        levelling=level,
+        moved=motion,
+        finished=Finished(merged, merged),
         warnings=(
             *bracket.warnings,
             *stack.warnings,
@@ -352,11 +306,11 @@ def _halves(bracket: Bracket) -> tuple[bool, ...]:
     return tuple(not whole for whole in anchors(bracket.stops))
 
 
-def _finished(found: _Found, pack: StylePack, wishes: MergeOptions) -> Finished:
+def _finished(found: Probe, pack: StylePack, wishes: MergeOptions) -> Finished:
     """Do what can be done to a panorama; other pictures are left as they are."""
     if not found.bracket.panorama:
-        return Finished(found.merged, found.merged)
-    foot = foot_of(found.level.rotation)
+        return found.finished
+    foot = foot_of(found.levelling.rotation)
     return finish(found.merged, pack, wishes, foot=foot, room_stops=_room(found.bracket))
 
 
@@ -369,17 +323,11 @@ class _Aligned:
     sentences: tuple[str, ...]
     lays: tuple[handheld.Lay, ...] = ()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *failure: object) -> None:
-        self.stack.close()
-
     def first_rotation(self, bracket: Bracket) -> Float64 | None:
         """Return what was done to the frame that was shot first, whose pose counts."""
         return self.alignments[first_shot(bracket)].rotation if self.alignments else None
 
-    def picture(self, bracket: Bracket) -> NDArray[np.uint8] | None:
+    def picture(self, bracket: Bracket) -> Bytes | None:
         """Return a small copy of the frame in which edges can be seen best, if one is needed."""
         poses = [frame.pose for frame in bracket.frames if frame.pose is not None]
         if not self.alignments or not any(pose.pitch_deg or pose.roll_deg for pose in poses):

@@ -11,10 +11,9 @@ import math
 import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, Self, TypeAlias
+from typing import TYPE_CHECKING, Final, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.colour import srgb_encode
 from app.core.base.errors import ProbeError
@@ -22,16 +21,13 @@ from app.core.base.progress import Report, Token, silent
 from app.core.hdr.decoding import (
     READ_ROWS,
     MemoryRows,
+    OpenedFrame,
     Pixels,
     RawRows,
     RowSource,
-    bytes_per_frame,
-    row_bands,
-)
-from app.core.hdr.frame_preprocessing import (
-    OpenedFrame,
     open_frame,
     proxy_shape,
+    row_bands,
     sample_places,
     sampled,
     shrunk,
@@ -40,22 +36,11 @@ from app.core.hdr.frame_preprocessing import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from concurrent.futures import Future
-    from types import TracebackType
 
+    from app.core.base.arrays import Bools, Bytes, Float32, Indices
+    from app.core.hdr.decoding import Opener
     from app.core.hdr.frame import Bracket, Frame
-    from app.core.hdr.frame_preprocessing import Opener
 
-__all__ = [
-    "MEMORY_BYTES",
-    "FrameStack",
-    "open_frames",
-    "proxy_shape",
-    "reduced",
-    "relaid",
-    "workers",
-]
-
-Bytes: TypeAlias = NDArray[np.uint8]
 
 MEMORY_BYTES: Final = 640 << 20
 """Decoded frames up to this size together are held in memory."""
@@ -69,35 +54,23 @@ _MOST_UNKNOWN: Final = 0.03
 class FrameStack:
     """The frames of a bracket that could be read, and what the analyses look at.
 
-    Use it as a context manager, or call `close`: large brackets keep files open.
-
-    Attributes
-    ----------
-    stops : tuple[float, ...]
-        Their nominal exposures in stops.
-    proxies : tuple[NDArray[np.uint8], ...], (h, w, 3) each
-        Area means of the coded values, `proxy_shape` large. 16-bit codes are cut to 8 bits,
-        linear frames are coded by the sRGB curve below `top`, or below 1.
-    samples : NDArray[np.uint8], (K, N, 3)
-        The same N pixels of every frame, coded as the proxies, not averaged.
-    sample_places : NDArray[np.intp], (N, 2)
-        Row and column of each sample in the full frames.
-    sources : tuple[RowSource, ...]
-        Where the full pixels come from.
-    seen : tuple[NDArray[np.float32] or None, ...], (h, w) each
-        Of the proxies' size: 1 where a moved frame shows something, 0 where it does not. None for
-        a frame that fills the picture; empty where no frame was moved.
+    Use it as a context manager, or call `close`: large brackets keep files open. `stops` are
+    nominal exposures. `proxies`, (h, w, 3) uint8 each, are area means of the coded values,
+    `proxy_shape` large: 16-bit codes cut to 8 bits, linear frames coded by the sRGB curve below
+    `top`, or below 1. `samples`, (K, N, 3) uint8, are the same N pixels of every frame, coded
+    alike, not averaged, at `sample_places`, (N, 2), row and column in the full frames. `seen`,
+    (h, w) float32 each of the proxies' size, is 1 where a moved frame shows something and 0
+    where not; None for a frame that fills the picture; empty where no frame was moved.
     """
 
     frames: tuple[Frame, ...]
     stops: tuple[float, ...]
     proxies: tuple[Bytes, ...] = field(repr=False)
     samples: Bytes = field(repr=False)
-    sample_places: NDArray[np.intp] = field(repr=False)
+    sample_places: Indices = field(repr=False)
     top: float
     sources: tuple[RowSource, ...] = field(repr=False)
-    seen: tuple[NDArray[np.float32] | None, ...] = ()
-    dropped: tuple[Frame, ...] = ()
+    seen: tuple[Float32 | None, ...] = ()
     warnings: tuple[str, ...] = ()
 
     @property
@@ -126,12 +99,7 @@ class FrameStack:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *failure: object) -> None:
         self.close()
 
 
@@ -151,28 +119,12 @@ def open_frames(
 ) -> FrameStack:
     """Read the pixels of a bracket once.
 
-    Parameters
-    ----------
-    memory_bytes : int, optional
-        Hold the frames in memory when they take no more than this together; otherwise they are
-        read again by rows whenever they are needed.
-    token : Token, optional
-        Checked every few rows.
-
-    Returns
-    -------
-    FrameStack
-        Without the frames that are damaged or cut off, each of which is named in a warning.
-
-    Raises
-    ------
-    ProbeError
-        When fewer than two frames can be read.
-    Cancelled
-        When the token was cancelled.
+    Frames are held when they take no more than `memory_bytes` together; otherwise they are read
+    again by rows. Damaged ones are left out, each named in a warning. ProbeError when fewer
+    than two can be read; Cancelled.
     """
     token = token or Token()
-    hold = sum(bytes_per_frame(frame) for frame in bracket.frames) <= memory_bytes
+    hold = sum(frame.decoded_bytes for frame in bracket.frames) <= memory_bytes
     small = {f.path for f, half in zip(bracket.frames, halves, strict=False) if half and hold}
 
     def first_pass(frame: Frame) -> OpenedFrame | ProbeError:
@@ -203,7 +155,6 @@ def open_frames(
         sample_places=sample_places(bracket.shape),
         top=top,
         sources=tuple(one.source for one in opened),
-        dropped=tuple(f for index, f in enumerate(bracket.frames) if index not in good),
         warnings=warnings,
     )
     if len(opened) < min(_LEAST_FRAMES, len(bracket.frames)):
@@ -217,31 +168,15 @@ def relaid(
     stack: FrameStack,
     ways: Sequence[Callable[[Pixels], Pixels] | None],
     *,
-    seen: Sequence[NDArray[np.float32] | None] = (),
+    seen: Sequence[Float32 | None] = (),
     token: Token | None = None,
     report: Report = silent,
 ) -> FrameStack:
-    """Move single frames of a stack, so that they lie on the others.
+    """Move single frames of a stack by `ways`, so that they lie on the others; None: it stays.
 
-    Parameters
-    ----------
-    ways : Sequence[Callable or None]
-        For each frame what moves its pixels, None for a frame that stays.
-    seen : Sequence[NDArray[np.float32] or None], optional
-        As `FrameStack.seen`.
-
-    Returns
-    -------
-    FrameStack
-        With proxies and samples taken anew; frames that stay are not touched. Where the stack is
-        not in memory a moved frame is kept in a temporary file.
-
-    Raises
-    ------
-    ProbeError
-        When a file has been damaged meanwhile or the disk is full.
-    Cancelled
-        When the token was cancelled.
+    Proxies and samples are taken anew; frames that stay are not touched. `seen` as in
+    `FrameStack`. Where the stack is not in memory a moved frame is kept in a temporary file.
+    ProbeError when a file has been damaged meanwhile or the disk is full; Cancelled.
     """
     token = token or Token()
     proxies, sources = list(stack.proxies), list(stack.sources)
@@ -269,9 +204,7 @@ def relaid(
     )
 
 
-def _seen_by_all(
-    stack: FrameStack, seen: Sequence[NDArray[np.float32] | None]
-) -> NDArray[np.bool_]:
+def _seen_by_all(stack: FrameStack, seen: Sequence[Float32 | None]) -> Bools:
     """Find the samples that all frames show; (N,)."""
     kept = np.ones(len(stack.sample_places), bool)
     for mask in seen:

@@ -1,8 +1,12 @@
 """From a metered exposure to a bracket that a camera can shoot.
 
-ISO and aperture are fixed for the whole bracket and only the shutter moves. Cameras offer
-nominal thirds of a stop, so a wanted exposure is snapped to the nearest one in the logarithm; the
-exposure that is really sent is carried along, never the wanted one.
+ISO and aperture are fixed for the whole bracket and only the shutter moves. Cameras offer nominal
+thirds of a stop, so a wanted exposure is snapped to the nearest one in the logarithm; the exposure
+that is really sent is carried along, never the wanted one.
+
+A camera states its own lists (`shutterSpeedSupport`, `isoSupport`, `apertureSupport`, in the manual
+program). Where it cannot be asked, `app.core.hdr.camera_table`
+knows those of Ricoh's Web API v2.1.
 """
 
 from __future__ import annotations
@@ -16,6 +20,7 @@ from app.core.hdr.frame import Exposure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
 
 STEP_EV: Final = 2.0
 """Distance of neighbouring frames in stops: the paper's."""
@@ -35,17 +40,9 @@ _WORTH_EV: Final = 0.5
 
 @dataclass(frozen=True, slots=True)
 class CameraLimits:
-    """Values that a camera accepts in its manual program.
+    """Values that a camera accepts in its manual program; ProbeError if a list is not valid.
 
-    Attributes
-    ----------
-    shutters_s : tuple[float, ...]
-        Exposure times in seconds, exactly as they must be sent, in any order.
-
-    Raises
-    ------
-    ProbeError
-        When a list is empty or holds a value that is not positive and finite.
+    Exposure times are in seconds, exactly as they must be sent, in any order.
     """
 
     shutters_s: tuple[float, ...]
@@ -65,15 +62,7 @@ class CameraLimits:
 
 @dataclass(frozen=True, slots=True)
 class PlannedShot:
-    """One frame of a plan.
-
-    Attributes
-    ----------
-    wanted_ev : float
-        Exposure that the plan asks for, in stops above the metered one.
-    ev_offset : float
-        Exposure that `exposure` really gives, in stops above the metered one.
-    """
+    """One frame of a plan: exposure wanted, and really given, in stops above the metered one."""
 
     exposure: Exposure
     wanted_ev: float
@@ -82,17 +71,10 @@ class PlannedShot:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A bracket to be shot.
+    """A bracket to be shot, in the order of shooting; `expected_s` with the camera's overhead.
 
-    Attributes
-    ----------
-    kind : str
-        "paper" or "full".
-    shots : tuple[PlannedShot, ...]
-        In the order of shooting: the metered exposure first, since cameras take the stitching
-        and levelling of all frames from the first; then brighter; then darker and darker.
-    expected_s : float
-        Time it takes in seconds: all exposures, and the camera's overhead for each.
+    The metered exposure comes first, since cameras take the stitching and levelling of all
+    frames from the first; then brighter; then darker and darker.
     """
 
     kind: Literal["paper", "full"]
@@ -110,38 +92,24 @@ def plan(
     longest_s: float = LONGEST_S,
     overhead_s: float = OVERHEAD_S,
 ) -> Plan:
-    """Plan a bracket around a metered exposure.
+    """Plan a bracket around an exposure that the camera metered by itself.
 
     "paper" is 0, +2 and -2 EV, at the aperture nearest to the metered one and the lowest ISO at
     which +2 EV takes no longer than `longest_s`. Where even -2 EV would need a shorter exposure
     than the camera has, the aperture is closed.
 
-    "full" is 0, +2, and then darker in steps of 2 EV down to the darkest exposure that the camera
-    can make. ISO is the lowest at which +2 EV takes no longer than `longest_s`, and the aperture
-    the smallest at which it still does. The last step is shorter where the range is no multiple
-    of 2 EV, or up to 0.5 EV longer where one more frame would not be worth its time. Where the
-    range needs more frames than `shots`, the dark frames are spread evenly over it: a wider step
-    costs accuracy where two frames meet, a missing dark frame costs the lamps.
+    "full" is 0, +2, and then darker in steps of 2 EV down to the darkest exposure that the
+    camera can make. ISO is the lowest at which +2 EV takes no longer than `longest_s`, and the
+    aperture the smallest at which it still does. The last step is shorter where the range is no
+    multiple of 2 EV, or up to 0.5 EV longer where one more frame would not be worth its time.
+    Where the range needs more frames than `shots`, the dark frames are spread evenly over it: a
+    wider step costs accuracy where two frames meet, a missing dark frame costs the lamps.
 
-    Where the camera cannot make the metered exposure, the bracket is shot around the nearest that
-    it can make. An offset that it cannot reach is shot as near as it can, and said so; frames that
-    would be the same are shot once.
-
-    Parameters
-    ----------
-    metered : Exposure
-        Of a picture that the camera metered by itself
-        (`app.core.hdr.exposures.metered_exposure`).
-    longest_s : float, optional
-        Longest exposure wanted, in seconds.
-    overhead_s : float, optional
-        Time each frame takes besides its exposure, in seconds.
-
-    Raises
-    ------
-    ProbeError
-        When the metered exposure lacks ISO or f-number, `shots` or `longest_s` are out of range,
-        or the camera's lists do not allow two different exposures.
+    Where the camera cannot make the metered exposure, the bracket is shot around the nearest
+    that it can make. An offset that it cannot reach is shot as near as it can, and said so;
+    frames that would be the same are shot once. ProbeError when the metered exposure lacks ISO
+    or f-number, `shots` or `longest_s` are out of range, or the camera's lists do not allow two
+    different exposures.
     """
     _check(metered, limits, shots, longest_s)
     times = tuple(sorted(time for time in set(limits.shutters_s) if time <= longest_s))

@@ -17,21 +17,22 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass, replace
-from typing import Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.sphere import angle_of, from_vector, positions
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
-Numbers: TypeAlias = NDArray[np.integer[Any] | np.floating[Any]]
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.core.base.arrays import Bytes, Float32, Float64, Floats, Indices, Numbers
+
 
 _CLIPPED: Final = 248  # code of the brightest channel, of an area mean; nothing is compared from it
 _BLACK: Final = 4
+_MIDDLE_SHARE: Final = 0.6  # of the most usable frame's pixels, for a frame to be the reference
 _COARSE: Final = 84  # columns of the coarsest size
 _BINS: Final = 32
 _STEPS: Final = 8
@@ -53,14 +54,9 @@ _POLAR: Final = 0.25  # cosine of elevation
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """One frame at one size.
+    """One frame at one size: smoothed codes, (h, w) float32; `valid`, (h, w) uint8, 255 or 0.
 
-    Attributes
-    ----------
-    codes : (h, w) float32
-        Smoothed code values, 0 to 255.
-    valid : (h, w) uint8
-        255 where they mean something: neither clipped nor black nor filled in, else 0.
+    Codes are valid where neither clipped nor black nor filled in.
     """
 
     codes: Float32
@@ -81,7 +77,7 @@ class _Places:
 class _Match:
     """The places of one frame that are seen in another one, and how far the codes are off."""
 
-    use: NDArray[np.intp]
+    use: Indices
     error: Float32
     gain: Float32
     misfit: float
@@ -89,17 +85,11 @@ class _Match:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """A rotation that takes directions of one frame to another, with what speaks for it.
+    """A rotation, (3, 3), that takes directions of one frame to another, with what speaks for it.
 
-    Attributes
-    ----------
-    rotation : (3, 3) float64
-        The rotation.
-    error_deg : float
-        Its standard error in degrees (jackknife, and a share that falls with the number of
-        points), infinite where nothing could be compared.
-    contrast : float
-        How many times worse the frames fit one degree away.
+    `error_deg` is its standard error (jackknife, and a share that falls with the number of
+    points), infinite where nothing could be compared; `contrast` how many times worse the
+    frames fit one degree away.
     """
 
     rotation: Float64
@@ -124,17 +114,9 @@ class Fit:
 
 
 def register(bright: list[Level], dark: list[Level]) -> Fit:
-    """Find the small rotation between two frames, from no motion first, then all round about.
+    """Find the small rotation from the frame with the longer exposure to the other.
 
-    Parameters
-    ----------
-    bright, dark : list[Level]
-        The frames, from `pyramid`; the one with the longer exposure first.
-
-    Returns
-    -------
-    Fit
-        With the rotation that takes directions in the bright frame to directions in the dark one.
+    From no motion first, then all round about. Both are from `pyramid`.
     """
     coarse = _places(bright[0])
     start, _ = _search(coarse, dark[0], np.eye(3), _CLOSE_RAD[0])
@@ -228,7 +210,7 @@ def _transfer(codes: Float32, seen: Numbers) -> tuple[Float32, Float32]:
     return value.astype(np.float32), gain.astype(np.float32)
 
 
-def _solve(normal: NDArray[np.floating[Any]], right: NDArray[np.floating[Any]]) -> Float64:
+def _solve(normal: Floats, right: Floats) -> Float64:
     """Return the Gauss-Newton step, slightly damped where the sums do not determine it."""
     damping = 1e-6 * float(np.trace(normal)) + 1e-9
     return np.asarray(-np.linalg.solve(normal + damping * np.eye(3), right), np.float64)
@@ -271,17 +253,9 @@ def _contrast(places: _Places, level: Level, rotation: Float64, misfit: float) -
 
 
 def pyramid(frame: Bytes) -> list[Level]:
-    """Prepare a frame at three sizes, coarse to fine.
+    """Prepare a frame at three sizes, about 84, w / 2 and w columns wide.
 
-    Parameters
-    ----------
-    frame : (h, w, 3) uint8
-        Small copy of a frame (area means), coded RGB, equirectangular.
-
-    Returns
-    -------
-    list[Level]
-        About 84, w / 2 and w columns wide.
+    `frame`, (h, w, 3) uint8, is a small copy (area means), coded RGB, equirectangular.
     """
     codes = np.asarray(cv2.cvtColor(frame, cv2.COLOR_RGB2GRAY), np.uint8)
     red, green, blue = cv2.split(frame)
@@ -311,21 +285,11 @@ def _smooth(codes: Float32) -> Float32:
 
 
 def edges(picture: Bytes) -> tuple[Float32, Float32, Float32]:
-    """Find the edges of a panorama picture, as parts of great circles.
+    """Find the edges of a coded RGB panorama, (h, w, 3) uint8, as parts of great circles.
 
-    Parameters
-    ----------
-    picture : (h, w, 3) uint8
-        Small copy of a frame, coded RGB, equirectangular.
-
-    Returns
-    -------
-    vectors : (N, 3) float32
-        Directions of places on edges, away from the poles.
-    normals : (N, 3) float32
-        Unit normals of the great circles that the edges follow there.
-    strengths : (N,) float32
-        Weights: strong edges count more, those near the poles, where pixels crowd, less.
+    Returns directions of places on edges away from the poles, (N, 3); unit normals of the great
+    circles that the edges follow there, (N, 3); and weights, (N,): strong edges count more,
+    those near the poles, where pixels crowd, less. All float32.
     """
     places = _places(pyramid(picture)[2])
     # A rotation about an axis that lies on the edge's great circle moves the picture across the
@@ -375,14 +339,15 @@ def _slopes(vectors: Float64, across: Numbers, down: Numbers, shape: tuple[int, 
     return np.stack([y * gz - z * gy, z * gx - x * gz, x * gy - y * gx], axis=1).astype(np.float32)
 
 
-def usable_share(levels: list[Level]) -> float:
-    """Share of the sphere that a frame shows neither clipped nor black.
+def middle_frame(shares: Sequence[float]) -> int:
+    """Choose the frame nearest to the middle among those that show nearly as much as the best."""
+    middle = (len(shares) - 1) / 2.0
+    fit_for_it = [k for k, share in enumerate(shares) if share >= _MIDDLE_SHARE * max(shares)]
+    return min(fit_for_it, key=lambda k: (abs(k - middle), -shares[k]))
 
-    Returns
-    -------
-    float
-        From 0 to 1.
-    """
+
+def usable_share(levels: list[Level]) -> float:
+    """Share of the sphere that a frame shows neither clipped nor black."""
     valid = levels[0].valid > 0
     elevation = np.pi * (0.5 - (np.arange(valid.shape[0]) + 0.5) / valid.shape[0])
     return float(np.average(valid.mean(axis=1), weights=np.cos(elevation)))

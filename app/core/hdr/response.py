@@ -1,14 +1,14 @@
 """The camera's tone curve, and exposure tags that do not hold: what to undo before merging.
 
-The curve is sRGB (as in the paper that this program implements) unless the bracket says
-otherwise: the steps between the frames are measured (`app.core.hdr.steps`), and where they
+The curve is sRGB (as in the paper that this program implements) unless the bracket says otherwise:
+the steps between the frames are measured (`app.core.hdr.brightness_transfer`), and where they
 disagree with the files either one frame's tag is wrong, or the camera's curve is not sRGB and is
 recovered from the bracket (`app.core.hdr.response_recovery`).
 
-With a known curve one frame's wrong tag stands out in its pairs. With an unknown curve and the
-usual three frames, a wrong tag of one frame and another curve together can always be traded
-for a wrong tag of another frame and a power of that curve; then the curve nearest to sRGB is
-taken and all frames that could be wrong are named.
+With a known curve one frame's wrong tag stands out: it shifts all its pairs by the same amount, at
+every level, and no others. With an unknown curve and the usual three frames, a wrong tag of one
+frame and another curve together can always be traded for a wrong tag of another frame and a power
+of that curve; then the curve nearest to sRGB is taken and all frames that could be wrong are named.
 """
 
 from __future__ import annotations
@@ -18,29 +18,20 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
-from app.core.hdr.brightness_transfer import match_codes
-from app.core.hdr.own_curves import recover_own_curves
-from app.core.hdr.response_recovery import recover_curve, srgb_table
-from app.core.hdr.steps import StepCheck, check_matches, reach
-from app.core.hdr.tags import TagError, explain_by_tags, recover_with_tag
+from app.core.hdr.brightness_transfer import (
+    StepCheck,
+    check_matches,
+    match_codes,
+    reach,
+)
+from app.core.hdr.response_recovery import recover_curve, recover_own_curves, srgb_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import ArrayLike
-
-    from app.core.hdr.brightness_transfer import CodeMatches, Floats, Samples
+    from app.core.base.arrays import Bytes, Float64
+    from app.core.hdr.brightness_transfer import CodeMatches
     from app.core.hdr.response_recovery import Recovered
-
-__all__ = [
-    "Mode",
-    "Response",
-    "ResponseChoice",
-    "StepCheck",
-    "TagError",
-    "choose_response",
-    "srgb_response",
-]
 
 Mode: TypeAlias = Literal["srgb", "recover", "auto"]
 
@@ -68,71 +59,25 @@ _TWO_FRAMES: Final = (
 class Response:
     """How the codes of a file turn into linear light.
 
-    Attributes
-    ----------
-    table : (3, 256) float64
-        Linear light of each code in red, green and blue: strictly rising, 0 -> 0, 255 -> 1.
-        Channels of scanned film can end at different values, the highest at 1.
-        (K, 3, 256) where each frame has a curve of its own.
-    residual_stops : float
-        Spread of the differences of the measured steps from the stated ones with this curve, in
-        stops (`StepCheck.residual_stops`); NaN where no frames overlap.
+    `table`, (3, 256) float64, is the linear light of each code in red, green and blue: strictly
+    rising, 0 -> 0, 255 -> 1. Channels of scanned film can end at different values, the highest
+    at 1. It is (K, 3, 256) where each frame has a curve of its own. `residual_stops` is
+    `StepCheck.residual_stops` with this curve; NaN where no frames overlap.
     """
 
     name: str
-    table: Floats = field(repr=False)
+    table: Float64 = field(repr=False)
     residual_stops: float = float("nan")
     note: str = ""
-
-    def at(self, coded: ArrayLike) -> Floats:
-        """Linear light of coded values of any depth, such as 16-bit codes / 65535.
-
-        Parameters
-        ----------
-        coded : array_like, (..., 3)
-            Coded red, green and blue in 0..1; what lies outside is clipped.
-
-        Returns
-        -------
-        (..., 3) float64
-            Linear light in 0..1, interpolated linearly between the 256 codes.
-
-        Raises
-        ------
-        ValueError
-            When the last axis is not 3 long.
-        """
-        values = np.asarray(coded, dtype=np.float64)
-        if values.ndim == 0 or values.shape[-1] != 3:
-            raise ValueError(f"coded values need three channels, not {values.shape}")
-        codes = np.arange(256) / 255.0
-        channels = [np.interp(values[..., c], codes, self.table[c]) for c in range(3)]
-        return np.stack(channels, axis=-1)
-
-    def slope(self) -> Floats:
-        """How much the linear light changes with one code.
-
-        Returns
-        -------
-        (3, 256) float64
-            Central differences of `table`, > 0; one-sided at both ends.
-        """
-        return np.asarray(np.gradient(self.table, axis=1), dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)
 class ResponseChoice:
-    """The curve to merge with, and the exposures to believe.
+    """The curve to merge with, and the exposures to believe, in stops.
 
-    Attributes
-    ----------
-    stops : tuple[float, ...]
-        Exposure of each frame in stops: as stated, except where a tag was found wrong. With
-        wrong tags they need not fall.
-    check : StepCheck
-        Measured against stated steps, before any correction, with sRGB.
-    tag_errors : tuple[TagError, ...]
-        Frames whose stated exposure is off by a fifth of a stop or more.
+    As stated, except where a tag was found wrong: then they need not fall. `check` is of
+    measured against stated steps, before any correction, with sRGB. `tag_errors` are of a fifth
+    of a stop or more.
     """
 
     response: Response
@@ -156,32 +101,14 @@ def srgb_response() -> Response:
     return Response("sRGB", np.tile(srgb_table(), (3, 1)))
 
 
-def choose_response(
-    samples: Samples, stops: Sequence[float], mode: Mode = "auto"
-) -> ResponseChoice:
+def choose_response(samples: Bytes, stops: Sequence[float], mode: Mode = "auto") -> ResponseChoice:
     """Choose the curve to merge a bracket with, and find tags that are wrong.
 
-    Parameters
-    ----------
-    samples : (K, N, 3) uint8
-        Coded values of the same N places in all K frames, brightest frame first. Things that
-        moved and frames that are turned by a few degrees are borne.
-    stops : Sequence[float]
-        Stated exposure of each frame in stops, falling.
-    mode : {"auto", "srgb", "recover"}
-        "srgb": sRGB, with a warning when the steps disagree. "recover": recovered from the
-        bracket. "auto": sRGB unless noise cannot explain how the measured steps disagree.
-
-    Returns
-    -------
-    ResponseChoice
-        sRGB wherever frames do not overlap.
-
-    Raises
-    ------
-    ValueError
-        When the samples are not (K, N, 3) bytes, the number of stops is not K, or the mode is
-        unknown.
+    `samples`, (K, N, 3) uint8, are the same places in all frames, brightest first, and `stops`
+    the stated exposures, falling. Things that moved and frames that are turned by a few degrees
+    are borne. "srgb" is sRGB, with a warning when the steps disagree; "recover" is recovered
+    from the bracket; "auto" is sRGB unless noise cannot explain how the steps disagree. Always
+    sRGB where frames do not overlap. ValueError for samples, stops or modes that do not fit.
     """
     if mode not in ("srgb", "recover", "auto"):
         raise ValueError(f'the response is "srgb", "recover" or "auto", not "{mode}"')
@@ -291,7 +218,7 @@ def _hopeless(residual: float) -> str:
 
 def _by_channel(
     matches: CodeMatches, stops: Sequence[float], shared: Recovered, check: StepCheck
-) -> tuple[Floats, StepCheck]:
+) -> tuple[Float64, StepCheck]:
     """Give each channel its own curve where one for all does not do; (3, 256).
 
     A bracket cannot tell how large the channels are against each other. A sensor clips all
@@ -299,7 +226,7 @@ def _by_channel(
     gives a scan away, equal codes in the mid-tones are neutral (Debevec and Malik 1997, 2.2).
     """
     table = np.tile(shared.table, (3, 1))
-    parts = [matches.of_channel(channel) for channel in range(3)]
+    parts = [matches.where(matches.channel == channel) for channel in range(3)]
     if check.agrees or min(len(part) for part in parts) == 0:
         return table, check
     curves = [
@@ -312,3 +239,172 @@ def _by_channel(
         table /= np.exp(np.log(table[:, _MID_TONES]).mean(axis=1, keepdims=True))
         table /= table.max()
     return table, check_matches(matches, stops, table)
+
+
+Stops: TypeAlias = tuple[float, ...]
+
+# Marked shutter times are rounded (1/15 s is 1/16 s): up to 0.12 stops, hence 0.2 with noise.
+# Smaller differences that are equal at all levels are put right without a word.
+_WORTH_A_WORD: Final = 0.2
+_ALIKE: Final = 1.15
+_TRIED: Final = 5
+_REST: Final = 0.2
+_ON_THE_MARK: Final = 0.03
+_USUAL_CONTRAST: Final = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class TagError:
+    """A frame that was exposed otherwise than its file says: brighter by so many stops."""
+
+    frame: int
+    stops: float
+    suspects: tuple[int, ...]
+
+    def sentence(self, names: Sequence[str]) -> str:
+        """Say it, naming the frame."""
+        name = names[self.frame]
+        word = "brighter" if self.stops > 0 else "darker"
+        text = (
+            f"{name[:1].upper()}{name[1:]} is {abs(self.stops):.2f} stops {word} than its exposure "
+            "tags say; the measured exposure is used."
+        )
+        others = [names[number] for number in self.suspects if number != self.frame]
+        if not others:
+            return text
+        doubt = " or ".join(others)
+        return f"{text} It cannot be told whether the tags of {doubt} are wrong instead."
+
+
+def explain_by_tags(
+    matches: CodeMatches, check: StepCheck, stops: Stops, table: Float64
+) -> tuple[Stops, tuple[TagError, ...], StepCheck] | None:
+    """Find the wrong tags that make a known curve, (256,), fit steps that do not agree.
+
+    Returns exposures to believe, the errors of a fifth of a stop or more, and the check with
+    them; None when tags do not explain the steps (then the curve is another one).
+    """
+    trials = [_one_wrong(frame, matches, check, stops, table) for frame in _paired(check)]
+    fitting = [trial for trial in trials if trial[2].agrees]
+    if fitting:
+        # The pairs of a bracket of two, or without more overlap, cannot tell one from another.
+        # The darker frame is taken then: the brighter one's scale is mostly what was metered.
+        least = min(trial[2].disagreement for trial in fitting)
+        alike = [trial for trial in fitting if trial[2].disagreement <= _ALIKE * least + 0.05]
+        frame, stops_off, better = alike[-1]
+        suspects = tuple(trial[0] for trial in alike)
+        errors = (TagError(frame, stops_off, suspects),) if _telling(stops_off) else ()
+        return _moved(stops, {frame: stops_off}), errors, better
+    if _longer_steps(check):
+        return None
+    return _several_wrong(matches, check, stops, table)
+
+
+def recover_with_tag(
+    matches: CodeMatches, stops: Stops, curve: Recovered, check: StepCheck
+) -> tuple[Recovered, Stops, tuple[TagError, ...], StepCheck] | None:
+    """Recover a curve together with the one exposure that is wrong, of three frames or more.
+
+    Returns curve, exposures to believe, error, and the check with them; None when no single tag
+    makes the frames fit much better.
+    """
+    trials: list[tuple[int, Recovered, StepCheck]] = []
+    for frame in _likeliest(matches, check, stops, curve):
+        trial = recover_curve(matches, stops, free_frame=frame)
+        better = check_matches(matches, _moved(stops, {frame: trial.tag_stops}), trial.table)
+        fits = better.disagreement < 0.5 * check.disagreement and trial.cost < 0.7 * curve.cost
+        if fits and _telling(trial.tag_stops):
+            trials.append((frame, trial, better))
+    if not trials:
+        return None
+    least = min(trial[1].cost for trial in trials)
+    alike = [trial for trial in trials if trial[1].cost <= _ALIKE * least]
+    frame, best, better = min(alike, key=lambda trial: _unlikely(trial[1]))
+    error = TagError(frame, best.tag_stops, tuple(trial[0] for trial in alike))
+    return best, _moved(stops, {frame: best.tag_stops}), (error,), better
+
+
+def _unlikely(curve: Recovered) -> float:
+    """How odd a curve and the tag error that comes with it are; a judgement, not a measurement.
+
+    Curves whose contrast is on the whole sRGB's are the usual ones: measured over the brighter
+    half of the nodes (codes above 40), where all curves are well known. Tags that lie do so by
+    a whole stop (doubled or halved by mistake) or else by a mark of the dial, a third.
+    """
+    contrast = abs(float(np.mean(curve.unknowns[len(curve.unknowns) // 2 :])))
+    stops = curve.tag_stops
+    if abs(stops - round(stops)) < _ON_THE_MARK and round(stops) != 0:
+        oddity = 0.0
+    elif abs(3.0 * stops - round(3.0 * stops)) < 3.0 * _ON_THE_MARK:
+        oddity = 1.0
+    else:
+        oddity = 1.5
+    return contrast / _USUAL_CONTRAST + oddity
+
+
+def _paired(check: StepCheck) -> list[int]:
+    """Frames that share well exposed places with another one."""
+    return sorted({step.bright for step in check.steps} | {step.dark for step in check.steps})
+
+
+def _likeliest(matches: CodeMatches, check: StepCheck, stops: Stops, curve: Recovered) -> list[int]:
+    """Few frames of a long bracket that may be wrong, so that not all need a recovery."""
+    frames = _paired(check)
+    if len(frames) <= _TRIED:
+        return frames
+    found = [_one_wrong(frame, matches, check, stops, curve.table) for frame in frames]
+    found.sort(key=lambda trial: trial[2].disagreement)
+    return [trial[0] for trial in found[:_TRIED]]
+
+
+def _telling(stops: float) -> bool:
+    return abs(stops) >= _WORTH_A_WORD
+
+
+def _moved(stops: Stops, by: dict[int, float]) -> Stops:
+    """Exposures with some of them corrected."""
+    return tuple(value + by.get(frame, 0.0) for frame, value in enumerate(stops))
+
+
+def _one_wrong(
+    frame: int, matches: CodeMatches, check: StepCheck, stops: Stops, table: Float64
+) -> tuple[int, float, StepCheck]:
+    """Believe all frames but one; (frame, its error in stops, the check then)."""
+    signs = [(step.bright == frame) - (step.dark == frame) for step in check.steps]
+    off = [sign * step.off for sign, step in zip(signs, check.steps, strict=True) if sign]
+    error = float(np.median(off))
+    return frame, error, check_matches(matches, _moved(stops, {frame: error}), table)
+
+
+def _longer_steps(check: StepCheck) -> bool:
+    """Whether all steps are off by about one factor, as a power of the curve would have it."""
+    nominal = np.array([step.nominal for step in check.steps])
+    off = np.array([step.off for step in check.steps])
+    factor = float(nominal @ off / (nominal @ nominal))
+    rest = float(np.sum((off - factor * nominal) ** 2))
+    return len(off) > 1 and rest <= _REST * float(np.sum(off**2))
+
+
+def _several_wrong(
+    matches: CodeMatches, check: StepCheck, stops: Stops, table: Float64
+) -> tuple[Stops, tuple[TagError, ...], StepCheck] | None:
+    """Believe only what was measured, if it does not depend on the level.
+
+    The exposures keep the median of what is stated, for the sake of absolute luminance.
+    """
+    paired = _paired(check)
+    if len(paired) < len(stops):
+        return None
+    design = np.zeros((len(check.steps), len(stops)))
+    for row, step in enumerate(check.steps):
+        design[row, step.bright], design[row, step.dark] = 1.0, -1.0
+    errors = np.linalg.lstsq(design, np.array([step.off for step in check.steps]), rcond=None)[0]
+    errors -= np.median(errors)
+    by = {frame: float(error) for frame, error in enumerate(errors)}
+    better = check_matches(matches, _moved(stops, by), table)
+    if not better.agrees:
+        return None
+    wrong = tuple(
+        TagError(frame, error, (frame,)) for frame, error in by.items() if _telling(error)
+    )
+    return _moved(stops, by), wrong, better

@@ -1,8 +1,8 @@
-"""A camera's response curve, recovered from the bracket itself.
+"""Response curves recovered from the bracket itself: one of the camera, or one of each frame.
 
-Like Debevec and Malik ("Recovering high dynamic range radiance maps from photographs",
-SIGGRAPH 1997) the logarithm of the exposure that each code stands for is found by least
-squares from places seen in several frames, with a penalty on its bending. Unlike there
+Like Debevec and Malik ("Recovering high dynamic range radiance maps from photographs", SIGGRAPH
+1997) the logarithm of the exposure that each code stands for is found by least squares from places
+seen in several frames, with a penalty on its bending. Unlike there
 
 * the unknown is the logarithm of the *local gamma*, d log exposure / d log code, at 16 nodes, as
   a departure from that of sRGB. So the curve always rises, any plausible curve is smooth in the
@@ -13,8 +13,16 @@ squares from places seen in several frames, with a penalty on its bending. Unlik
   solution takes a few milliseconds however many places there are;
 * large residuals count less (Cauchy weights).
 
-Steps of equal size leave a curve undetermined up to a ripple that repeats with the step
-(Grossberg and Nayar 2003, "fractal ambiguity"); the penalty on bending takes the curve without it.
+Steps of equal size leave a curve undetermined up to a ripple that repeats with the step (Grossberg
+and Nayar 2003, "fractal ambiguity"); the penalty on bending takes the curve without it.
+
+Phones choose for every frame by itself what the eye likes. There `recover_own_curves` gives each
+frame k a curve of its own, log2 radiance = sRGB(z) - stops_k + d_k(z), all of them by one linear
+least-squares problem. The frames leave open what monotone function of the radiance they agree on,
+and a flatter one always makes them agree better. So what saturates a frame is held near its stated
+exposure, and the mean of all d_k near 0: a camera that brightens one frame and darkens another does
+so around sRGB. Curves that differ from place to place besides darken what is clipped, to codes well
+under 255; such codes count as clipped.
 """
 
 from __future__ import annotations
@@ -27,7 +35,8 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.hdr.brightness_transfer import CodeMatches, Floats
+    from app.core.base.arrays import Float64, Int64
+    from app.core.hdr.brightness_transfer import CodeMatches
 
 _NODES: Final = 16
 # Nodes lie evenly in log(1 + code / toe): near the toe curves bend over a few codes.
@@ -51,32 +60,21 @@ _LOG_CODES: Final = np.log2(np.arange(1, 256))
 class Recovered:
     """A recovered curve.
 
-    Attributes
-    ----------
-    table : (256,) float64
-        Linear exposure of each code, strictly rising, 0 -> 0, 255 -> 1.
-    tag_stops : float
-        What the free frame was exposed more than stated, in stops; 0 where no frame is free.
-    unknowns : (16,) float64
-        Log local gamma at the nodes as a departure from sRGB's.
+    `table`, (256,) float64, is the linear exposure of each code, strictly rising, 0 -> 0, 255
+    -> 1. `tag_stops` is what the free frame was exposed more than stated; 0 where none is free.
+    `unknowns`, (16,) float64, are log local gamma at the nodes as a departure from sRGB's.
     """
 
-    table: Floats
+    table: Float64
     cost: float
     tag_stops: float
-    unknowns: Floats
+    unknowns: Float64
 
 
-def srgb_table() -> Floats:
-    """Linear light of each sRGB code (IEC 61966-2-1), in double for smooth slopes.
-
-    Returns
-    -------
-    (256,) float64
-        0 to 1.
-    """
+def srgb_table() -> Float64:
+    """Linear light, (256,) float64, of each sRGB code (IEC 61966-2-1), exact for smooth slopes."""
     codes = np.arange(256) / 255.0
-    light: Floats = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
+    light: Float64 = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
     return light
 
 
@@ -85,24 +83,13 @@ def recover_curve(
     stops: Sequence[float],
     *,
     free_frame: int | None = None,
-    start: Floats | None = None,
+    start: Float64 | None = None,
     hold: float = 0.0,
 ) -> Recovered:
-    """Recover the curve that explains the matching codes.
+    """Recover the curve that explains the matching codes, at stated exposures that fall.
 
-    Parameters
-    ----------
-    stops : Sequence[float]
-        Stated exposure of each frame in stops, falling.
-    free_frame : int, optional
-        Number of a frame whose exposure is not believed but found along with the curve.
-    start : (16,) float64, optional
-        `Recovered.unknowns` to start from.
-
-    Raises
-    ------
-    ValueError
-        When there are no matches.
+    The exposure of `free_frame` is not believed but found along with the curve. `start`, (16,)
+    float64, are `Recovered.unknowns` to start from. ValueError when there are no matches.
     """
     if len(matches) == 0:
         raise ValueError("frames that do not overlap tell nothing about the response")
@@ -128,11 +115,11 @@ class _Problem:
         self.dark_code = matches.dark_code
         self.steps = matches.steps(stops)
         self.variance = np.maximum(matches.scatter, 0.5) ** 2 / matches.places + _FLOOR_CODES**2
-        self.sign: Floats | None = None
+        self.sign: Float64 | None = None
         if free_frame is not None:
             self.sign = (matches.bright == free_frame) * 1.0 - (matches.dark == free_frame)
 
-    def curve(self, gamma: Floats) -> tuple[Floats, Floats]:
+    def curve(self, gamma: Float64) -> tuple[Float64, Float64]:
         """Log2 exposure of codes 1 to 255, and its derivative by the unknowns."""
         rise = self.prior_rise * np.exp(self.hats @ gamma)
         log_exposure = np.zeros(255)
@@ -141,7 +128,7 @@ class _Problem:
         slope[:-1] = -np.cumsum((rise[:, np.newaxis] * self.hats)[::-1], axis=0)[::-1]
         return log_exposure, slope
 
-    def residuals(self, unknowns: Floats) -> tuple[Floats, Floats]:
+    def residuals(self, unknowns: Float64) -> tuple[Float64, Float64]:
         """Darker code minus what the curve expects, and how the expectation changes."""
         curve, slope = self.curve(unknowns[:_NODES])
         target = curve[self.code - 1] - self.steps
@@ -157,7 +144,7 @@ class _Problem:
             change = np.column_stack([change, -self.sign])
         return self.dark_code - expected, change / per_code
 
-    def penalty(self, hold: float) -> tuple[Floats, Floats]:
+    def penalty(self, hold: float) -> tuple[Float64, Float64]:
         """Quadratic forms: of the unknowns, and of their distance from the start."""
         size = _NODES + (self.sign is not None)
         bend = np.diff(np.eye(_NODES), 2, axis=0)
@@ -170,7 +157,7 @@ class _Problem:
         near[:_NODES, :_NODES] = hold * 1e3 * np.eye(_NODES)
         return smooth, near
 
-    def solve(self, start: Floats, hold: float) -> Recovered:
+    def solve(self, start: Float64, hold: float) -> Recovered:
         """Iterate until nothing moves."""
         smooth, near = self.penalty(hold)
         home = np.zeros(len(smooth))
@@ -199,8 +186,102 @@ class _Problem:
         )
 
 
-def _strictly_rising(table: Floats) -> Floats:
+def _strictly_rising(table: Float64) -> Float64:
     """Guard the darkest codes against underflow of very steep curves; (256,)."""
     floor = np.arange(256) * 1e-12
-    guarded: Floats = np.maximum(table, floor) / max(float(table[-1]), float(floor[-1]))
+    guarded: Float64 = np.maximum(table, floor) / max(float(table[-1]), float(floor[-1]))
     return guarded
+
+
+_OWN_NODES: Final = 14
+# Stops by which curves depart from sRGB at a node, and by which they bend between three of them.
+_DEPARTS: Final = 1.0
+_BENDS: Final = 0.25
+# Stops by which white departs from the stated exposure, and by which the mean curve does from sRGB.
+_WHITE: Final = 0.1
+_MEAN: Final = 0.3
+# What rows of compressed frames are systematically off, in stops and in codes; neighbouring codes
+# are off alike, so that only every so many rows count.
+_FLOOR_STOPS: Final = 0.03
+_OWN_FLOOR_CODES: Final = 0.3
+_ALIKE: Final = 16.0
+_OWN_CAUCHY: Final = 3.0
+_OWN_ROUNDS: Final = 8
+_LEAST_RISE: Final = 0.2  # of sRGB's between two codes
+
+
+def recover_own_curves(
+    matches: CodeMatches, stops: Sequence[float]
+) -> tuple[Float64, tuple[float, ...]]:
+    """Recover each frame's curve, at stated exposures that fall.
+
+    Returns tables, (K, 3, 256) float64: linear light of each code of each frame, rising from 0
+    to 1, the same for all channels, 1 from the code on that `CodeMatches.whites` names; and the
+    exposures that go with them, what saturates each frame.
+    """
+    frames = len(stops)
+    white = np.minimum(matches.whites or [255] * frames, 255)
+    base = np.log2(srgb_table()[1:])
+    design, wanted, variance = _equations(
+        matches.where(matches.code < white[matches.bright]), stops
+    )
+    prior, home = _prior(white, base)
+    unknowns = np.zeros(frames * _OWN_NODES)
+    for _ in range(_OWN_ROUNDS):
+        off = wanted - design @ unknowns
+        weighted = design.T / (variance * _ALIKE * (1.0 + off**2 / variance / _OWN_CAUCHY**2))
+        pull = weighted @ wanted + home
+        unknowns = np.asarray(np.linalg.solve(weighted @ design + prior, pull), np.float64)
+    departs = unknowns.reshape(frames, _OWN_NODES) @ _hats().T
+    logs = _rising(base + departs, base) - np.asarray(stops)[:, None]
+    ends = logs[np.arange(frames), white - 1]
+    tables = np.zeros((frames, 3, 256))
+    tables[:, :, 1:] = np.exp2(np.minimum(logs - ends[:, None], 0.0))[:, None]
+    return tables, tuple(float(-end) for end in ends)
+
+
+def _equations(matches: CodeMatches, stops: Sequence[float]) -> tuple[Float64, Float64, Float64]:
+    """Return the design, (R, unknowns), what it has to give, (R,), and its variance, (R,)."""
+    hats, base = _hats(), np.log2(srgb_table()[1:])
+    bright = matches.code - 1
+    dark = np.clip(matches.dark_code, 1.0, 255.0)
+    below = np.minimum(dark.astype(np.int64), 254) - 1
+    part = np.log2(dark / (below + 1)) / np.log2((below + 2) / (below + 1.0))
+    hat_dark = hats[below] * (1.0 - part)[:, None] + hats[below + 1] * part[:, None]
+    base_dark = base[below] * (1.0 - part) + base[below + 1] * part
+    rows = np.zeros((len(matches), len(stops), _OWN_NODES))
+    index = np.arange(len(matches))
+    rows[index, matches.bright] += hats[bright]
+    rows[index, matches.dark] -= hat_dark
+    wanted = matches.steps(stops) - (base[bright] - base_dark)
+    slope = base[below + 1] - base[below]
+    codes = np.maximum(matches.scatter, 0.5) ** 2 / matches.places + _OWN_FLOOR_CODES**2
+    return rows.reshape(len(matches), -1), wanted, slope**2 * codes + _FLOOR_STOPS**2
+
+
+def _hats() -> Float64:
+    """Return what each node adds to each code from 1 on, (255, nodes)."""
+    codes = np.arange(1, 256) / 255.0
+    place = np.log1p(codes / _TOE) / np.log1p(1.0 / _TOE)
+    nodes = np.linspace(0.0, 1.0, _OWN_NODES)
+    return np.column_stack([np.interp(place, nodes, row) for row in np.eye(_OWN_NODES)])
+
+
+def _prior(white: Int64, base: Float64) -> tuple[Float64, Float64]:
+    """Quadratic form of what is unlikely, and its pull, given what code each frame clips at."""
+    frames = len(white)
+    bend = np.diff(np.eye(_OWN_NODES), 2, axis=0)
+    form = np.kron(np.eye(frames), bend.T @ bend / _BENDS**2 + np.eye(_OWN_NODES) / _DEPARTS**2)
+    form += np.kron(np.full((frames, frames), (1.0 / frames / _MEAN) ** 2), np.eye(_OWN_NODES))
+    ends = np.kron(np.eye(frames), np.ones(_OWN_NODES)) * np.tile(_hats()[white - 1], frames)
+    return form + ends.T @ ends / _WHITE**2, ends.T @ -base[white - 1] / _WHITE**2
+
+
+def _rising(logs: Float64, base: Float64) -> Float64:
+    """Let every curve rise, from its middle to both ends."""
+    least = _LEAST_RISE * np.diff(base)
+    rise = np.maximum(np.diff(logs, axis=1), least)
+    middle = logs.shape[1] // 2
+    run = np.concatenate([np.zeros((len(logs), 1)), np.cumsum(rise, axis=1)], axis=1)
+    result: Float64 = run - run[:, middle : middle + 1] + logs[:, middle : middle + 1]
+    return result

@@ -15,26 +15,25 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base import colour
 from app.core.base.errors import ProbeError
 from app.core.base.sphere import direction
-from app.core.hdr.chart import Chart, azimuth_elevation
 from app.core.hdr.masks import MaskSpec, draw_mask
+from app.core.hdr.resampling import Chart, azimuth_elevation
 from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Bools, Bytes, Float64, Indices
     from app.core.base.colour import FloatImage
     from app.core.hdr.frame import Merged
 
-Mask: TypeAlias = NDArray[np.bool_]
 
 NADIR: Final = (0.0, -90.0)
 """Azimuth and elevation of what lies straight below, degrees."""
@@ -67,12 +66,8 @@ _NEAR_DEG: Final = 45.0
 class Clutter:
     """Something that should not be there, and where.
 
-    Attributes
-    ----------
-    mask : NDArray[np.float32], (H, W)
-        1 where it is, 0 to 1, in the panorama's texels.
-    confidence : float
-        0 to 1; 1 for a mask by hand.
+    `mask`, (H, W) float32 in the panorama's texels, is 1 where it is, 0 to 1; `confidence` is 0
+    to 1, 1 for a mask by hand.
     """
 
     name: str
@@ -86,30 +81,18 @@ class Clutter:
 class _Found:
     """A region on the chart, with its measures."""
 
-    area: Mask
+    area: Bools
     inside: float
     outside: float
 
 
 def suggest(merged: Merged, foot: tuple[float, float] = NADIR) -> tuple[Clutter, ...]:
-    """Suggest masks for what hangs together with the camera's foot.
+    """Suggest a mask for the stick, tripod or person that hangs together with the camera's foot.
 
-    A suggestion is no more than that: it says how sure it is, and it does not claim to find
-    everybody.
-
-    Parameters
-    ----------
-    merged : Merged
-        Panorama of radiance, linear Rec. 709.
-    foot : tuple[float, float], optional
-        Azimuth and elevation, degrees, at which the camera's own foot is. It is the nadir unless
-        the camera was tilted and the picture levelled.
-
-    Returns
-    -------
-    tuple[Clutter, ...]
-        At most one: the stick, tripod, hand or person at the foot. Empty where the ground there
-        looks like the ground around, and for pictures that are not panoramas.
+    A suggestion says how sure it is, and does not claim to find everybody. `foot` is the
+    azimuth and elevation at which the camera's own foot is: the nadir unless the camera was
+    tilted and the picture levelled. At most one; empty where the ground there looks like the
+    ground around, and for pictures that are not panoramas.
     """
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     if shape[1] != 2 * shape[0]:
@@ -133,20 +116,8 @@ def suggest(merged: Merged, foot: tuple[float, float] = NADIR) -> tuple[Clutter,
     return (Clutter(name, mask, size, confidence, reason),)
 
 
-def foot_of(rotation: NDArray[np.float64] | None) -> tuple[float, float]:
-    """Where a camera's foot is in the panorama after levelling.
-
-    Parameters
-    ----------
-    rotation : (3, 3) float64 or None
-        Takes directions of the camera's panorama to directions of the level one; None where
-        nothing was levelled.
-
-    Returns
-    -------
-    tuple[float, float]
-        Azimuth and elevation, degrees.
-    """
+def foot_of(rotation: Float64 | None) -> tuple[float, float]:
+    """Azimuth and elevation, degrees, of a camera's foot after levelling by a rotation."""
     if rotation is None:
         return NADIR
     return azimuth_elevation(rotation @ np.array([0.0, -1.0, 0.0]))
@@ -157,10 +128,7 @@ def resolve(
 ) -> tuple[Clutter, ...]:
     """Draw the masks a user asked for, and make the suggestions where they asked for those.
 
-    Raises
-    ------
-    ProbeError
-        When a mask's picture cannot be read, or the light is not a full panorama.
+    ProbeError when a mask's picture cannot be read, or the light is not a full panorama.
     """
     shape = (merged.radiance.shape[0], merged.radiance.shape[1])
     if specs and shape[1] != 2 * shape[0]:
@@ -177,13 +145,7 @@ def resolve(
 
 
 def union(clutter: Sequence[Clutter], shape: tuple[int, int]) -> FloatImage:
-    """Lay masks over each other.
-
-    Returns
-    -------
-    NDArray[np.float32], (H, W)
-        The largest of them at each texel; 0 where there are none.
-    """
+    """Lay masks over each other: the largest of them at each texel, (H, W)."""
     whole = np.zeros(shape, np.float32)
     for each in clutter:
         np.maximum(whole, each.mask, out=whole)
@@ -230,7 +192,7 @@ def _find(features: FloatImage, chart: Chart) -> _Found | None:
     return _Found(_grown(_without_holes(area), _GROW_DEG / pixel), inside, outside)
 
 
-def _same_side(area: Mask, away_deg: FloatImage) -> Mask:
+def _same_side(area: Bools, away_deg: FloatImage) -> Bools:
     """Where an area may go on: far from the foot, only in directions it has nearer to it.
 
     The walls and the sky beyond the ground are unlike the ground too, all the way round.
@@ -242,7 +204,7 @@ def _same_side(area: Mask, away_deg: FloatImage) -> Mask:
     return (away_deg < _NEAR_DEG) | open_to[sector]
 
 
-def _edge(features: FloatImage, area: Mask) -> float:
+def _edge(features: FloatImage, area: Bools) -> float:
     """Median step of the colour across an area's edge, in cells of the histogram.
 
     Ground that darkens gently toward the foot has no such step.
@@ -257,28 +219,28 @@ def _edge(features: FloatImage, area: Mask) -> float:
     return float(np.median(steps[rim]))
 
 
-def _sectors(count: int) -> NDArray[np.intp]:
+def _sectors(count: int) -> Indices:
     """Which of so many directions from the foot each pixel of the chart lies in."""
     steps = np.arange(_SIDE) - (_SIDE - 1) / 2.0
     side = np.arctan2(steps[:, np.newaxis], steps[np.newaxis, :])
-    whole: NDArray[np.intp] = np.floor((side / (2.0 * np.pi) + 0.5) * count).astype(np.intp)
+    whole: Indices = np.floor((side / (2.0 * np.pi) + 0.5) * count).astype(np.intp)
     return whole % count
 
 
-def _ring(away_deg: FloatImage) -> Mask:
+def _ring(away_deg: FloatImage) -> Bools:
     return (away_deg > _RING_DEG[0]) & (away_deg < _RING_DEG[1])
 
 
-def _cells(features: FloatImage, ring: Mask) -> NDArray[np.intp]:
+def _cells(features: FloatImage, ring: Bools) -> Indices:
     """Cell of the histogram for each texel, the ring's median in the middle."""
     middle = np.median(features[ring], axis=0)
     steps = (features - middle) / np.array(_STEP, np.float32) + _BINS / 2.0
     cells = np.clip(steps, 0.0, _BINS - 1).astype(np.intp)
-    index: NDArray[np.intp] = (cells[..., 0] * _BINS + cells[..., 1]) * _BINS + cells[..., 2]
+    index: Indices = (cells[..., 0] * _BINS + cells[..., 1]) * _BINS + cells[..., 2]
     return index
 
 
-def _counts(cells: NDArray[np.intp], among: Mask) -> FloatImage:
+def _counts(cells: Indices, among: Bools) -> FloatImage:
     return np.bincount(cells[among], minlength=_BINS**3).astype(np.float32)
 
 
@@ -293,7 +255,7 @@ def _rarity(counts: FloatImage) -> FloatImage:
     return np.asarray(-np.log10(usual + 1e-6), np.float32)
 
 
-def _rare_in_ring(cells: NDArray[np.intp], away_deg: FloatImage) -> FloatImage:
+def _rare_in_ring(cells: Indices, away_deg: FloatImage) -> FloatImage:
     """Rarity of each texel in the ring without the ring's part on the texel's own side.
 
     Somebody who stands there takes up a part of the ring and would be common in it. At the foot,
@@ -314,7 +276,7 @@ def _rare_in_ring(cells: NDArray[np.intp], away_deg: FloatImage) -> FloatImage:
     return rare
 
 
-def _hanging_together(area: Mask, seeds: Mask) -> Mask:
+def _hanging_together(area: Bools, seeds: Bools) -> Bools:
     """Parts of an area that contain enough of the seeds, gaps of a degree or two closed."""
     closed = cv2.morphologyEx(area.astype(np.uint8), cv2.MORPH_CLOSE, _disc(2.0))
     _, labels = cv2.connectedComponents(closed, connectivity=8)
@@ -324,23 +286,23 @@ def _hanging_together(area: Mask, seeds: Mask) -> Mask:
     return np.isin(labels, wanted)
 
 
-def _without_holes(area: Mask) -> Mask:
+def _without_holes(area: Bools) -> Bools:
     outlines, _ = cv2.findContours(area.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     filled = np.zeros(area.shape, np.uint8)
     cv2.drawContours(filled, outlines, -1, (1,), cv2.FILLED)
     return filled > 0
 
 
-def _grown(area: Mask, pixels: float) -> Mask:
+def _grown(area: Bools, pixels: float) -> Bools:
     return cv2.dilate(area.astype(np.uint8), _disc(pixels)) > 0
 
 
-def _disc(radius: float) -> NDArray[np.uint8]:
+def _disc(radius: float) -> Bytes:
     side = 2 * round(radius) + 1
     return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)), np.uint8)
 
 
-def _on_panorama(area: Mask, chart: Chart, shape: tuple[int, int]) -> FloatImage:
+def _on_panorama(area: Bools, chart: Chart, shape: tuple[int, int]) -> FloatImage:
     mask = np.zeros(shape, np.float32)
     picture = area.astype(np.float32)
     for start in range(0, shape[0], 64):
@@ -353,7 +315,7 @@ def _on_panorama(area: Mask, chart: Chart, shape: tuple[int, int]) -> FloatImage
     return mask
 
 
-def _words(area: Mask, chart: Chart) -> tuple[str, str]:
+def _words(area: Bools, chart: Chart) -> tuple[str, str]:
     """Name a region and say why it is suggested."""
     away = chart.distances()[area]
     far = float(np.percentile(away, 98.0))

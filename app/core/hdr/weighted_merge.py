@@ -19,11 +19,10 @@ from app.core.base.colour import srgb_decode, srgb_encode
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Bytes, Float32, Indices
     from app.core.hdr.decoding import Pixels
     from app.core.hdr.weighting import FrameTables
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float32: TypeAlias = NDArray[np.float32]
 Plane: TypeAlias = NDArray[Any]
 
 TRUSTED: Final = 0.5
@@ -47,11 +46,8 @@ _FADED: Final = 8.0  # levels from which on lifted black adds less than 0.005 %
 class FrameLight:
     """How one frame's pixels become weights and radiance.
 
-    Attributes
-    ----------
-    tables : FrameTables
-        256 codes for uint8 frames, 65,536 for uint16; for float frames 65,536 places by the
-        square root of the value as a share of `unit`.
+    Places in the tables are codes, or for float frames the square root of the value as a share
+    of `unit`.
     """
 
     tables: FrameTables
@@ -62,16 +58,10 @@ class FrameLight:
 
 @dataclass(frozen=True, slots=True)
 class Band:
-    """What a band of rows became.
+    """What a band of rows became: red, green, blue, (rows, W) float32 each.
 
-    Attributes
-    ----------
-    radiance : list[NDArray[np.float32]], three of (rows, W)
-        Red, green, blue.
-    clipped, dark : NDArray[np.uint8] or None, (rows, W)
-        255 where the pixel is clipped (black) in every frame; None where no pixel is.
-    clipped_counts : list[int]
-        Clipped pixels in each frame.
+    `clipped` and `dark`, (rows, W) uint8, are 255 where the pixel is clipped (black) in every
+    frame; None where no pixel is. `clipped_counts` are the clipped pixels in each frame.
     """
 
     radiance: list[Float32] = field(repr=False)
@@ -119,14 +109,9 @@ class Sums:
 def merge_band(
     bands: Sequence[Pixels], lights: Sequence[FrameLight], trusts: Sequence[Float32 | None]
 ) -> Band:
-    """Merge the same rows of all frames.
+    """Merge the same rows of all frames, (rows, W, 3) each as stored, brightest first.
 
-    Parameters
-    ----------
-    bands : Sequence[Pixels], (rows, W, 3) each
-        Rows of each frame, brightest first, as stored.
-    trusts : Sequence[NDArray[np.float32] or None], (rows, W) each
-        Trust in each pixel, 0 to 1; None for a frame that is trusted everywhere.
+    `trusts`, (rows, W) each, 0 to 1; None for a frame that is trusted everywhere.
     """
     sums = Sums()
     counts = []
@@ -168,7 +153,7 @@ class Weights:
 
     light: FrameLight
     whole: Float32 = field(repr=False)
-    near: NDArray[np.intp] | None = field(repr=False)
+    near: Indices | None = field(repr=False)
     bright: Float32 = field(repr=False)
     faint: Float32 = field(repr=False)
 
@@ -314,7 +299,7 @@ def hue_rises(
     largest: Plane,
     light: FrameLight,
     radiance: Sequence[Float32] | None = None,
-) -> tuple[NDArray[np.intp], list[Float32]]:
+) -> tuple[Indices, list[Float32]]:
     """Find the pixels that `keep_hue` changes, flat, and by how much in each channel.
 
     Without `radiance` the frame's own is raised.

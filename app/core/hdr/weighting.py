@@ -31,24 +31,38 @@ more to say the closer they are: d grows with the square of the steps between th
 **Reinhard's weights**, as the paper: w(z) = 1 - (2 z / 255 - 1)^12 (Reinhard et al. 2010, "High
 Dynamic Range Imaging", 2nd edition), with codes outside 2 to 98 % of the range excluded as
 Matlab's makehdr does.
+
+**Frames that do not fit each other** are merged by how far they agree: scans of film that are
+warped, a hand that a homography does not undo, tone curves that differ from place to place. There
+weights by noise leave nearly all to the brightest frame that is not clipped, and at an edge that
+lies a pixel off the light is wrong by stops although all darker frames say otherwise. So where
+frames differ beyond noise in most places, each frame's log light counts by
+
+    1 / (e^2 + d^2) / (1 + r^2 / s^2 / (e^2 + d^2))
+
+with e the relative error of its code, d by how much it differs from its neighbours in exposure, as
+measured, and r how far it lies off the mean of all (Cauchy's weights, a few rounds).
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
+import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.colour import srgb_encode
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
+    from app.core.base.arrays import Bools, Bytes, Float32, Float64
+    from app.core.hdr.decoding import Pixels
+    from app.core.hdr.weighted_merge import FrameLight
+
 Scheme: TypeAlias = Literal["noise", "reinhard"]
 
 CLIPPED_CODE: Final = 254
@@ -88,24 +102,13 @@ _BLACK: Final = 1e-6
 class FrameTables:
     """Look-up tables of one frame; n is 256, or 65,536 for 16-bit and float frames.
 
-    Attributes
-    ----------
-    bright : NDArray[np.float32], (n,)
-        Weight by the largest of a pixel's three codes.
-    faint : NDArray[np.float32], (n,)
-        Weight by the smallest of them; the weight of the pixel is the product.
-    own : NDArray[np.float32], (n,)
-        Takes the place of `bright` for a channel where it is larger, by the channel's own code.
-    full : int
-        Below this code `bright` is 1.
-    ramp : int
-        Below this code `bright` is 1 at least where `own` is not 0, and `own` need not be asked.
-    value : NDArray[np.float32], (3, n)
-        Radiance that a code stands for, per channel.
-    spent : int
-        Codes from here on may be clipped: JPEG moves 255 by several beside a lamp. They have no
-        weight, and a pixel that a darker frame clips is clipped in this one. The darkest frame's
-        are those that are clipped.
+    A pixel's weight is the product of `bright`, (n,), by the largest of its three codes and
+    `faint`, (n,), by the smallest. `own`, (n,), takes the place of `bright` for a channel where
+    it is larger, by the channel's own code. Below the code `full` `bright` is 1, below `ramp`
+    at least where `own` is not 0, so that `own` need not be asked. `value`, (3, n), is the
+    radiance a code stands for. Codes from `spent` on may be clipped: JPEG moves 255 by several
+    beside a lamp. They have no weight, and a pixel that a darker frame clips is clipped in this
+    one. The darkest frame's are those that are clipped. All arrays are float32.
     """
 
     bright: Float32 = field(repr=False)
@@ -119,17 +122,9 @@ class FrameTables:
 
 
 def clipped_code(table: Float64) -> int:
-    """Find the first code that counts as clipped.
+    """Find the first code that counts as clipped in a response, (3, 256).
 
-    Parameters
-    ----------
-    table : NDArray[np.float64], (3, 256)
-        Response: linear value of each code.
-
-    Returns
-    -------
-    int
-        254, or less where some channel's response has reached its end before.
+    254, or less where some channel's response has reached its end before.
     """
     flat = (table >= _PLATEAU * table[:, -1:]).any(axis=0)
     return min(CLIPPED_CODE, int(np.argmax(flat)))
@@ -147,14 +142,8 @@ def frame_tables(
 ) -> FrameTables:
     """Make the tables of one frame of a bracket.
 
-    Parameters
-    ----------
-    table : NDArray[np.float64], (3, 256)
-        Response: linear value in 0..1 of each code of each channel, rising.
-    stops : Sequence[float]
-        Exposures of all frames in stops.
-    fine : bool, optional
-        Tables of 65,536 codes, for 16-bit frames.
+    `table`, (3, 256) float64, is the response: linear value in 0..1 of each code, rising.
+    `stops` are the exposures of all frames. `fine` makes 65,536 codes, for 16-bit frames.
     """
     count = 65536 if fine else 256
     codes = np.linspace(0.0, 255.0, count)
@@ -187,18 +176,9 @@ def frame_tables(
 def float_tables(
     index: int, stops: Sequence[float], *, clips: bool, scheme: Scheme = "noise"
 ) -> FrameTables:
-    """Make the tables of a frame that is linear already.
+    """Make the tables, of 65,536 places by the square root, of a frame that is linear already.
 
-    Parameters
-    ----------
-    stops : Sequence[float]
-        Exposures of all frames in stops.
-
-    Returns
-    -------
-    FrameTables
-        65,536 places, by the square root of the linear value; `value` is not meant to be used,
-        the frame's own values are finer.
+    `value` is not meant to be used, the frame's own values are finer.
     """
     places = np.linspace(0.0, 1.0, 65536)
     linear = places * places
@@ -228,7 +208,7 @@ def float_tables(
 
 
 def relative_error(value: Float32) -> Float64:
-    """Relative error of 8-bit codes by noise alone, (256,), of the light they stand for, (3, 256).
+    """Relative error by noise alone of 8-bit codes that stand for light, (3, 256); (256,).
 
     Infinite for codes of no light.
     """
@@ -239,28 +219,19 @@ def relative_error(value: Float32) -> Float64:
 
 
 def neutral_end(table: Float64) -> Float64:
-    """Let all channels of a response end at the same value.
+    """Let all channels of a response, (3, 256), end at the same value.
 
-    A lamp that clips all three channels must come out neutral. A recovered response can end at a
-    different value in each: it is the least certain there, where no frame shows anything darker.
-    The difference is spread over the last codes, rising towards the largest.
-
-    Parameters
-    ----------
-    table : NDArray[np.float64], (3, 256)
-        Response.
-
-    Returns
-    -------
-    NDArray[np.float64], (3, 256)
-        The response, changed only above code 235 and never lowered.
+    A lamp that clips all three channels must come out neutral. A recovered response can end at
+    a different value in each: it is the least certain there, where no frame shows anything
+    darker. The difference is spread over the codes above 235, rising towards the largest;
+    nothing is lowered.
     """
     share = np.clip((np.arange(256.0) - 235.0) / 20.0, 0.0, 1.0)
     gain = table[:, -1].max() / table[:, -1:]
     return np.asarray(table * (1.0 + (gain - 1.0) * share * share * (3.0 - 2.0 * share)))
 
 
-def _first(codes: NDArray[np.bool_]) -> int:
+def _first(codes: Bools) -> int:
     """Find the first code of which something is true, one after the last where it never is."""
     return int(np.argmax(codes)) if codes.any() else codes.size
 
@@ -315,3 +286,98 @@ def _reinhard(codes: Float64) -> tuple[Float64, Float64]:
     hat[(codes < _HAT_LIMITS[0]) | (codes > _HAT_LIMITS[1])] = 0.0
     upper = codes > 127.5
     return np.where(upper, hat, 1.0), np.where(upper, 1.0, hat)
+
+
+# Codes that say how much light there is: from here on, and so far below clipping.
+_DARKEST: Final = 32
+_UNDER_WHITE: Final = 19
+_FEWEST: Final = 300
+_USUAL: Final = 0.8  # of the places keep to what frames are said to differ by
+# Frames of one curve and of curves of their own differ by 0.03 to 0.08 (natural logarithm), scans
+# of film by 0.1 to 0.6. Below this they are believed to fit.
+_MISFIT: Final = 0.1
+# With wider steps hardly a place is well exposed in three frames: there is no majority.
+_WIDE_STOPS: Final = 1.5
+_ODD: Final = 1.4  # standard errors from which on a frame loses its say
+_ROUNDS: Final = 3
+_TOLD: Final = 0.25  # of a frame's say that is enough for a mean
+_LEAST: Final = 1e-12
+
+
+def doubts(samples: Bytes, table: Float64, stops: Sequence[float]) -> tuple[float, ...]:
+    """Measure how far each frame differs from its neighbours, in natural logarithms.
+
+    `samples`, (K, N, 3) uint8, are coded values of the same places; `table`, (3, 256) or (K, 3,
+    256), linear light of each code; `stops` true exposures. Empty where the frames fit, cannot
+    be compared, or are too far apart to outvote another.
+    """
+    if len(stops) < 3 or np.median(np.abs(np.diff(np.sort(stops)))) > _WIDE_STOPS:
+        return ()
+    tables = np.broadcast_to(table, (len(stops), 3, 256))
+    order = sorted(range(len(stops)), key=lambda k: -stops[k])
+    off = np.full(len(stops) - 1, np.nan)
+    for pair, (bright, dark) in enumerate(pairwise(order)):
+        both = _telling(samples[bright], tables[bright]) & _telling(samples[dark], tables[dark])
+        places, channels = np.nonzero(both)
+        if places.size >= _FEWEST:
+            light = [tables[k][channels, samples[k, places, channels]] for k in (bright, dark)]
+            ratio = np.log(light[1] / light[0]) + np.log(2.0) * (stops[bright] - stops[dark])
+            off[pair] = np.quantile(np.abs(ratio), _USUAL)
+    known = np.flatnonzero(np.isfinite(off))
+    if not known.size or off[known].max() < _MISFIT:
+        return ()
+    off = np.interp(np.arange(off.size), known, off[known])
+    by_order = 0.5 * (np.append(off, off[-1]) + np.append(off[0], off))
+    return tuple(float(by_order[order.index(k)]) for k in range(len(stops)))
+
+
+def _telling(codes: Bytes, table: Float64) -> Bools:
+    return np.asarray((codes >= _DARKEST) & (codes < clipped_code(table) - _UNDER_WHITE))
+
+
+def agree(
+    bands: Sequence[Pixels],
+    lights: Sequence[FrameLight],
+    trusts: Sequence[Float32 | None],
+    doubt: Sequence[float],
+    radiance: Sequence[Float32],
+) -> None:
+    """Put the mean of what agrees in the place of merged light, where frames are not clipped.
+
+    `bands`, (rows, W, 3) uint8, are the same rows of each frame; `radiance`, three of (rows,
+    W), what they were merged to, is changed in place.
+    """
+    logs, says, sure = [], [], []
+    told = np.zeros(radiance[0].shape, np.float32)
+    for pixels, light, trust, own in zip(bands, lights, trusts, doubt, strict=True):
+        error = relative_error(light.tables.value) ** 2 + own**2
+        precision = cv2.LUT(pixels.min(axis=-1), (1.0 / error).astype(np.float32))
+        use = cv2.LUT(pixels.max(axis=-1), light.tables.bright)
+        use = use if trust is None else use * trust
+        told += use
+        says.append(use * precision)
+        sure.append(precision)
+        logs.append(_logs(pixels, light))
+    mean = _mean(logs, says)
+    for _ in range(_ROUNDS):
+        left = []
+        for log, say, precision in zip(logs, says, sure, strict=True):
+            off = np.square(log - mean).mean(axis=-1) * precision
+            left.append(say / (np.float32(1.0) + off * np.float32(_ODD**-2)))
+        mean = _mean(logs, left)
+    share = np.minimum(told * np.float32(1.0 / _TOLD), np.float32(1.0))
+    for channel, plane in enumerate(radiance):
+        plain = np.log(np.maximum(plane, np.float32(_LEAST)))
+        plane[...] = np.exp(plain + share * (mean[..., channel] - plain))
+
+
+def _logs(pixels: Pixels, light: FrameLight) -> Float32:
+    """Logarithms of the light, (rows, W, 3)."""
+    table = np.log(np.maximum(light.tables.value, np.float32(_LEAST)))
+    return np.asarray(cv2.LUT(pixels, np.ascontiguousarray(table.T[None])), np.float32)
+
+
+def _mean(logs: Sequence[Float32], says: Sequence[Float32]) -> Float32:
+    total = np.maximum(np.add.reduce(says), np.float32(_LEAST))
+    some = [log * say[..., None] for log, say in zip(logs, says, strict=True)]
+    return np.asarray(np.add.reduce(some) / total[..., None], np.float32)

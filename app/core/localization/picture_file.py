@@ -31,12 +31,11 @@ from app.core.base.image_input import (
     upright,
 )
 from app.core.base.progress import Token
-from app.core.hdr.decoding import decode
+from app.core.hdr.align import levelling
+from app.core.hdr.decoding import decode, proxy_shape, shrunk
 from app.core.hdr.display import WIDTH, display_panorama
 from app.core.hdr.dual_fisheye import find_circles
 from app.core.hdr.frame import Bracket
-from app.core.hdr.frame_preprocessing import proxy_shape, shrunk
-from app.core.hdr.level import levelling
 from app.core.hdr.metadata import read_header
 from app.core.solver.environment import read_environment
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.core.base.colour import rec709_from
+from app.core.base.colour import to_rec709
 from app.core.base.errors import EnvironmentFileError
 from app.core.base.image_input import (
     clear_error,
@@ -22,6 +22,7 @@ from app.core.base.image_input import (
     read_start,
     rows_at_once,
     stated_orientation,
+    stated_primaries,
     upright,
 )
 
@@ -41,7 +42,6 @@ _MOST_REPAIRED: Final = 0.03  # of the sphere, or of the light
 _MAX_PARTS: Final = 16
 _BAND_ROWS: Final = 64
 _READ_ROWS: Final = 512
-_SAME_PRIMARIES: Final = 2e-3  # of a colour: what headers round away
 _EXR: Final = b"\x76\x2f\x31\x01"
 _OTHER_IMAGES: Final = (
     (b"\xff\xd8\xff", "JPEG"),
@@ -241,19 +241,12 @@ def _read_part(source: ImageInput, file: Path) -> FloatImage:
 
 def _to_rec709(radiance: FloatImage, spec: ImageSpec, file: Path) -> None:
     """Bring colours of other primaries, such as ACES', to those that everything here has."""
-    stated = spec.getattribute("chromaticities")
-    if not isinstance(stated, tuple):
-        return
     try:
-        matrix = rec709_from(stated)
+        primaries = stated_primaries(spec)
     except ValueError:
         raise _damaged(file) from None
-    if np.abs(matrix - np.eye(3)).max() < _SAME_PRIMARIES:
-        return
-    for first in range(0, len(radiance), _READ_ROWS):
-        band = radiance[first : first + _READ_ROWS]
-        with np.errstate(invalid="ignore", over="ignore"):
-            band[:] = band @ matrix.T.astype(np.float32)
+    if primaries:
+        to_rec709(radiance, primaries)
 
 
 def _colour_channels(spec: ImageSpec) -> tuple[int, ...] | None:

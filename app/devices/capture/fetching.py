@@ -6,11 +6,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import ProbeError
+from app.core.hdr.arriving import rough_environment
 from app.core.hdr.bracket import EQUAL_STOPS
-from app.core.hdr.damage import disagreeing
+from app.core.hdr.contradiction import disagreeing
+from app.core.hdr.frame import listed
 from app.core.hdr.metadata import read_header
-from app.core.hdr.rough import rough_environment
-from app.core.hdr.words import listed
 from app.devices.capture.download import FileProgress, fetch_file, fetch_thumbnails
 from app.devices.capture.file_integrity import whole_file, whole_picture
 from app.devices.capture.status import FrameProgress, Stage
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
     from pathlib import Path
 
+    from app.core.hdr.arriving import Rough
     from app.core.hdr.decoding import Pixels
-    from app.core.hdr.rough import Rough
     from app.devices.capture.job import Job
     from app.devices.capture.session import SessionFrame
 

@@ -20,8 +20,8 @@ from app.core.base.files import open_file
 from app.core.base.image_input import open_image
 from app.core.base.progress import Token
 from app.core.hdr.decoding import READ_ROWS, FileRows, row_bands
+from app.core.hdr.frame import listed
 from app.core.hdr.metadata import ENDINGS, Header, read_header
-from app.core.hdr.words import listed
 from app.devices.errors import CaptureFailed
 from app.devices.theta.untrusted import words
 

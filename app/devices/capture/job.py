@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
     from app.core.base.progress import Token
     from app.core.hdr.arriving import ArrivingFrames
-    from app.core.hdr.pipeline import MergeOptions, Probe
+    from app.core.hdr.finish import MergeOptions
+    from app.core.hdr.pipeline import Probe
     from app.core.hdr.planner import Plan
     from app.core.solver.style_pack import StylePack
     from app.devices.capture.recovery import Contact

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from app.core.hdr.rough import Rough
+    from app.core.hdr.arriving import Rough
 
 SEEKING: Final = "The camera is out of reach. Looking for it"
 """What is said, with the time left, while a lost camera is sought."""

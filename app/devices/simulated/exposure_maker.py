@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, Final, TypeAlias, TypedDict, Unpack
 import cv2
 import numpy as np
 
+from app.core.hdr.align import tilt_rotation
 from app.core.hdr.frame import LensExposure, Pose
-from app.core.hdr.level import tilt_rotation
 from app.devices.simulated.exif import Tags, exif_segment, pose_segment
 from app.devices.simulated.optics import bloomed, column_gains, view_of
 from app.devices.simulated.sensor import add_sensor_noise, saturation_cd_m2

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from app.core.base.errors import CoreError
 from app.core.base.image_input import picture_bytes
 from app.core.base.images import write_exr
-from app.core.hdr.pipeline import MergeOptions, measure
+from app.core.hdr.finish import MergeOptions
+from app.core.hdr.pipeline import measure
 from app.core.portrait.recapture_registration import Registered, register_again
 from app.core.solver.environment import reduce
 from app.core.solver.reach import LIMITS, Limits
@@ -46,8 +47,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.core.base.progress import Report, Token
+    from app.core.hdr.arriving import Rough
     from app.core.hdr.planner import PlannedShot
-    from app.core.hdr.rough import Rough
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.solve import StyleResult
     from app.core.solver.style_pack import StylePack

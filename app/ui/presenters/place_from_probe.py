@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from app.core.hdr.lights import light_grid
-from app.core.hdr.sun_finder import find_sun, sun_core
+from app.core.hdr.sun import find_sun, sun_core
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.storage.places import CaptureFacts, FrameFacts, Location
 

@@ -196,7 +196,8 @@ def _measured(
         light = prepare(read_environment(intake.environment))
         white = stated_white(intake.environment)
         return light, Location(), CaptureFacts(plan="panorama", white_cd_m2=white)
-    from app.core.hdr.pipeline import MergeOptions, measure
+    from app.core.hdr.finish import MergeOptions
+    from app.core.hdr.pipeline import measure
 
     pack, wishes = load_named_pack(_HEAD), MergeOptions(limits=limits)
     probe = measure(intake.frames, pack, wishes, token=token, report=report)

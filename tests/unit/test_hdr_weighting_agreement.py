@@ -10,10 +10,11 @@ import pytest
 
 from app.core.base.colour import srgb_encode
 from app.core.base.paths import resources
-from app.core.hdr.agreement import doubts
 from app.core.hdr.brightness_transfer import match_codes
-from app.core.hdr.pipeline import MergeOptions, Probe, measure
+from app.core.hdr.finish import MergeOptions
+from app.core.hdr.pipeline import Probe, measure
 from app.core.hdr.response_recovery import srgb_table
+from app.core.hdr.weighting import doubts
 from app.core.solver.environment import read_environment
 from app.core.solver.style_pack import load_named_pack
 from tests.helpers.odd_brackets import Way, decoded, error_of, make, spreads, view

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from app.core.hdr.frame_preprocessing import shrunk
+from app.core.hdr.decoding import shrunk
 
 
 @pytest.mark.parametrize("levels", [(0, 256), (254, 256), (0, 2)])

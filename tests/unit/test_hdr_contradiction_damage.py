@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.hdr.damage import disagreeing
-from app.core.hdr.frame_preprocessing import proxy_shape, shrunk
+from app.core.hdr.contradiction import disagreeing
+from app.core.hdr.decoding import proxy_shape, shrunk
 from tests.helpers.cameras import Rig, room
 from tests.helpers.captures import without_merging
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import get_args
 
 import numpy as np
 import pytest
 
 from app.core.base.colour import LUMINANCE_WEIGHTS
-from app.core.hdr.sky import (
-    SKY_WORDS,
+from app.core.hdr.sun import (
     SUN_DIAMETER_DEG,
     SUN_SOLID_ANGLE_SR,
     SkyWord,
@@ -63,7 +63,7 @@ def test_high_sun_on_the_level_is_full_daylight() -> None:
 
 def test_words_lower_the_light_in_order() -> None:
     for elevation in (5.0, 30.0, 90.0):
-        values = [direct_normal_lux(elevation, word) for word in SKY_WORDS]
+        values = [direct_normal_lux(elevation, word) for word in get_args(SkyWord)]
         assert values == sorted(values, reverse=True)
         assert values[2] < 0.6 * values[0]
 
@@ -75,7 +75,7 @@ def test_disc_has_its_published_size() -> None:
     assert math.pi / SUN_SOLID_ANGLE_SR == pytest.approx(46_334, rel=0.005)
 
 
-@pytest.mark.parametrize("sky", SKY_WORDS)
+@pytest.mark.parametrize("sky", get_args(SkyWord))
 def test_colour_keeps_luminance_and_reddens(sky: SkyWord) -> None:
     previous = 0.0
     for elevation in (90.0, 45.0, 20.0, 10.0, 8.0):

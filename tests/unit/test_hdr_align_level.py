@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from app.core.base.angles import wrap
 from app.core.base.colour import luminance, panorama_exposure, to_bytes, tone_map
 from app.core.base.sphere import angle_of, direction, remap_frame, rotation
+from app.core.hdr.align import first_shot, levelling, tilt_rotation
 from app.core.hdr.frame import Bracket, Frame, Pose
-from app.core.hdr.level import first_shot, levelling, tilt_rotation
 from app.core.solver.environment import read_environment
 from tests.helpers.shared import SHARED, needs_shared
 from tests.helpers.verticals import edge_normals, leans_deg, tilt_deg

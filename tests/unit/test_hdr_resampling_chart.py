@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from app.core.base.sphere import direction, directions
-from app.core.hdr.chart import Chart, Kind, azimuth_elevation, wrapped_blur
+from app.core.hdr.resampling import Chart, Kind, azimuth_elevation, wrapped_blur
 
 CENTRES = [(0.0, -90.0), (35.0, -90.0), (0.0, 90.0), (180.0, 0.0), (-120.0, 40.0), (10.0, -50.0)]
 

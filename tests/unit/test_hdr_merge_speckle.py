@@ -6,7 +6,7 @@ import numpy as np
 
 from app.core.base.colour import srgb_decode, srgb_encode
 from app.core.base.progress import Token
-from app.core.hdr.speckle import quiet_colours
+from app.core.hdr.merge import quiet_colours
 from app.core.hdr.weighted_merge import lift_black
 from tests.helpers.odd_brackets import decoded, jpeg_bytes, speckle
 

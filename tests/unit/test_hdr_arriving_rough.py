@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from app.core.base.colour import luminance
 from app.core.base.paths import resources
+from app.core.hdr.arriving import rough_environment
 from app.core.hdr.camera_table import camera_facts
 from app.core.hdr.frame import Exposure
 from app.core.hdr.pipeline import measure
 from app.core.hdr.planner import plan
-from app.core.hdr.rough import rough_environment
 from app.core.solver.environment import Environment, read_environment, reduce
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import StylePack, load_named_pack

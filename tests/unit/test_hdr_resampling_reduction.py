@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from app.core.hdr.reduction import Reduction
+from app.core.hdr.resampling import Reduction
 from app.core.solver.environment import energy, reduce_radiance
 
 
