@@ -14,7 +14,6 @@ from app.core.base.errors import CoreError
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.masks import parse_mask
 from app.core.second_light.captured import centroid
-from app.core.second_light.comparable import compare, with_lux
 from app.core.second_light.dark_room import GUIDE, capture_lamp
 from app.core.second_light.library import (
     add_lamp,
@@ -28,6 +27,7 @@ from app.core.second_light.library import (
     update_lamp,
 )
 from app.core.second_light.mask import edit_mask
+from app.core.second_light.scale import compare, with_lux
 from app.core.solver.style_pack import load_named_pack
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ import numpy as np
 
 from app.core.base.errors import CoreError
 from app.core.painting import list_user_styles, make_canvas, save_user_style, update_user_style
-from app.core.painting.drafts import Draft, load_draft, save_draft
+from app.core.painting.user_style import Draft, load_draft, save_draft
 from app.core.second_light.captured import CapturedLamp, make_lamp
 from app.core.second_light.library import add_lamp, list_lamps, read_lamp, update_lamp
 from app.core.storage.places import create_place, list_places, read_light, read_place, write_place

@@ -22,7 +22,7 @@ from app.core.painting import (
     make_canvas,
     save_user_style,
 )
-from app.core.painting.layers_file import write_layers
+from app.core.painting.user_style import write_layers
 
 
 @pytest.fixture

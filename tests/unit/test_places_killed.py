@@ -27,7 +27,7 @@ from app.core.storage.places import (
     read_place,
     write_place,
 )
-from app.core.storage.places.names import sweep
+from app.core.storage.places.originals import sweep
 
 ROOT = Path(__file__).resolve().parents[2]
 NOW = datetime(2026, 6, 21, 12, 5, tzinfo=UTC)

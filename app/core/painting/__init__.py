@@ -1,6 +1,5 @@
 """Painting target weights on the head: brush, canvas, undo, live answers, and styles to keep."""
 
-from app.core.painting.brush import Brush, Tool
 from app.core.painting.canvas import (
     NOTHING_PAINTED,
     ONE_SIDED,
@@ -9,10 +8,11 @@ from app.core.painting.canvas import (
     advice,
     blank,
     canvas_size,
+    from_style,
+    from_user_style,
+    from_weights,
     make_canvas,
 )
-from app.core.painting.drafts import Draft, load_draft, save_draft
-from app.core.painting.exchange import EXPORT_ENDING, export_style, import_style
 from app.core.painting.gallery import (
     Asking,
     light_side,
@@ -23,10 +23,13 @@ from app.core.painting.gallery import (
 )
 from app.core.painting.library import (
     CANNOT_READ,
+    EXPORT_ENDING,
     DamagedStyle,
     Trashed,
     delete,
     duplicate,
+    export_style,
+    import_style,
     list_user_styles,
     rename,
     restore,
@@ -34,10 +37,24 @@ from app.core.painting.library import (
     update_user_style,
 )
 from app.core.painting.session import Answer, PaintSession
-from app.core.painting.start import from_style, from_user_style, from_weights
-from app.core.painting.stroke import Stroke
-from app.core.painting.tiles import TileChange, apply, cleared, difference, revert
-from app.core.painting.user_style import UserStyle, read_user_style, text_path
+from app.core.painting.stroke import (
+    Brush,
+    Stroke,
+    TileChange,
+    Tool,
+    apply,
+    cleared,
+    difference,
+    revert,
+)
+from app.core.painting.user_style import (
+    Draft,
+    UserStyle,
+    load_draft,
+    read_user_style,
+    save_draft,
+    text_path,
+)
 
 __all__ = [
     "CANNOT_READ",

@@ -24,8 +24,7 @@ from app.core.painting.canvas import (
     resized,
     weights_of,
 )
-from app.core.painting.stroke import Stroke
-from app.core.painting.tiles import TileChange, apply, revert
+from app.core.painting.stroke import Stroke, TileChange, apply, revert
 from app.core.solver.reach import LIMITS, Limits, Objective
 from app.core.solver.relighting_cache import counted_light, table_picture
 from app.core.solver.solve import StyleResult, solve_on_table
@@ -33,7 +32,7 @@ from app.core.solver.transport import to_image
 from app.core.solver.weights import paint
 
 if TYPE_CHECKING:
-    from app.core.painting.brush import Brush
+    from app.core.painting.stroke import Brush
     from app.core.solver.relighting_cache import CountedLight, LightTable
     from app.core.solver.transport import Transport
     from app.core.solver.weights import PaintedWeights
@@ -175,12 +174,12 @@ class PaintSession:
             self._start_afresh(self._canvas)
 
     def apply(self, change: TileChange) -> None:
-        """Do a change again; see `app.core.painting.tiles.apply`."""
+        """Do a change again; see `app.core.painting.stroke.apply`."""
         self.abort()
         self._start_afresh(apply(self._canvas, change))
 
     def revert(self, change: TileChange) -> None:
-        """Take a change back; see `app.core.painting.tiles.revert`."""
+        """Take a change back; see `app.core.painting.stroke.revert`."""
         self.abort()
         self._start_afresh(revert(self._canvas, change))
 

@@ -5,8 +5,7 @@ sitter's eyes, how old the light is, and how a second capture lies on the first.
 """
 
 from app.core.portrait.age import Age, Kind, light_age
-from app.core.portrait.flow import Flow, light_flow
-from app.core.portrait.glare import Glare, eye_light, glare
+from app.core.portrait.glare import Flow, Glare, eye_light, glare, light_flow
 from app.core.portrait.ratio import CONVENTION, LightingRatio, lighting_ratio
 from app.core.portrait.recapture_registration import Registered, register_again
 

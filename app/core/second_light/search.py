@@ -15,16 +15,17 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS, turn_of_index, wrap
 from app.core.second_light.contrast import norm_at
-from app.core.second_light.lamp_tables import (
+from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
+from app.core.second_light.search_kernel import (
+    Found,
     LampTables,
     Place,
     lamp_alone,
     lamp_tables,
     left_everywhere,
     see_place,
+    seek,
 )
-from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
-from app.core.second_light.search_kernel import Found, seek
 from app.core.solver.reach import LIMITS, LightMap, Limits, Objective, reason
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search_light import luminance_of

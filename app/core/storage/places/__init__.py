@@ -1,15 +1,6 @@
 """Places: one folder per place and time, with its light, its results and the user's files."""
 
 from app.core.storage.places.light import StoredLight, fingerprint_of, read_light, store_environment
-from app.core.storage.places.listing import (
-    PLACE,
-    THUMBNAIL,
-    PlaceSummary,
-    capture_folders,
-    list_places,
-    new_capture_folder,
-    summarise,
-)
 from app.core.storage.places.originals import ORIGINALS, adopt_files
 from app.core.storage.places.place import (
     Asked,
@@ -22,16 +13,21 @@ from app.core.storage.places.place import (
 )
 from app.core.storage.places.results import results_from_json, results_to_json
 from app.core.storage.places.store import (
+    PLACE,
+    THUMBNAIL,
+    PlaceSummary,
+    TrashedPlace,
+    capture_folders,
     create_place,
+    delete_place,
+    list_places,
+    list_trash,
+    new_capture_folder,
     read_place,
     rename_place,
-    write_place,
-)
-from app.core.storage.places.trash import (
-    TrashedPlace,
-    delete_place,
-    list_trash,
     restore_place,
+    summarise,
+    write_place,
 )
 
 __all__ = [

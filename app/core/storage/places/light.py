@@ -21,9 +21,9 @@ from app.core.hdr.display import display_panorama
 from app.core.solver.environment import from_radiance
 from app.core.solver.environment_file import MAX_WIDTH, MIN_WIDTH, read_panorama
 from app.core.storage.places.encoding import ENVIRONMENT_NAME
-from app.core.storage.places.listing import THUMBNAIL, capture_folders
 from app.core.storage.places.originals import ORIGINALS
 from app.core.storage.places.place import PlaceError
+from app.core.storage.places.store import THUMBNAIL, capture_folders
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -4,12 +4,14 @@ from app.core.storage.settings.setting import Kind, Setting, SettingsError, Valu
 from app.core.storage.settings.store import (
     DEFAULTS,
     FILE,
+    SECTIONS,
+    TABLE,
     Settings,
     document,
     read_settings,
+    setting,
     write_settings,
 )
-from app.core.storage.settings.table import SECTIONS, TABLE, setting
 
 __all__ = [
     "DEFAULTS",

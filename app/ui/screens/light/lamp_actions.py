@@ -14,8 +14,8 @@ from app.core.second_light.library import (
     restore_lamp,
     update_lamp,
 )
+from app.core.second_light.placements import metres, read_metres
 from app.core.second_light.scale import read_lux
-from app.core.second_light.words import metres, read_metres
 from app.ui.presenters.actions import Action
 from app.ui.presenters.undo import FileChange
 from app.ui.screens.light.mask import MaskEdit, MaskLook, look_at_mask
