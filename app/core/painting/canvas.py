@@ -29,15 +29,8 @@ if TYPE_CHECKING:
 def from_style(pack: StylePack, transport: Transport, name: str) -> Canvas:
     """Start from a built-in style: the weights of its target picture (eq. 6).
 
-    Returns
-    -------
-    Canvas
-        Averaged over the head's pixels, its weights are those of eq. 6 to 1e-6.
-
-    Raises
-    ------
-    StyleError
-        If the pack has no such style, or belongs to another head.
+    Averaged over the head's pixels, its weights are those of eq. 6 to 1e-6.
+    Raises StyleError if the pack has no such style, or belongs to another head.
     """
     if pack.header.picture != transport.size:
         raise StyleError("The styles belong to another head.")
@@ -49,21 +42,10 @@ def from_style(pack: StylePack, transport: Transport, name: str) -> Canvas:
 def from_weights(transport: Transport, weights: NDArray[np.floating[Any]]) -> Canvas:
     """Start from weights on the head's pixels.
 
-    Parameters
-    ----------
-    weights : (P,) float
-        In [-1, 1]; those outside the face are not used.
-
-    Returns
-    -------
-    Canvas
-        Smooth, also beyond the edge of the face, and with the weights as its averages over the
-        pixels of the face.
-
-    Raises
-    ------
-    StyleError
-        If there is not one finite value per pixel of the head.
+    `weights`: (P,) float, in [-1, 1]; those outside the face are not used.
+    The canvas is smooth, also beyond the edge of the face, and averages to the weights over each
+    pixel of the face.
+    Raises StyleError if there is not one finite value per pixel of the head.
     """
     if weights.shape != transport.face.shape or not np.isfinite(weights).all():
         raise StyleError("The weights do not fit this head.")
@@ -80,10 +62,7 @@ def from_weights(transport: Transport, weights: NDArray[np.floating[Any]]) -> Ca
 def from_user_style(style: UserStyle, transport: Transport) -> Canvas:
     """Start from a style of the user's own, painted on this head or another.
 
-    Returns
-    -------
-    Canvas
-        The style's layers, brought to this head's canvas size where it differs.
+    Its layers are brought to this head's canvas size where that differs.
     """
     size = canvas_size(transport)
     return make_canvas(resized(style.weights, size), resized(style.ignore, size))
@@ -180,19 +159,12 @@ class Canvas:
     """Painted weights and what they started from. Its arrays cannot be written to.
 
     Row 0 is the top, column 0 the left of the picture, which is the sitter's right.
-
-    Attributes
-    ----------
-    weights : (S, S) float32
-        In [-1, 1]: +1 should be brighter, -1 darker.
-    ignore : (S, S) float32
-        In [0, 1]; from `IGNORED` on a pixel does not count.
-    start_weights, start_ignore : (S, S) float32
-        What "Restore" goes back to.
     """
 
-    weights: Float32 = field(repr=False)
+    weights: Float32 = field(repr=False)  # (S, S), in [-1, 1]: +1 should be brighter, -1 darker
+    # (S, S), in [0, 1]; from `IGNORED` on a pixel does not count
     ignore: Float32 = field(repr=False)
+    # start_weights, start_ignore: (S, S), what "Restore" goes back to
     start_weights: Float32 = field(repr=False)
     start_ignore: Float32 = field(repr=False)
 
@@ -235,19 +207,11 @@ def make_canvas(
 ) -> Canvas:
     """Make a canvas of layers, copied and checked.
 
-    Parameters
-    ----------
-    weights : (S, S) float
-        In [-1, 1]; what is a little outside is clipped.
-    ignore : (S, S) float, optional
-        In [0, 1], likewise; nothing is ignored without it.
-    start_weights, start_ignore : (S, S) float, optional
-        What to restore; by default the layers themselves.
-
-    Raises
-    ------
-    StyleError
-        If the layers are not square, not of one size, or not numbers.
+    `weights`: (S, S) float, in [-1, 1]; what is a little outside is clipped.
+    `ignore`: (S, S) float, in [0, 1], likewise; nothing is ignored without it.
+    `start_weights` and `start_ignore`: (S, S) float, what to restore; by default the layers
+    themselves.
+    Raises StyleError if the layers are not square, not of one size, or not numbers.
     """
     shape = weights.shape
     nothing = np.zeros(shape, np.float32)
@@ -267,16 +231,7 @@ def make_canvas(
 def resized(layer: Floats, size: int) -> Float32:
     """Bring a layer to another canvas size; averaged where it becomes smaller.
 
-    Parameters
-    ----------
-    layer : (S, S) float
-        Any layer.
-    size : int
-        Side wanted, pixels.
-
-    Returns
-    -------
-    (size, size) float32
+    `layer`: (S, S) float. Returns (size, size) float32.
     """
     values = np.ascontiguousarray(layer, np.float32)
     if len(values) == size:
@@ -288,17 +243,9 @@ def resized(layer: Floats, size: int) -> Float32:
 def block_means(layer: Float32, pixels: int, region: Region | None = None) -> Float64:
     """Average a canvas layer over the head's pixels.
 
-    Parameters
-    ----------
-    layer : (S, S) float32
-        Any layer.
-    region : Region, optional
-        Only these; given in the head's pixels, not the canvas's.
-
-    Returns
-    -------
-    (n, m) float64
-        One value per head pixel of the region; (N, N) without one.
+    `layer`: (S, S) float32.
+    `region`: only these; given in the head's pixels, not the canvas's.
+    Returns (n, m) float64: one value per head pixel of the region; (N, N) without one.
     """
     step = len(layer) // pixels
     if region is None:
@@ -314,12 +261,8 @@ def block_means(layer: Float32, pixels: int, region: Region | None = None) -> Fl
 def head_values(canvas: Canvas, transport: Transport) -> tuple[Float64, Mask]:
     """Reduce a canvas to the pixels of a head.
 
-    Returns
-    -------
-    values : (P,) float64
-        Painted weights in [-1, 1], not yet zero-mean.
-    ignored : (P,) bool
-        Pixels that do not count.
+    Returns (P,) float64 painted weights in [-1, 1], not yet zero-mean, and (P,) bool: the pixels
+    that do not count.
     """
     weights, ignore = canvas.weights, canvas.ignore
     if canvas.size % transport.size:

@@ -57,10 +57,7 @@ _NAME: Final = "received"
 def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None:
     """Write a style to one file.
 
-    Raises
-    ------
-    CoreError
-        If it cannot be written, or a file is there that must not be replaced.
+    Raises CoreError if it cannot be written, or a file is there that must not be replaced.
     """
     if not replace and file.exists():
         raise StyleError(f"There is already a file {file.name}.", "Choose another name.")
@@ -85,16 +82,9 @@ def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None
 def import_style(folder: Path, file: Path) -> UserStyle:
     """Take in a style that somebody exported.
 
-    Returns
-    -------
-    UserStyle
-        As it was written, under a new name, and a new title where the old one is taken.
-
-    Raises
-    ------
-    StyleError
-        If the file is not a whole style, of a newer form, or too large, or the style cannot
-        be written. Then nothing is left behind that counts.
+    It gets a new name, and a new title where the old one is taken.
+    Raises StyleError if the file is not a whole style, of a newer form, or too large, or the style
+    cannot be written. Then nothing is left behind that counts.
     """
     parts = _members(file)
     with tempfile.TemporaryDirectory() as place:
@@ -186,10 +176,7 @@ class Trashed:
 def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[DamagedStyle, ...]]:
     """Read all painted styles of a folder.
 
-    Returns
-    -------
-    tuple of DamagedStyle
-        Files that are neither; they are left as they are.
+    Files that cannot be read come second; they are left as they are.
     """
     styles: list[UserStyle] = []
     damaged: list[DamagedStyle] = []
@@ -225,10 +212,8 @@ def save_user_style(
 ) -> UserStyle:
     """Keep a canvas as a new style.
 
-    Raises
-    ------
-    StyleError
-        If it cannot be written, or a text is too long. Then nothing is left behind that counts.
+    Raises StyleError if it cannot be written, or a text is too long. Then nothing is left behind
+    that counts.
     """
     draft = UserStyle(
         "",
@@ -247,10 +232,7 @@ def save_user_style(
 def add(folder: Path, style: UserStyle) -> UserStyle:
     """Keep a style under a name and title of its own.
 
-    Raises
-    ------
-    StyleError
-        If it cannot be written.
+    Raises StyleError if it cannot be written.
     """
     title = _free_title(folder, style.title)
     named = replace(style, name=_free_name(folder, title), title=title)
@@ -261,10 +243,7 @@ def add(folder: Path, style: UserStyle) -> UserStyle:
 def update_user_style(folder: Path, style: UserStyle, canvas: Canvas) -> UserStyle:
     """Give a style other weights; a copy of the old ones goes to the trash.
 
-    Raises
-    ------
-    StyleError
-        If it cannot be written; the old ones then still count.
+    Raises StyleError if it cannot be written; the old ones then still count.
     """
     changed = replace(style, weights=canvas.weights, ignore=canvas.ignore)
     if checksum(changed) == checksum(style):
@@ -279,10 +258,7 @@ def update_user_style(folder: Path, style: UserStyle, canvas: Canvas) -> UserSty
 def rename(folder: Path, style: UserStyle, title: str) -> UserStyle:
     """Give a style another title; its name in files stays.
 
-    Raises
-    ------
-    StyleError
-        If another style is called so, or it cannot be written.
+    Raises StyleError if another style is called so, or it cannot be written.
     """
     wanted = clean_text(title, "title")
     if title_key(wanted) in _titles(folder, without=style.name):
@@ -300,10 +276,7 @@ def duplicate(folder: Path, style: UserStyle, title: str = "") -> UserStyle:
 def delete(folder: Path, style: UserStyle) -> Trashed:
     """Put a style away, so that `restore` can bring it back.
 
-    Raises
-    ------
-    StyleError
-        If its files cannot be moved.
+    Raises StyleError if its files cannot be moved.
     """
     away = _trash_folder(folder, style.name)
     text, layers = text_path(folder, style.name), layers_path(folder, style.name, checksum(style))
@@ -321,15 +294,8 @@ def delete(folder: Path, style: UserStyle) -> Trashed:
 def restore(folder: Path, trashed: Trashed) -> UserStyle:
     """Bring a style back; its files in the trash stay as they are.
 
-    Returns
-    -------
-    UserStyle
-        Under its old name and title, unless others bear them by now.
-
-    Raises
-    ------
-    StyleError
-        If it is no longer in the trash, damaged, or cannot be written.
+    It has its old name and title unless others bear them by now.
+    Raises StyleError if it is no longer in the trash, damaged, or cannot be written.
     """
     style = read_user_style(text_path(trashed.folder, trashed.name))
     title = _free_title(folder, style.title)

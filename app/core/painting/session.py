@@ -44,35 +44,22 @@ Mask: TypeAlias = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answer:
-    """What the painted weights come to.
+    """What the painted weights come to."""
 
-    Attributes
-    ----------
-    preintegrated : (H, W) float32
-        Pre-integrated target F (eq. 3) in panorama coordinates at turn 0: positive where light
-        helps, negative where it harms.
-    advice : str or None
-        What is missing before this can be kept as a style; None when nothing is.
-    result : StyleResult or None
-        Best turn, match, strength and curves here; None without a place.
-    picture : (N, N, 3) float32 or None
-        Linear Rec. 709 picture at the refined best turn on black, in the unit of the
-        environment; None without a place or without colours.
-    """
-
+    # (H, W), pre-integrated target F (eq. 3) in panorama coordinates at turn 0: positive where
+    # light helps, negative where it harms
     preintegrated: Float32 = field(repr=False)
-    advice: str | None
-    result: StyleResult | None
+    advice: str | None  # what is missing before this can be kept as a style; None when nothing is
+    result: StyleResult | None  # best turn, match, strength and curves here; None without a place
+    # (N, N, 3), linear Rec. 709 picture at the refined best turn on black, in the unit of the
+    # environment; None without a place or without colours
     picture: Float32 | None = field(repr=False)
 
 
 class PaintSession:
     """A canvas, the head it belongs to, and the place's light. For one thread at a time.
 
-    Parameters
-    ----------
-    front_deg : float, optional
-        Azimuth at which the photographer stands, deg.
+    `front_deg`: azimuth at which the photographer stands, deg.
     """
 
     def __init__(
@@ -119,10 +106,7 @@ class PaintSession:
     def set_light(self, table: LightTable | None, front_deg: float = 0.0) -> None:
         """Take another place's light, or none.
 
-        Parameters
-        ----------
-        front_deg : float, optional
-            Azimuth at which the photographer stands, deg.
+        `front_deg`: azimuth at which the photographer stands, deg.
         """
         self._table, self._front_deg, self._counted = table, front_deg, None
 
@@ -138,12 +122,8 @@ class PaintSession:
     def begin(self, brush: Brush, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:
         """Begin a stroke; one under way is given up.
 
-        Parameters
-        ----------
-        x, y : float
-            Canvas pixels from the upper left corner.
-        pressure : float, optional
-            0 to 1.
+        `x` and `y`: canvas pixels from the upper left corner.
+        `pressure`: 0 to 1.
         """
         self.abort()
         self._stroke = Stroke(self._canvas, brush, x, y, pressure)

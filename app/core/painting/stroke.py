@@ -24,18 +24,13 @@ _LAYERS: Final = ("weights", "ignore")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tile:
-    """A part of one layer before and after.
-
-    Attributes
-    ----------
-    column, row : int
-        Tile coordinates: the tile's left edge is at 64 times the column.
-    before, after : (h, w) float32
-    """
+    """A part of one layer before and after."""
 
     layer: str
+    # column, row: in tiles; the left edge is at 64 times the column
     column: int
     row: int
+    # before, after: (h, w)
     before: Float32 = field(repr=False)
     after: Float32 = field(repr=False)
 
@@ -90,15 +85,8 @@ def difference(before: Canvas, after: Canvas) -> TileChange:
 def apply(canvas: Canvas, change: TileChange) -> Canvas:
     """Do a change again.
 
-    Returns
-    -------
-    Canvas
-        As it was after the change, to the last bit.
-
-    Raises
-    ------
-    ValueError
-        If the canvas is not the one that the change began with.
+    The canvas is as it was after the change, to the last bit.
+    Raises ValueError if the canvas is not the one that the change began with.
     """
     return _exchange(canvas, [(tile, tile.before, tile.after) for tile in change.tiles])
 
@@ -150,22 +138,12 @@ class Tool(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Brush:
-    """What is painted with.
-
-    Attributes
-    ----------
-    diameter : float
-        Canvas pixels.
-    strength : float
-        0 to 1: how far one stroke goes toward the tool's goal.
-    softness : float
-        0 to 1: share of the radius over which the brush fades out.
-    """
+    """What is painted with."""
 
     tool: Tool = Tool.BRIGHTER
-    diameter: float = 64.0
-    strength: float = 0.3
-    softness: float = 0.7
+    diameter: float = 64.0  # canvas pixels
+    strength: float = 0.3  # 0 to 1: how far one stroke goes toward the tool's goal
+    softness: float = 0.7  # 0 to 1: share of the radius over which the brush fades out
     mirror: bool = False
     pen_pressure: bool = False
 
@@ -184,12 +162,8 @@ class Brush:
 def reach(start: Point, stop: Point, radius: float, size: int) -> Region:
     """Part of a canvas that a piece of path can touch.
 
-    Parameters
-    ----------
-    start, stop : tuple of float
-        Ends (x, y), canvas pixels from the upper left corner.
-    radius : float
-        Of the brush, canvas pixels.
+    `start` and `stop`: ends (x, y), canvas pixels from the upper left corner.
+    `radius`: of the brush, canvas pixels.
     """
     (left, right), (top, bottom) = (sorted(ends) for ends in zip(start, stop, strict=True))
     return Region(
@@ -203,16 +177,9 @@ def reach(start: Point, stop: Point, radius: float, size: int) -> Region:
 def cover(brush: Brush, start: Point, stop: Point, region: Region) -> Float32:
     """Profile of the brush along a straight piece of path.
 
-    Parameters
-    ----------
-    start, stop : tuple of float
-        Ends (x, y), canvas pixels from the upper left corner; may be the same.
-
-    Returns
-    -------
-    (h, w) float32
-        1 within `full_radius` of the path, fading smoothly to 0 at the radius, at the centres
-        of the region's pixels.
+    `start` and `stop`: ends (x, y), canvas pixels from the upper left corner; may be the same.
+    Returns (h, w) float32: 1 within `full_radius` of the path, fading smoothly to 0 at the radius,
+    at the centres of the region's pixels.
     """
     x = np.arange(region.left, region.right) + (0.5 - start[0])
     y = np.arange(region.top, region.bottom)[:, None] + (0.5 - start[1])
@@ -250,12 +217,8 @@ class Stroke:
     counted along the path from its beginning, so that the stroke does not depend on how many
     events told of it.
 
-    Parameters
-    ----------
-    x, y : float
-        Where the brush comes down, canvas pixels from the upper left corner.
-    pressure : float, optional
-        0 to 1; counts only if the brush says so.
+    `x` and `y`: where the brush comes down, canvas pixels from the upper left corner.
+    `pressure`: 0 to 1; counts only if the brush says so.
     """
 
     def __init__(
@@ -283,17 +246,9 @@ class Stroke:
     def extend(self, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:
         """Draw on in a straight line.
 
-        Parameters
-        ----------
-        x, y : float
-            Where the brush is now, canvas pixels; may lie outside the canvas.
-        pressure : float, optional
-            0 to 1; in between it is taken to change evenly.
-
-        Returns
-        -------
-        tuple of Region
-            What may have changed; none when the place is not a number.
+        `x` and `y`: where the brush is now, canvas pixels; may lie outside the canvas.
+        `pressure`: 0 to 1; in between it is taken to change evenly.
+        Returns what may have changed; nothing when the place is not a number.
         """
         if not (math.isfinite(x) and math.isfinite(y)):
             return ()

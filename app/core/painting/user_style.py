@@ -53,10 +53,7 @@ class Draft:
 def save_draft(path: Path, draft: Draft) -> None:
     """Write a draft whole or not at all; the one before is replaced.
 
-    Raises
-    ------
-    CoreError
-        If it cannot be written.
+    Raises CoreError if it cannot be written.
     """
     header = {"format": DRAFT_FORMAT, **{key: getattr(draft, key)[:_LONGEST] for key in _TEXTS}}
     arrays = {name: getattr(draft.canvas, name) for name in _LAYERS}
@@ -67,10 +64,7 @@ def save_draft(path: Path, draft: Draft) -> None:
 def load_draft(path: Path) -> Draft:
     """Read a draft.
 
-    Raises
-    ------
-    StyleError
-        If it is missing, damaged, too large, or made by a newer version.
+    Raises StyleError if it is missing, damaged, too large, or made by a newer version.
     """
     try:
         arrays = read_arrays(path, "draft", _HINT, _MAX_BYTES)
@@ -103,15 +97,8 @@ _EXR: Final = b"\x76\x2f\x31\x01"
 def write_layers(path: Path, weights: Float32, ignore: Float32) -> None:
     """Write painted weights, without loss.
 
-    Parameters
-    ----------
-    weights, ignore : (S, S) float32
-        Canvas layers.
-
-    Raises
-    ------
-    CoreError
-        When the file cannot be written.
+    `weights` and `ignore`: (S, S) float32, canvas layers.
+    Raises CoreError when the file cannot be written.
     """
     pixels = np.ascontiguousarray(np.stack([weights, ignore], axis=-1), np.float32)
     write_image(path, pixels, "float", {"compression": "zip"}, _CHANNELS)
@@ -120,17 +107,8 @@ def write_layers(path: Path, weights: Float32, ignore: Float32) -> None:
 def read_layers(path: Path) -> tuple[Float32, Float32]:
     """Read painted weights from a file that may be anything.
 
-    Returns
-    -------
-    weights : (S, S) float32
-        In [-1, 1].
-    ignore : (S, S) float32
-        In [0, 1]. Neither can be written to.
-
-    Raises
-    ------
-    StyleError
-        If it is missing, too large, damaged, or does not hold painted weights.
+    Returns read-only weights, (S, S) float32 in [-1, 1], and ignore, (S, S) float32 in [0, 1].
+    Raises StyleError if it is missing, too large, damaged, or does not hold painted weights.
     """
     _check_file(path)
     source = open_image(path)
@@ -198,13 +176,7 @@ _LENGTHS: Final = {"title": MAX_TITLE, "place": 40, "note": 400, "head": 80, "or
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UserStyle:
-    """A painted style.
-
-    Attributes
-    ----------
-    weights, ignore : (S, S) float32
-        Canvas layers, see `app.core.painting.canvas.Canvas`. Not to be written to.
-    """
+    """A painted style."""
 
     name: str
     title: str
@@ -213,6 +185,8 @@ class UserStyle:
     note: str
     head: str
     origin: str
+    # weights, ignore: (S, S), canvas layers, see `app.core.painting.canvas.Canvas`. Not to be
+    # written to
     weights: Float32 = field(repr=False)
     ignore: Float32 = field(repr=False)
 
@@ -235,10 +209,7 @@ class UserStyle:
 def clean_text(text: str, key: str) -> str:
     """Make a text fit for one line on screen and in a file.
 
-    Raises
-    ------
-    StyleError
-        If it is too long, or an empty title.
+    Raises StyleError if it is too long, or an empty title.
     """
     visible = "".join(letter if letter.isprintable() else " " for letter in text)
     value = " ".join(visible.split())
@@ -281,10 +252,7 @@ def style_text(style: UserStyle) -> str:
 def write_user_style(folder: Path, style: UserStyle) -> None:
     """Write a style's two files; the text comes last and makes it count.
 
-    Raises
-    ------
-    StyleError
-        If it cannot be written. Then what was there is as it was.
+    Raises StyleError if it cannot be written. Then what was there is as it was.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -315,10 +283,7 @@ def not_saved(error: OSError | CoreError) -> StyleError:
 def read_user_style(path: Path) -> UserStyle:
     """Read a painted style.
 
-    Raises
-    ------
-    StyleError
-        If the text or the weights cannot be read, or do not belong together.
+    Raises StyleError if the text or the weights cannot be read, or do not belong together.
     """
     values = read_painted(path)
     weights, ignore = read_layers(layers_path(path.parent, values.name, values.sha256))

@@ -40,19 +40,12 @@ _WORDS: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Flow:
-    """The flow of light past a face.
+    """The flow of light past a face."""
 
-    Attributes
-    ----------
-    azimuth_deg : float
-        Where most of the light comes from, relative to the face: positive toward the sitter's
-        left, deg.
-    elevation_deg : float
-        Positive up, deg.
-    """
-
+    # where most of the light comes from, relative to the face: positive toward the sitter's left,
+    # deg
     azimuth_deg: float
-    elevation_deg: float
+    elevation_deg: float  # positive up, deg
     strength: float
     words: str
 
@@ -60,17 +53,10 @@ class Flow:
 def light_flow(radiance: NDArray[np.floating[Any]], facing_deg: float) -> Flow:
     """Find the flow of light at a turn.
 
-    Parameters
-    ----------
-    radiance : (H, 2 H, 3) or (H, 2 H) float
-        Environment as of `app.core.portrait.glare.eye_light`, or its result.
-    facing_deg : float
-        Panorama azimuth that the sitter faces, deg.
-
-    Raises
-    ------
-    ValueError
-        If it is not a panorama.
+    `radiance`: (H, 2 H, 3) or (H, 2 H) float, environment as of
+    `app.core.portrait.glare.eye_light`, or its result.
+    `facing_deg`: panorama azimuth that the sitter faces, deg.
+    Raises ValueError if it is not a panorama.
     """
     light = eye_light(radiance)
     shape = (light.shape[0], light.shape[1])
@@ -114,19 +100,12 @@ _SAME_SUN_DEG: Final = 6.0
 
 @dataclass(frozen=True, slots=True)
 class Glare:
-    """Glare in the sitter's eyes at one turn.
-
-    Attributes
-    ----------
-    azimuth_deg : float
-        Of the worst lamp, relative to the face: positive toward the sitter's left, deg.
-    elevation_deg : float
-        Positive up, deg.
-    """
+    """Glare in the sitter's eyes at one turn."""
 
     level: Level
+    # of the worst lamp, relative to the face: positive toward the sitter's left, deg
     azimuth_deg: float
-    elevation_deg: float
+    elevation_deg: float  # positive up, deg
     veil: float
     words: str
 
@@ -139,20 +118,10 @@ class Glare:
 def eye_light(radiance: NDArray[np.floating[Any]]) -> FloatImage:
     """Reduce an environment to what `glare` looks at; worth keeping where many turns are asked.
 
-    Parameters
-    ----------
-    radiance : (H, 2 H, 3) or (H, 2 H) float
-        Linear Rec. 709 radiance, or luminance, any exposure; panorama frame.
-
-    Returns
-    -------
-    NDArray[np.float32], (h, 2 h)
-        Luminance, at most 256 x 512.
-
-    Raises
-    ------
-    ValueError
-        If it is not a panorama.
+    `radiance`: (H, 2 H, 3) or (H, 2 H) float, linear Rec. 709 radiance, or luminance, any exposure;
+    panorama frame.
+    Returns (h, 2 h) float32: luminance, at most 256 x 512.
+    Raises ValueError if it is not a panorama.
     """
     light = np.asarray(radiance, np.float32)
     if light.ndim == 3 and light.shape[2] == 3:
@@ -173,20 +142,12 @@ def glare(
 ) -> Glare:
     """Judge the glare in the eyes of a sitter who looks at the photographer.
 
-    Parameters
-    ----------
-    radiance : (H, 2 H, 3) or (H, 2 H) float
-        Environment as of `eye_light`, or its result.
-    facing_deg : float
-        Panorama azimuth that the sitter faces, the turn plus the azimuth of the front, deg.
-    sun : tuple of float, optional
-        Panorama azimuth and elevation of the sun where it is known, deg, so that it is called
-        by its name.
-
-    Raises
-    ------
-    ValueError
-        If it is not a panorama.
+    `radiance`: (H, 2 H, 3) or (H, 2 H) float, environment as of `eye_light`, or its result.
+    `facing_deg`: panorama azimuth that the sitter faces, the turn plus the azimuth of the front,
+    deg.
+    `sun`: panorama azimuth and elevation of the sun where it is known, deg, so that it is called by
+    its name.
+    Raises ValueError if it is not a panorama.
     """
     light = eye_light(radiance)
     shape = (light.shape[0], light.shape[1])
@@ -254,12 +215,8 @@ def _no_glare(veil: float, azimuth_deg: float = 0.0, elevation_deg: float = 0.0)
 def face_direction_words(azimuth_deg: float, elevation_deg: float) -> str:
     """Say where a direction lies from the sitter's face.
 
-    Parameters
-    ----------
-    azimuth_deg : float
-        Relative to the face, positive toward the sitter's left, deg.
-    elevation_deg : float
-        Positive up, deg.
+    `azimuth_deg`: relative to the face, positive toward the sitter's left, deg.
+    `elevation_deg`: positive up, deg.
 
     Examples
     --------

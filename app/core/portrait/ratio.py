@@ -61,15 +61,9 @@ _SIDES: Final[dict[KeySide, str]] = {
 
 @dataclass(frozen=True, slots=True)
 class LightingRatio:
-    """How the two sides of a face compare.
+    """How the two sides of a face compare."""
 
-    Attributes
-    ----------
-    stops : float
-        Lit cheek over shadow cheek, in stops; never negative.
-    """
-
-    stops: float
+    stops: float  # lit cheek over shadow cheek, in stops; never negative
     ratio: str
     key_side: KeySide
     words: str
@@ -82,25 +76,11 @@ def lighting_ratio(
 ) -> LightingRatio:
     """Read the lighting ratio off a picture of the head.
 
-    Parameters
-    ----------
-    transport : Transport
-        Of the head: which pixels the picture has, and how large they are.
-    picture : (P, 3) or (P,) float
-        Linear Rec. 709 picture on the head's pixels (`app.core.solver.transport.render`), or its
-        luminance; any exposure.
-    areas : tuple of (M,) int, optional
-        From `cheeks`, where many pictures of one head are read.
-
-    Returns
-    -------
-    LightingRatio
-        Of no side and 0 stops where both cheeks are in shadow, as when only rims are lit.
-
-    Raises
-    ------
-    ValueError
-        If the picture has not the transport's pixels, or is not finite.
+    `picture`: (P, 3) or (P,) float, linear Rec. 709 picture on the head's pixels
+    (`app.core.solver.transport.render`), or its luminance; any exposure.
+    `areas`: two (M,) int, from `cheeks`, where many pictures of one head are read.
+    There is no side and 0 stops where both cheeks are in shadow, as when only rims are lit.
+    Raises ValueError if the picture has not the transport's pixels, or is not finite.
     """
     values = np.asarray(picture, np.float64)
     if values.shape[:1] != transport.pixels.shape or values.ndim > 2:
@@ -127,21 +107,11 @@ def lighting_ratio(
 def cheeks(transport: Transport) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Find the pixels that are read, on the fronts of the cheeks.
 
-    Parameters
-    ----------
-    transport : Transport
-        Of a head seen from in front, its middle in the middle of the picture, its crown at the
-        upper edge of what it covers.
-
-    Returns
-    -------
-    left, right : (M,) int
-        Positions in the head's pixels: the sitter's left cheek (image right), and the other.
-
-    Raises
-    ------
-    ValueError
-        If there is no head where the cheeks should be.
+    `transport`: of a head seen from in front, its middle in the middle of the picture, its crown at
+    the upper edge of what it covers.
+    Returns positions in the head's pixels, (M,) int: the sitter's left cheek (image right), and
+    the other.
+    Raises ValueError if there is no head where the cheeks should be.
     """
     row, column = np.divmod(transport.pixels.astype(np.int64), transport.size)
     row, column = row + 0.5, column + 0.5 - transport.size / 2.0

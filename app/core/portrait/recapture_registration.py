@@ -35,21 +35,11 @@ _SECTORS: Final = 8
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """A rotation from the second panorama to the first, and what speaks for it.
+    """A rotation from the second panorama to the first, and what speaks for it."""
 
-    Attributes
-    ----------
-    rotation : (3, 3) float64
-        Takes directions in the second panorama to directions in the first.
-    error_deg : float
-        Standard error, deg: jackknife over eight sectors of the horizon.
-    seeds : int
-        Pairs within 3 deg of the best pure rotation: none can be expected elsewhere.
-    """
-
-    rotation: Float64
-    error_deg: float
-    seeds: int
+    rotation: Float64  # (3, 3), takes directions in the second panorama to directions in the first
+    error_deg: float  # standard error, deg: jackknife over eight sectors of the horizon
+    seeds: int  # pairs within 3 deg of the best pure rotation: none can be expected elsewhere
     points: int
     sectors: int
     shift_deg: float
@@ -59,11 +49,8 @@ class Pose:
 def find_pose(a: Float64, b: Float64) -> Pose | None:
     """Find the rotation between two panoramas.
 
-    Parameters
-    ----------
-    a, b : (M, 3) float64
-        Unit vectors to the same things in the first and in the second panorama; many may be
-        wrong.
+    `a` and `b`: (M, 3) float64, unit vectors to the same things in the first and in the second
+    panorama; many may be wrong.
     """
     start = _by_trial(a, b)
     if start is None:
@@ -214,32 +201,17 @@ _RATIO: Final = 0.85
 
 @dataclass(frozen=True, slots=True)
 class Features:
-    """Things seen in a panorama.
+    """Things seen in a panorama."""
 
-    Attributes
-    ----------
-    vectors : (N, 3) float64
-        Unit vectors to them, panorama axes of `app.core.base.sphere`.
-    descriptors : (N, 128) float32
-        RootSIFT, of length 1.
-    """
-
-    vectors: Float64
-    descriptors: Float32
+    vectors: Float64  # (N, 3), unit vectors to them, panorama axes of `app.core.base.sphere`
+    descriptors: Float32  # (N, 128), RootSIFT, of length 1
 
 
 def features(picture: Bytes) -> Features:
     """Find features in a panorama.
 
-    Parameters
-    ----------
-    picture : (h, 2 h, 3) uint8
-        SRGB picture of any size; 1024 x 512 are looked at.
-
-    Raises
-    ------
-    ValueError
-        If it is not a panorama in bytes.
+    `picture`: (h, 2 h, 3) uint8, sRGB picture of any size; 1024 x 512 are looked at.
+    Raises ValueError if it is not a panorama in bytes.
     """
     shape = picture.shape
     if picture.dtype != np.uint8 or len(shape) != 3 or shape[2] != 3 or shape[1] != 2 * shape[0]:
@@ -270,10 +242,8 @@ def features(picture: Bytes) -> Features:
 def matched(first: Features, second: Features) -> tuple[Float64, Float64]:
     """Pair the features of two panoramas that look alike, each with the other's best.
 
-    Returns
-    -------
-    a, b : (M, 3) float64
-        Unit vectors to the same things in the first and in the second panorama.
+    Returns two (M, 3) float64: unit vectors to the same things in the first and the second
+    panorama.
     """
     if len(first.vectors) < 2 or len(second.vectors) < 2:
         return np.zeros((0, 3)), np.zeros((0, 3))
@@ -308,43 +278,29 @@ _TILTED_DEG: Final = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Registered:
-    """How a second capture lies on the first.
+    """How a second capture lies on the first."""
 
-    Attributes
-    ----------
-    yaw_deg : float
-        How far the second camera was turned clockwise (from above) against the first, deg in
-        (-180, 180]: what is at azimuth a in the second is at a + yaw in the first. 0 where it
-        is not trusted.
-    tilt_deg : float
-        By how much it leaned differently, deg.
-    error_deg : float
-        Standard error, deg; infinite where nothing was found.
-    shift_deg : float
-        Median angle by which things moved because the camera stood elsewhere: 2 deg are some
-        7 cm where walls are 2 m away.
-    rotation : (3, 3) float64
-        Takes directions in the second to directions in the first;
-        `app.core.base.sphere.remap_frame` by it lays the second picture on the first. The identity
-        where it is not trusted.
-    """
-
+    # how far the second camera was turned clockwise (from above) against the first, deg in (-180,
+    # 180]: what is at azimuth a in the second is at a + yaw in the first. 0 where it is not
+    # trusted
     yaw_deg: float
-    tilt_deg: float
-    error_deg: float
+    tilt_deg: float  # by how much it leaned differently, deg
+    error_deg: float  # standard error, deg; infinite where nothing was found
+    # median angle by which things moved because the camera stood elsewhere: 2 deg are some 7 cm
+    # where walls are 2 m away
     shift_deg: float
     points: int
     trusted: bool
     words: str
+    # (3, 3), takes directions in the second to directions in the first;
+    # `app.core.base.sphere.remap_frame` by it lays the second picture on the first. The identity
+    # where it is not trusted
     rotation: Float64 = field(repr=False)
 
     def carried(self, azimuth_deg: float) -> float:
         """Return where an azimuth of the first capture lies in the second, deg.
 
-        Returns
-        -------
-        float
-            In the second panorama, in (-180, 180].
+        The result is in the second panorama, in (-180, 180].
         """
         return wrap(azimuth_deg - self.yaw_deg)
 
@@ -352,21 +308,10 @@ class Registered:
 def register_again(first: Bytes, second: Bytes) -> Registered:
     """Find how a second panorama of a spot lies on the first.
 
-    Parameters
-    ----------
-    first, second : (h, 2 h, 3) uint8
-        SRGB display panoramas of any size. Exposure and light may differ, the yaw be any, the
-        tilt small, and the camera stand some centimetres off.
-
-    Returns
-    -------
-    Registered
-        Not trusted where the two show another place, or too little.
-
-    Raises
-    ------
-    ValueError
-        If one is not a panorama in bytes.
+    `first` and `second`: (h, 2 h, 3) uint8, sRGB display panoramas of any size. Exposure and light
+    may differ, the yaw be any, the tilt small, and the camera stand some centimetres off.
+    The result is not trusted where the two show different places, or too little.
+    Raises ValueError if one is not a panorama in bytes.
     """
     pose = find_pose(*matched(features(first), features(second)))
     if pose is None:

@@ -49,62 +49,39 @@ _SUMS: Final = (_STEPS[:, None] + _STEPS) % TURNS
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FaceBasis:
-    """An orthonormal basis of a face's pictures, each less its mean over the face.
+    """An orthonormal basis of a face's pictures, each less its mean over the face."""
 
-    Attributes
-    ----------
-    pixels : (F, K) float32
-        On the face's pixels; those first that matter most.
-    rows : (K, 4096) float64
-        Times two-part light they sum to the coordinates of the picture.
-    mixing : (2, 3) float64
-        How light is split in two, see `app.core.solver.search_light`.
-    """
-
+    # (F, K), on the face's pixels; those first that matter most
     pixels: Float32 = field(repr=False)
+    # (K, 4096), times two-part light they sum to the coordinates of the picture
     rows: Float64 = field(repr=False)
-    mixing: Float64
+    mixing: Float64  # (2, 3), how light is split in two, see `app.core.solver.search_light`
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contrast:
-    """A lamp's own picture and the hidden one, in a face's basis.
-
-    Attributes
-    ----------
-    spectra : (33, K, 64) complex128
-        The rows of its basis, transformed along azimuth and conjugate.
-    lamp : (K, 576) float64
-        Coordinates of the lamp's pictures.
-    beside : (576,) float64
-        Squared norm of what of them lies beside the basis.
-    hidden : tuple of (M, D, 64) float32
-        Per altitude: what each hidden texel counts in the first D coordinates.
-    shadows : tuple of (1, M, 64) float64
-        Per altitude: what each hidden texel counts along the lamp's own picture.
-    further : (4096, K - D) float32
-        What each texel counts in the other coordinates.
-    shades : (2048, 576) float32
-        Share of each texel that the lamp hides, per placement.
-    """
+    """A lamp's own picture and the hidden one, in a face's basis."""
 
     face: FaceBasis = field(repr=False)
+    # (33, K, 64) complex128, the rows of its basis, transformed along azimuth and conjugate
     spectra: NDArray[np.complex128] = field(repr=False)
-    lamp: Float64 = field(repr=False)
+    lamp: Float64 = field(repr=False)  # (K, 576), coordinates of the lamp's pictures
+    # (576,), squared norm of what of them lies beside the basis
     beside: Float64 = field(repr=False)
+    # each (M, D, 64), per altitude: what each hidden texel counts in the first D coordinates
     hidden: tuple[Float32, ...] = field(repr=False)
+    # each (1, M, 64), per altitude: what each hidden texel counts along the lamp's own picture
     shadows: tuple[Float64, ...] = field(repr=False)
+    # (4096, K - D), what each texel counts in the other coordinates
     further: Float32 = field(repr=False)
+    # (2048, 576), share of each texel that the lamp hides, per placement
     shades: Float32 = field(repr=False)
 
 
 def prepare_face(transport: Transport) -> FaceBasis:
     """Find the basis of a head; takes a second.
 
-    Raises
-    ------
-    CoreError
-        If the transport takes other environments.
+    Raises CoreError if the transport takes other environments.
     """
     if transport.environment_shape != SHAPE:
         raise CoreError(
@@ -139,12 +116,8 @@ def prepare_face(transport: Transport) -> FaceBasis:
 def find_contrast(face: FaceBasis, hidden: Hidden, lamp: Float64, beside: Float64) -> Contrast:
     """Put a lamp into a face's basis.
 
-    Parameters
-    ----------
-    lamp : (K, 576) float64
-        Coordinates of the lamp's pictures.
-    beside : (576,) float64
-        Squared norm of what of them lies beside the basis.
+    `lamp`: (K, 576) float64, coordinates of the lamp's pictures.
+    `beside`: (576,) float64, squared norm of what of them lies beside the basis.
     """
     texels = sum(len(own) for own in hidden.own)
     main = int(np.clip(_SIZE / (TURNS * max(texels, 1)), *_MAIN))
@@ -186,19 +159,13 @@ def _shades(hidden: Hidden) -> Float32:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Norms:
-    """Squared contrast of the face, for any power of the lamp.
+    """Squared contrast of the face, for any power of the lamp."""
 
-    Attributes
-    ----------
-    place, both : (64, 576) float64, or (1, 576) at one turn
-        Of the place's light less what the lamp hides; twice its product with the lamp's picture.
-    lamp : (576,) float64
-        Of the lamp's picture.
-    """
-
+    # place, both: (64, 576) float64, or (1, 576) at one turn, of the place's light less what the
+    # lamp hides; twice its product with the lamp's picture
     place: Float64 = field(repr=False)
     both: Float64 = field(repr=False)
-    lamp: Float64 = field(repr=False)
+    lamp: Float64 = field(repr=False)  # (576,), of the lamp's picture
 
     def at(self, power: float) -> Float64:
         """Norm over the face of the picture's luminance minus its mean."""
@@ -213,10 +180,7 @@ def norms(
 ) -> Norms:
     """Find the contrast of the face at all turns and placements.
 
-    Parameters
-    ----------
-    light : (32, 64, 3) float
-        Of the place, at turn 0, linear Rec. 709 radiance.
+    `light`: (32, 64, 3) float, of the place, at turn 0, linear Rec. 709 radiance.
     """
     parts = two_parts(light, contrast.face.mixing)
     place = _at_all_turns(contrast, parts)

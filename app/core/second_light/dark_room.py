@@ -33,21 +33,10 @@ _FINE: Final = 4
 def read_lamp_file(path: Path | str) -> tuple[CapturedLamp, tuple[str, ...]]:
     """Read a lamp from a panorama of it in a dark room.
 
-    Parameters
-    ----------
-    path : Path or str
-        OpenEXR or Radiance. A channel A is the mask (the light premultiplied); without one the
-        lamp is found.
-
-    Returns
-    -------
-    CapturedLamp
-        Its unit is known where the file states ``whiteLuminance``.
-
-    Raises
-    ------
-    CoreError
-        When the file cannot be read, or no lamp is in it.
+    `path`: OpenEXR or Radiance. A channel A is the mask (the light premultiplied); without one the
+    lamp is found.
+    Its unit is known where the file states ``whiteLuminance``.
+    Raises CoreError when the file cannot be read, or no lamp is in it.
     """
     environment = read_environment(path)
     name, said = environment.name, list(environment.warnings)
@@ -127,25 +116,12 @@ def capture_lamp(
 ) -> Capture:
     """Merge a bracket of a lamp in a dark room, and find the lamp in it.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-        Exposures, or one folder of them, or one linear panorama (.exr, .hdr) with the mask as
-        its channel A or without.
-    wishes : MergeOptions, optional
-        How to merge. By default the camera's curve is taken as sRGB: what is in a dark room's
-        frames is mostly noise, from which no curve can be recovered.
-    distance_m : float, optional
-        From the probe to the lamp, metres.
-    token, report : Token, Report, optional
-        To stop, and to say how far it is.
-
-    Raises
-    ------
-    CoreError
-        When the files are no panoramas, or no lamp stands out.
-    Cancelled
-        When the token was cancelled.
+    `paths`: exposures, or one folder of them, or one linear panorama (.exr, .hdr) with the mask as
+    its channel A or without.
+    `wishes`: how to merge. By default the camera's curve is taken as sRGB: what is in a dark room's
+    frames is mostly noise, from which no curve can be recovered.
+    `distance_m`: from the probe to the lamp, metres.
+    Raises CoreError when the files are no panoramas, or no lamp stands out.
     """
     if len(paths) == 1 and paths[0].suffix.lower() in _LINEAR:
         lamp, said = read_lamp_file(paths[0])

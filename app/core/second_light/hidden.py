@@ -44,35 +44,23 @@ _ORDER: Final[Indices] = ((_STEPS[:, None] - _STEPS) % TURNS * TURNS + _STEPS).r
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hidden:
-    """Texels that a lamp hides, per altitude; M of them, both parts of light.
+    """Texels that a lamp hides, per altitude; M of them, both parts of light."""
 
-    Attributes
-    ----------
-    views : tuple of (64, M) int64
-        Position in the place's light of what stands behind the lamp, per turn minus azimuth.
-    own : tuple of (M, 64) int64
-        Position in the head's frame, per azimuth.
-    shares : tuple of (M, 64) float64
-        How much of each is hidden, 0 to 1, per azimuth.
-    """
-
+    # tuple of (64, M) int64, position in the place's light of what stands behind the lamp, per
+    # turn minus azimuth
     views: tuple[Indices, ...] = field(repr=False)
+    # tuple of (M, 64) int64, position in the head's frame, per azimuth
     own: tuple[Indices, ...] = field(repr=False)
+    # each (M, 64), how much of each is hidden, 0 to 1, per azimuth
     shares: tuple[Float64, ...] = field(repr=False)
 
 
 def find_hidden(alpha: Floats) -> Hidden:
     """Find what a lamp hides.
 
-    Parameters
-    ----------
-    alpha : (576, 32, 64) float
-        Share of each texel that the lamp hides, in the head's frame, per placement.
-
-    Raises
-    ------
-    CoreError
-        If it hides so much that it is no lamp.
+    `alpha`: (576, 32, 64) float, share of each texel that the lamp hides, in the head's frame, per
+    placement.
+    Raises CoreError if it hides so much that it is no lamp.
     """
     views, own, shares = [], [], []
     for rows in alpha.reshape(len(ALTITUDES_DEG), TURNS, *SHAPE):
@@ -94,15 +82,8 @@ def find_hidden(alpha: Floats) -> Hidden:
 def hidden_tables(hidden: Hidden, linear: NDArray[_Float]) -> tuple[NDArray[_Float], ...]:
     """Take what is linear in light to where a lamp hides it.
 
-    Parameters
-    ----------
-    linear : (F, 4096) float
-        Times two-part light it sums to F values.
-
-    Returns
-    -------
-    tuple of (F, M, 64) float
-        Per altitude, in the type of `linear`, for `correlate`.
+    `linear`: (F, 4096) float, times two-part light it sums to F values.
+    Returns tuple of (F, M, 64) float: per altitude, in the type of `linear`, for `correlate`.
     """
     return tuple(each_table(hidden, linear))
 
@@ -118,17 +99,9 @@ def each_table(hidden: Hidden, linear: NDArray[_Float]) -> Iterator[NDArray[_Flo
 def correlate(hidden: Hidden, tables: Sequence[Float64], light: Float64) -> Float64:
     """Sum up the hidden part at all turns and placements.
 
-    Parameters
-    ----------
-    tables : sequence of (F, M, 64) float64
-        From `hidden_tables`.
-    light : (2, 32, 64) float64
-        Of the place, at turn 0.
-
-    Returns
-    -------
-    (F, 64, 576) float64
-        Per turn and placement.
+    `tables`: sequence of (F, M, 64) float64, from `hidden_tables`.
+    `light`: (2, 32, 64) float64, of the place, at turn 0.
+    Returns (F, 64, 576) float64: per turn and placement.
     """
     flat = light.reshape(-1)
     found = np.empty((len(tables[0]), len(tables), TURNS, TURNS))
@@ -140,15 +113,8 @@ def correlate(hidden: Hidden, tables: Sequence[Float64], light: Float64) -> Floa
 def by_turn(found: Float64) -> Float64:
     """Sort values that are known by turn minus azimuth.
 
-    Parameters
-    ----------
-    found : (F, 9, 64, 64) float64
-        Per altitude, turn minus azimuth, and azimuth.
-
-    Returns
-    -------
-    (F, 64, 576) float64
-        Per turn and placement.
+    `found`: (F, 9, 64, 64) float64, per altitude, turn minus azimuth, and azimuth.
+    Returns (F, 64, 576) float64: per turn and placement.
     """
     count = len(found)
     sorted_ = np.empty((count, TURNS, len(ALTITUDES_DEG), TURNS))
@@ -161,9 +127,7 @@ def by_turn(found: Float64) -> Float64:
 def correlate_at(hidden: Hidden, tables: Sequence[Float64], light: Float64, turn: int) -> Float64:
     """Sum up the hidden part at one turn.
 
-    Returns
-    -------
-    (F, 576) float64
+    Returns (F, 576) float64.
     """
     flat = light.reshape(-1)
     turned = (turn - _STEPS) % TURNS
@@ -177,17 +141,9 @@ def correlate_at(hidden: Hidden, tables: Sequence[Float64], light: Float64, turn
 def two_parts(light: Floats, mixing: Float64) -> Float64:
     """Split light into the two parts of `app.core.solver.search_light`, on the full grid.
 
-    Parameters
-    ----------
-    light : (..., H, W, 3) float
-        Linear Rec. 709 radiance.
-    mixing : (2, 3) float64
-        Of the head.
-
-    Returns
-    -------
-    (..., 2, H, W) float64
-        In the unit of `light`.
+    `light`: (..., H, W, 3) float, linear Rec. 709 radiance.
+    `mixing`: (2, 3) float64, of the head.
+    Returns (..., 2, H, W) float64: in the unit of `light`.
     """
     red, green, blue = (light[..., channel].astype(np.float64) for channel in range(3))
     # Texel by texel, so that mirrored light gives exactly the mirrored parts.

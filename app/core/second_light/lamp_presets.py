@@ -99,25 +99,15 @@ _SHUTTER_S: Final = 1.0 / 160.0
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A kind of lamp that can be held.
-
-    Attributes
-    ----------
-    size_m : tuple of float
-        Width and height, metres.
-    lux_at_1m : float
-        Illuminance on axis at one metre, lux.
-    colour : tuple of float
-        Linear Rec. 709 of luminance 1.
-    """
+    """A kind of lamp that can be held."""
 
     name: str
     title: str
-    size_m: tuple[float, float]
+    size_m: tuple[float, float]  # width and height, metres
     round: bool
-    lux_at_1m: float
+    lux_at_1m: float  # illuminance on axis at one metre, lux
     distance_m: float
-    colour: tuple[float, float, float]
+    colour: tuple[float, float, float]  # linear Rec. 709 of luminance 1
     words: str
 
 
@@ -153,30 +143,16 @@ KINDS: Final = {
 class NumbersLamp:
     """A lamp known by numbers, at a distance.
 
-    Attributes
-    ----------
-    distance_m : float
-        From the middle of the head to the middle of the lamp, metres.
-    lux_at_1m : float
-        Illuminance on axis at one metre, lux.
-    size_m : tuple of float
-        Width and height, metres.
-    colour : tuple of float
-        Linear Rec. 709 of luminance 1.
-
-    Raises
-    ------
-    CoreError
-        If a number is no lamp's.
+    Raises CoreError if a number is no lamp's.
     """
 
     kind: str
     title: str
-    distance_m: float
-    lux_at_1m: float
-    size_m: tuple[float, float]
+    distance_m: float  # from the middle of the head to the middle of the lamp, metres
+    lux_at_1m: float  # illuminance on axis at one metre, lux
+    size_m: tuple[float, float]  # width and height, metres
     round: bool = False
-    colour: tuple[float, float, float] = _WHITE
+    colour: tuple[float, float, float] = _WHITE  # linear Rec. 709 of luminance 1
 
     def __post_init__(self) -> None:
         """Refuse what no lamp can be."""
@@ -206,10 +182,7 @@ class NumbersLamp:
 def at_distance(kind: Kind, distance_m: float | None = None) -> NumbersLamp:
     """Give the lamp of a kind, at a distance from the middle of the head or at its usual one.
 
-    Raises
-    ------
-    CoreError
-        If it cannot be that near or far.
+    Raises CoreError if it cannot be that near or far.
     """
     distance = kind.distance_m if distance_m is None else distance_m
     return NumbersLamp(
@@ -220,10 +193,7 @@ def at_distance(kind: Kind, distance_m: float | None = None) -> NumbersLamp:
 def parse(text: str) -> NumbersLamp:
     """Read a lamp from a word.
 
-    Raises
-    ------
-    CoreError
-        If there is no such kind, or it cannot be that near or far.
+    Raises CoreError if there is no such kind, or it cannot be that near or far.
 
     Examples
     --------

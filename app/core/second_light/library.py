@@ -58,10 +58,7 @@ _AGAIN: Final = "Make room or allow writing there, then try again."
 def write_lamp(folder: Path, lamp: CapturedLamp) -> None:
     """Write a lamp's files; the text comes last and makes it count.
 
-    Raises
-    ------
-    CoreError
-        When the disk refuses. Then what was there still counts.
+    Raises CoreError when the disk refuses. Then what was there still counts.
     """
     both = np.dstack([lamp.radiance, lamp.alpha]).astype(np.float32)
     target = capture_named(folder, lamp.name, checksum(lamp))
@@ -97,15 +94,8 @@ def write_text(folder: Path, lamp: CapturedLamp) -> None:
 def facts_of(folder: Path, name: str) -> tuple[Facts, tuple[str, ...]]:
     """Read what is known of a lamp, as much as there is.
 
-    Returns
-    -------
-    dict
-        title, distance_m, white_cd_m2, lux, camera and sha256; what was lost has its default.
-
-    Raises
-    ------
-    CoreError
-        When the system does not give it out, or a newer version has written it.
+    title, distance_m, white_cd_m2, lux, camera and sha256; what was lost has its default.
+    Raises CoreError when the system does not give it out, or a newer version has written it.
     """
     file = read_json(folder / f"{name}.json", _MOST_BYTES)
     if file.state == "unreadable":
@@ -136,10 +126,7 @@ def facts_of(folder: Path, name: str) -> tuple[Facts, tuple[str, ...]]:
 def capture_path(folder: Path, name: str, facts: Facts) -> Path:
     """Find the capture that the text names; where the text lost it, the newest there is.
 
-    Raises
-    ------
-    CoreError
-        When it is missing.
+    Raises CoreError when it is missing.
     """
     sha = facts["sha256"]
     if sha:
@@ -184,10 +171,8 @@ def checksum(lamp: CapturedLamp) -> str:
 def picture_of(lamp: CapturedLamp) -> NDArray[np.uint8]:
     """Show a lamp as seen from the probe.
 
-    Returns
-    -------
-    NDArray[np.uint8], (256, 256, 3)
-        sRGB, the lamp in the middle and not burnt out, the room around it dark.
+    Returns (256, 256, 3) uint8: sRGB, the lamp in the middle and not burnt out, the room around it
+    dark.
     """
     ahead = centring(lamp.light)
     seen = np.asarray(remap_frame(lamp.radiance, ahead), np.float32)
@@ -211,10 +196,7 @@ def picture_of(lamp: CapturedLamp) -> NDArray[np.uint8]:
 def clean_title(title: str) -> str:
     """Return a title as it is kept: one line of letters that can be seen.
 
-    Raises
-    ------
-    CoreError
-        If nothing is left of it, or too much.
+    Raises CoreError if nothing is left of it, or too much.
     """
     visible = "".join(letter if letter.isprintable() else " " for letter in title)
     value = " ".join(visible.split())
@@ -239,10 +221,7 @@ def titles_of(folder: Path, without: str = "") -> dict[str, str]:
 def free_title(folder: Path, title: str) -> str:
     """Return a title that no lamp bears, with a number where this one is taken.
 
-    Raises
-    ------
-    CoreError
-        If thousands bear it already.
+    Raises CoreError if thousands bear it already.
     """
     taken = titles_of(folder)
     return _first(each for each in titles_like(title, MAX_TITLE) if title_key(each) not in taken)
@@ -251,10 +230,7 @@ def free_title(folder: Path, title: str) -> str:
 def free_name(folder: Path, title: str) -> str:
     """Make a name for commands and files of a title: one that no lamp and no kind of lamp bears.
 
-    Raises
-    ------
-    CoreError
-        If thousands bear it already.
+    Raises CoreError if thousands bear it already.
     """
     # A picture without its lamp is somebody's file all the same.
     taken = {*names(folder), *(file.stem for file in folder.glob("*.png"))}
@@ -277,24 +253,14 @@ _HELD_M: Final = (0.05, 20.0)
 
 @dataclass(frozen=True, slots=True)
 class LampEntry:
-    """A lamp of the library, without its light.
-
-    Attributes
-    ----------
-    distance_m : float or None
-        At which it was captured, metres.
-    lux : float or None
-        What it gives there; None where its exposure was not known.
-    picture : Path or None
-        Small sRGB picture.
-    """
+    """A lamp of the library, without its light."""
 
     name: str
     title: str
-    distance_m: float | None
-    lux: float | None
+    distance_m: float | None  # at which it was captured, metres
+    lux: float | None  # what it gives there; None where its exposure was not known
     camera: str
-    picture: Path | None
+    picture: Path | None  # small sRGB picture
     remarks: tuple[str, ...] = ()
 
 
@@ -340,10 +306,7 @@ def list_lamps(folder: Path) -> tuple[tuple[LampEntry, ...], tuple[DamagedLamp, 
 def read_lamp(folder: Path, name: str) -> CapturedLamp:
     """Read a lamp.
 
-    Raises
-    ------
-    CoreError
-        When there is none of that name, or it is damaged.
+    Raises CoreError when there is none of that name, or it is damaged.
     """
     found = _find(folder, name)
     facts, _ = facts_of(folder, found)
@@ -368,10 +331,8 @@ def read_lamp(folder: Path, name: str) -> CapturedLamp:
 def add_lamp(folder: Path, lamp: CapturedLamp, title: str = "") -> CapturedLamp:
     """Keep a lamp under a name and title of its own.
 
-    Raises
-    ------
-    CoreError
-        If it cannot be written, or the title is empty or too long. Nothing counts then.
+    Raises CoreError if it cannot be written, or the title is empty or too long. Nothing counts
+    then.
     """
     wanted = free_title(folder, clean_title(title or lamp.title))
     named = replace(lamp, name=free_name(folder, wanted), title=wanted)
@@ -382,10 +343,8 @@ def add_lamp(folder: Path, lamp: CapturedLamp, title: str = "") -> CapturedLamp:
 def update_lamp(folder: Path, lamp: CapturedLamp) -> None:
     """Replace a lamp, its mask or brightness corrected; the old one goes to the trash.
 
-    Raises
-    ------
-    CoreError
-        When there is none of that name, or it cannot be written; the old one then still counts.
+    Raises CoreError when there is none of that name, or it cannot be written; the old one then
+    still counts.
     """
     name = _find(folder, lamp.name)
     old = read_lamp(folder, name)
@@ -399,10 +358,7 @@ def update_lamp(folder: Path, lamp: CapturedLamp) -> None:
 def rename_lamp(folder: Path, name: str, title: str) -> CapturedLamp:
     """Give a lamp another title; its name in files stays.
 
-    Raises
-    ------
-    CoreError
-        If another lamp is called so, or it cannot be read or written.
+    Raises CoreError if another lamp is called so, or it cannot be read or written.
     """
     lamp = read_lamp(folder, name)
     wanted = clean_title(title)
@@ -418,15 +374,8 @@ def restate_lamp(
 ) -> CapturedLamp:
     """Correct what was said of a lamp; its capture stays.
 
-    Parameters
-    ----------
-    distance_m : float, optional
-        At which it was captured, metres; what is left out stays.
-
-    Raises
-    ------
-    CoreError
-        If these are no such numbers, or it cannot be read or written.
+    `distance_m`: at which it was captured, metres; what is left out stays.
+    Raises CoreError if these are no such numbers, or it cannot be read or written.
     """
     lamp = read_lamp(folder, name)
     if distance_m is not None:
@@ -440,10 +389,7 @@ def restate_lamp(
 def check_distance(distance_m: float) -> float:
     """Give a distance of a captured lamp back, unless none can be captured or held there.
 
-    Raises
-    ------
-    CoreError
-        Otherwise.
+    Raises CoreError otherwise.
     """
     low, high = _HELD_M
     if not low <= distance_m <= high:
@@ -457,10 +403,7 @@ def check_distance(distance_m: float) -> float:
 def delete_lamp(folder: Path, name: str) -> TrashedLamp:
     """Put a lamp away, so that `restore_lamp` can bring it back.
 
-    Raises
-    ------
-    CoreError
-        When there is none of that name, or its files cannot be moved.
+    Raises CoreError when there is none of that name, or its files cannot be moved.
     """
     found = _find(folder, name)
     facts, _ = facts_of(folder, found)
@@ -479,15 +422,8 @@ def delete_lamp(folder: Path, name: str) -> TrashedLamp:
 def restore_lamp(folder: Path, trashed: TrashedLamp) -> CapturedLamp:
     """Bring a lamp back; its files in the trash stay as they are.
 
-    Returns
-    -------
-    CapturedLamp
-        Under its old name and title, unless others bear them by now.
-
-    Raises
-    ------
-    CoreError
-        If it is no longer in the trash, damaged, or cannot be written.
+    Under its old name and title, unless others bear them by now.
+    Raises CoreError if it is no longer in the trash, damaged, or cannot be written.
     """
     lamp = read_lamp(trashed.folder, trashed.name)
     title = free_title(folder, lamp.title)

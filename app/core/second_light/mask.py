@@ -40,19 +40,10 @@ _APART: Final = 0.5  # of the radius: dabs of a stroke lie no farther from each 
 def dab(alpha: Float32, at: Point, radius_deg: float, lit: bool) -> Float32:
     """Set or clear a round region of a mask.
 
-    Parameters
-    ----------
-    alpha : NDArray[np.float32], (H, 2 H)
-        Share of each texel that the lamp covers, 0 to 1; not changed.
-    at : tuple of float
-        Middle of the region: azimuth and elevation, deg, panorama frame.
-    radius_deg : float
-        Of the region, deg; at least one texel is taken.
-
-    Returns
-    -------
-    NDArray[np.float32], (H, 2 H)
-        Texels that the edge goes through are blended.
+    `alpha`: (H, 2 H) float32, share of each texel that the lamp covers, 0 to 1; not changed.
+    `at`: middle of the region: azimuth and elevation, deg, panorama frame.
+    `radius_deg`: of the region, deg; at least one texel is taken.
+    Returns (H, 2 H) float32: texels that the edge goes through are blended.
     """
     return stroke(alpha, (at,), radius_deg, lit)
 
@@ -60,12 +51,8 @@ def dab(alpha: Float32, at: Point, radius_deg: float, lit: bool) -> Float32:
 def stroke(alpha: Float32, points: tuple[Point, ...], radius_deg: float, lit: bool) -> Float32:
     """Draw with the brush from point to point, the shorter way around; see `dab`.
 
-    Parameters
-    ----------
-    alpha : NDArray[np.float32], (H, 2 H)
-        Not changed.
-    radius_deg : float
-        Of the brush, deg.
+    `alpha`: (H, 2 H) float32, not changed.
+    `radius_deg`: of the brush, deg.
     """
     rows, columns = alpha.shape
     step = 180.0 / rows
@@ -116,20 +103,12 @@ _DARK: Final = 10.0  # times brighter than the room a lamp should be
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LampMask:
-    """Where the lamp is in a capture.
+    """Where the lamp is in a capture."""
 
-    Attributes
-    ----------
-    alpha : NDArray[np.float32], (H, 2 H)
-        Share of each texel that the lamp covers, 0 to 1.
-    clipped : float
-        Share of the lamp that is clipped in every frame, 0 to 1.
-    """
-
-    alpha: Float32 = field(repr=False)
+    alpha: Float32 = field(repr=False)  # (H, 2 H), share of each texel that the lamp covers, 0 to 1
     contrast: float
     rejected: int
-    clipped: float
+    clipped: float  # share of the lamp that is clipped in every frame, 0 to 1
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -163,22 +142,10 @@ class LampMask:
 def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:
     """Find the lamp in a capture of a dark room.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, 2 H, 3)
-        Linear Rec. 709, any scale, finite and not negative.
-    clipped : NDArray[np.float32], (H, 2 H), optional
-        Share of each texel that is clipped in every frame.
-
-    Returns
-    -------
-    LampMask
-        One lamp: the body of light that holds most of it.
-
-    Raises
-    ------
-    CoreError
-        When nothing stands out of the room.
+    `radiance`: (H, 2 H, 3) float32, linear Rec. 709, any scale, finite and not negative.
+    `clipped`: (H, 2 H) float32, share of each texel that is clipped in every frame.
+    One lamp: the body of light that holds most of it.
+    Raises CoreError when nothing stands out of the room.
     """
     light = np.asarray(radiance @ np.array(LUMINANCE_WEIGHTS, np.float32), np.float32)
     core = _core(light)
@@ -196,10 +163,7 @@ def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:
 def edit_mask(lamp: CapturedLamp, spec: MaskSpec, *, lit: bool) -> CapturedLamp:
     """Set or clear a region of a lamp's mask by hand.
 
-    Raises
-    ------
-    CoreError
-        When the region cannot be drawn, or no light would be left.
+    Raises CoreError when the region cannot be drawn, or no light would be left.
     """
     region = draw_mask(spec, lamp.shape) > 0.5
     alpha = np.where(region, np.float32(lit), lamp.alpha).astype(np.float32)
@@ -358,11 +322,8 @@ def _best_level(levels: list[_Level]) -> int:
 def _at_half(seen: Float32, mask: Bool) -> Float32:
     """Put the edge where the light has half its step.
 
-    Returns
-    -------
-    (H, W, 4) float32
-        Alpha, soft over one texel; whether it was found from the lamp's light and the room's on
-        both sides of the edge, 0 or 1; and these two.
+    Returns (H, W, 4) float32: alpha, soft over one texel; whether it was found from the lamp's
+    light and the room's on both sides of the edge, 0 or 1; and these two.
     """
     radius = max(round(_RING_DEG * seen.shape[0] / 180.0), 2)
     size = (2 * radius + 1, 2 * radius + 1)

@@ -35,19 +35,11 @@ def placement_words(
 ) -> str:
     """Say where a lamp is held.
 
-    Parameters
-    ----------
-    azimuth_deg, altitude_deg : float
-        From the middle of the head, deg, positive toward the sitter's left and upward.
-    distance_m : float, optional
-        From the middle of the head, metres.
-    skin_m : float, optional
-        Shortest way from the lamp to the skin, metres.
-
-    Returns
-    -------
-    str
-        Without a full stop.
+    `azimuth_deg` and `altitude_deg`: from the middle of the head, deg, positive toward the sitter's
+    left and upward.
+    `distance_m`: from the middle of the head, metres.
+    `skin_m`: shortest way from the lamp to the skin, metres.
+    Without a full stop.
 
     Examples
     --------
@@ -68,10 +60,7 @@ def placement_words(
 def metres(distance_m: float, *, rough: bool = False) -> str:
     """Write a distance: in centimetres below one metre.
 
-    Parameters
-    ----------
-    rough : bool, optional
-        Whether to the nearest 5 cm from 10 cm on.
+    `rough`: whether to the nearest 5 cm from 10 cm on.
 
     Examples
     --------
@@ -87,10 +76,7 @@ def metres(distance_m: float, *, rough: bool = False) -> str:
 def read_metres(text: str) -> float:
     """Read a distance as somebody types it: metres, or centimetres where it says so.
 
-    Raises
-    ------
-    CoreError
-        If it is none.
+    Raises CoreError if it is none.
 
     Examples
     --------
@@ -126,16 +112,9 @@ _TRUNK_M: Final = (0.21, 0.13, -0.22)
 def above_floor(distance_m: float, ear_height_m: float = EAR_HEIGHT_M) -> Mask:
     """Find the placements that are not through the floor.
 
-    Parameters
-    ----------
-    distance_m : float
-        From the middle of the head to the lamp, metres.
-    ear_height_m : float, optional
-        Of the middle of the head above the floor, metres.
-
-    Returns
-    -------
-    (576,) bool
+    `distance_m`: from the middle of the head to the lamp, metres.
+    `ear_height_m`: of the middle of the head above the floor, metres.
+    Returns (576,) bool.
     """
     height: Float64 = directions()[:, 1] * distance_m
     return np.asarray(height >= _CLEAR_M - ear_height_m)
@@ -144,15 +123,9 @@ def above_floor(distance_m: float, ear_height_m: float = EAR_HEIGHT_M) -> Mask:
 def within_arm(distance_m: float) -> Mask:
     """Find the placements to which somebody can hold a lamp for a picture of themselves.
 
-    Parameters
-    ----------
-    distance_m : float
-        From the middle of the head to the lamp, metres.
-
-    Returns
-    -------
-    (576,) bool
-        Within reach of either arm, not far behind the head, and not inside the trunk.
+    `distance_m`: from the middle of the head to the lamp, metres.
+    Returns (576,) bool: within reach of either arm, not far behind the head, and not inside the
+    trunk.
     """
     places = directions() * distance_m
     shoulders = np.array([_SHOULDER_M, (-_SHOULDER_M[0], *_SHOULDER_M[1:])])

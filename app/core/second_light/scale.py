@@ -35,15 +35,9 @@ _TYPE_LUX: Final = (
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Whether a lamp's light can be added to a place's.
+    """Whether a lamp's light can be added to a place's."""
 
-    Attributes
-    ----------
-    possible : bool
-        Whether both are known in cd/m2.
-    """
-
-    possible: bool
+    possible: bool  # whether both are known in cd/m2
     sentence: str = ""
     hint: str = ""
 
@@ -57,10 +51,8 @@ def compare(
 ) -> Comparison:
     """Judge whether the captures of a place and of a lamp can be compared.
 
-    Parameters
-    ----------
-    place_white_cd_m2 : float or None
-        Luminance of radiance 1 of the place, cd/m2; None where its exposure is not known.
+    `place_white_cd_m2`: luminance of radiance 1 of the place, cd/m2; None where its exposure is not
+    known.
 
     Examples
     --------
@@ -102,10 +94,7 @@ def compare(
 def with_lux(lamp: CapturedLamp, lux: float) -> CapturedLamp:
     """Set how bright a lamp is by what a light meter reads where the probe stood.
 
-    Raises
-    ------
-    CoreError
-        When that is no illuminance.
+    Raises CoreError when that is no illuminance.
     """
     if not (math.isfinite(lux) and 0.0 < lux <= _MOST_LAMP_LUX):
         raise CoreError(f"{lux:g} lux is no illuminance of a lamp.", "Type what the meter reads.")
@@ -119,21 +108,10 @@ def with_lux(lamp: CapturedLamp, lux: float) -> CapturedLamp:
 def at_distance(lamp: CapturedLamp, distance_m: float) -> CapturedLamp:
     """Say at which distance a captured lamp is to be held.
 
-    Parameters
-    ----------
-    distance_m : float
-        From the middle of the head, metres.
-
-    Returns
-    -------
-    CapturedLamp
-        The lamp, with that distance where nobody had said it before.
-
-    Raises
-    ------
-    CoreError
-        When it was captured at another distance: nearer it would look larger, not just be
-        brighter, and how large cannot be told from one capture.
+    `distance_m`: from the middle of the head, metres.
+    The lamp, with that distance where nobody had said it before.
+    Raises CoreError when it was captured at another distance: nearer it would look larger, not just
+    be brighter, and how large cannot be told from one capture.
     """
     if not (math.isfinite(distance_m) and distance_m > 0.0):
         raise CoreError(
@@ -170,17 +148,9 @@ _NUMBER: Final = re.compile(r"\d{1,3}(?:[ ,’']\d{3})+|\d+(?:[.,]\d+)?|[.,]\d+"
 def illuminance(light: Floats, azimuth_deg: float = 0.0) -> float:
     """Find the vertical illuminance at a face.
 
-    Parameters
-    ----------
-    light : (H, W, 3) or (H, W) float
-        Environment, linear Rec. 709 radiance or luminance.
-    azimuth_deg : float, optional
-        Azimuth in the panorama that the face looks to, deg.
-
-    Returns
-    -------
-    float
-        Lux where the light is in cd/m2.
+    `light`: (H, W, 3) or (H, W) float, environment, linear Rec. 709 radiance or luminance.
+    `azimuth_deg`: azimuth in the panorama that the face looks to, deg.
+    Lux where the light is in cd/m2.
     """
     luminance = luminance_of(light)
     height, width = luminance.shape
@@ -193,10 +163,7 @@ def illuminance(light: Floats, azimuth_deg: float = 0.0) -> float:
 def check_lux(lux: float) -> float:
     """Give an illuminance at the face back, unless there is no such light to photograph in.
 
-    Raises
-    ------
-    CoreError
-        Otherwise.
+    Raises CoreError otherwise.
     """
     if not 0.0 < lux <= _MOST_LUX:
         raise CoreError(f"{lux:g} lux is no light to photograph in.", _USUAL)
@@ -206,10 +173,7 @@ def check_lux(lux: float) -> float:
 def read_lux(text: str) -> float:
     """Read an illuminance as somebody types it.
 
-    Raises
-    ------
-    CoreError
-        If it is no number, or no light to photograph in.
+    Raises CoreError if it is no number, or no light to photograph in.
 
     Examples
     --------
@@ -229,10 +193,7 @@ def read_lux(text: str) -> float:
 def stated_white(path: Path | str) -> float | None:
     """Read the luminance of radiance 1 that an OpenEXR file states.
 
-    Returns
-    -------
-    float or None
-        Cd/m2; None where the file states none, or cannot be read.
+    Cd/m2; None where the file states none, or cannot be read.
     """
     source = open_image(Path(path))
     if source is None:

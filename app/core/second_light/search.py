@@ -53,41 +53,34 @@ _WEAK: Final = 0.1  # of the face's mean: a lamp that gives less cannot shape it
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """What a place can do for a style together with a lamp.
-
-    Attributes
-    ----------
-    turn_index, placement : int
-        On the grids, 0..63 and 0..575; the turn counted from the panorama's centre column.
-    turn_deg, turn_refined_deg : float
-        The turn on the grid, and between; deg in (-180, 180], positive clockwise.
-    lamp_azimuth_deg, lamp_altitude_deg : float
-        Where the lamp is held, on the grid; deg, positive toward the sitter's left and upward.
-    quality, match, strength : float
-        There, on the grid. Quality (eq. 7) in the unit of the environment, the others of 100.
-    reason : str or None
-        Why not, even with the lamp; None when attainable.
-    map : (9, 64) float32
-        The objective at the chosen turn: match of 100, or quality; altitude by azimuth.
-    """
+    """What a place can do for a style together with a lamp."""
 
     name: str
     title: str
     side: str
+    # turn_index, placement: on the grids, 0..63 and 0..575; the turn counted from the panorama's
+    # centre column
     turn_index: int
     placement: int
+    # turn_deg, turn_refined_deg: the turn on the grid, and between; deg in (-180, 180], positive
+    # clockwise
     turn_deg: float
     turn_refined_deg: float
+    # lamp_azimuth_deg, lamp_altitude_deg: where the lamp is held, on the grid; deg, positive
+    # toward the sitter's left and upward
     lamp_azimuth_deg: float
     lamp_altitude_deg: float
     lamp_azimuth_refined_deg: float
     lamp_altitude_refined_deg: float
+    # quality, match, strength: there, on the grid. Quality (eq. 7) in the unit of the environment,
+    # the others of 100
     quality: float
     match: float
     strength: float
     attainable: bool
-    reason: str | None
+    reason: str | None  # why not, even with the lamp; None when attainable
     before: StyleResult
+    # (9, 64), the objective at the chosen turn: match of 100, or quality; altitude by azimuth
     map: Float32 = field(repr=False)
     evaluated: int
     power: float = 1.0
@@ -115,27 +108,16 @@ def place_all(
 ) -> tuple[Placed, ...]:
     """Find for every style the best turn and the best place of a lamp (eq. 7).
 
-    Parameters
-    ----------
-    radiance : (32, 64, 3) float
-        Environment at turn 0, linear Rec. 709, in the unit of the lamp: cd/m2.
-    allowed : (576,) bool, optional
-        Placements that can be reached; all by default.
-    powers : sequence of float, optional
-        What the lamp may be dimmed to, as shares of its full power, see `dimming`; the picture
-        objective takes the one that matches best, of equals the first. The paper's always gains
-        by more light, so it takes the first.
-    front_deg : float, optional
-        Azimuth at which the photographer stands, deg; turns are counted from there.
-
-    Raises
-    ------
-    EnvironmentFileError
-        If the environment is black, not finite or has another size.
-    StyleError
-        If a style is unknown.
-    CoreError
-        If no placement is allowed.
+    `radiance`: (32, 64, 3) float, environment at turn 0, linear Rec. 709, in the unit of the lamp:
+    cd/m2.
+    `allowed`: (576,) bool, placements that can be reached; all by default.
+    `powers`: what the lamp may be dimmed to, as shares of its full power, see `dimming`; the
+    picture objective takes the one that matches best, of equals the first. The paper's always gains
+    by more light, so it takes the first.
+    `front_deg`: azimuth at which the photographer stands, deg; turns are counted from there.
+    Raises EnvironmentFileError if the environment is black, not finite or has another size.
+    Raises StyleError if a style is unknown.
+    Raises CoreError if no placement is allowed.
     """
     light, scale = normalised(radiance, pack.header.environment)
     if light.ndim == 2:

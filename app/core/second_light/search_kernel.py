@@ -34,19 +34,13 @@ Floats: TypeAlias = NDArray[np.floating[Any]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LampTables:
-    """What a lamp does to a pack's targets, to the face's mean and to single lamps' maps.
-
-    Attributes
-    ----------
-    lit : (S + 1 + K, 576) float64
-        Values under the lamp alone: S targets, the mean of the face, K lamp maps.
-    hidden : tuple of (S + 1 + K, M, 64) float64
-        The same of what it hides, see `app.core.second_light.hidden`.
-    """
+    """What a lamp does to a pack's targets, to the face's mean and to single lamps' maps."""
 
     pack: StylePack = field(repr=False)
     added: AddedLight = field(repr=False)
+    # (S + 1 + K, 576), values under the lamp alone: S targets, the mean of the face, K lamp maps
     lit: Float64 = field(repr=False)
+    # each (S + 1 + K, M, 64), the same of what it hides, see `app.core.second_light.hidden`
     hidden: tuple[Float64, ...] = field(repr=False)
 
     @property
@@ -57,31 +51,21 @@ class LampTables:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Place:
-    """A place's light as the search of a second light takes it.
+    """A place's light as the search of a second light takes it."""
 
-    Attributes
-    ----------
-    light : (32, 64, 3) float
-        Linear Rec. 709 radiance at turn 0, divided by `scale`.
-    parts : (2, 32, 64) float64
-        The light in two parts.
-    curves : (S + 1 + K, 64) float64
-        All values without the lamp, at all turns; of the targets only, where only they were asked.
-    """
-
+    # (32, 64, 3) float, linear Rec. 709 radiance at turn 0, divided by `scale`
     light: Floats = field(repr=False)
     scale: float
-    parts: Float64 = field(repr=False)
+    parts: Float64 = field(repr=False)  # (2, 32, 64), the light in two parts
+    # (S + 1 + K, 64), all values without the lamp, at all turns; of the targets only, where only
+    # they were asked
     curves: Float64 = field(repr=False)
 
 
 def lamp_tables(pack: StylePack, transport: Transport, added: AddedLight) -> LampTables:
     """Hold a lamp against the styles of a head.
 
-    Raises
-    ------
-    TransportError
-        If they do not belong together.
+    Raises TransportError if they do not belong together.
     """
     linear = _full(pack)
     if added.light is not None:
@@ -96,10 +80,7 @@ def lamp_tables(pack: StylePack, transport: Transport, added: AddedLight) -> Lam
 def see_place(tables: LampTables, light: Floats, scale: float, *, targets: bool = False) -> Place:
     """Look at a place.
 
-    Parameters
-    ----------
-    light : (32, 64, 3) float
-        Linear Rec. 709 radiance at turn 0.
+    `light`: (32, 64, 3) float, linear Rec. 709 radiance at turn 0.
     """
     pack = tables.pack
     seen = pack.seen(light)
@@ -116,15 +97,9 @@ def left_everywhere(
 ) -> Float64:
     """Evaluate what the place gives behind the lamp: eq. 7 without the lamp's own light.
 
-    Parameters
-    ----------
-    rows : sequence of int
-        Targets wanted, or rows behind them as in `LampTables.lit`.
-
-    Returns
-    -------
-    (len(rows), 64, 576) float64, or (len(rows), 1, 576) at one turn
-        In the unit of `place.light`. With `lamp_alone` it sums to eq. 7.
+    `rows`: targets wanted, or rows behind them as in `LampTables.lit`.
+    Returns (len(rows), 64, 576) float64, or (len(rows), 1, 576) at one turn: in the unit of
+    `place.light`. With `lamp_alone` it sums to eq. 7.
     """
     wanted = list(rows)
     chosen = tables.hidden if len(wanted) == len(tables.lit) else _rows(tables, wanted)
@@ -197,10 +172,7 @@ def best_spot(objective: Float64, allowed: Mask | None = None) -> Spot:
     Among those within a millionth of it: the smaller turn, then clockwise; then the smaller
     azimuth of the lamp, toward the sitter's left first; then the smaller altitude, upward first.
 
-    Parameters
-    ----------
-    objective : (64, 576) or (1, 576) float64
-        Per turn and placement.
+    `objective`: (64, 576) or (1, 576) float64, per turn and placement.
     """
     values = objective.ravel() if allowed is None else np.where(allowed, objective, -np.inf).ravel()
     top = int(np.argmax(values))
@@ -230,18 +202,11 @@ def refine(
 ) -> tuple[float, float, float]:
     """Look between the grid's places for the maximum, by a parabola through the neighbours.
 
-    Parameters
-    ----------
-    objective : (64, 576) or (1, 576) float64
-        Per turn and placement; of one turn only, the turn stays as it is.
-    gate : float64, optional
-        Of the same shape. Stays at 0 or above, interpolated alike.
-
-    Returns
-    -------
-    tuple of float
-        How far from the spot: turn, azimuth and altitude, in steps of the grid, at most half of
-        one each.
+    `objective`: (64, 576) or (1, 576) float64, per turn and placement; of one turn only, the turn
+    stays as it is.
+    `gate`: of the same shape. Stays at 0 or above, interpolated alike.
+    How far from the spot: turn, azimuth and altitude, in steps of the grid, at most half of one
+    each.
     """
     cube = _around(objective, spot)
     free = _free(_around(allowed, spot))
@@ -311,19 +276,13 @@ Mask: TypeAlias = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The best combination for one style.
-
-    Attributes
-    ----------
-    moves : tuple of float
-        From there to the maximum between the grid's places: turn, azimuth, altitude, in steps.
-    values : (576,) float64
-        The objective at that turn: match of 100, or quality in the unit of the place's light.
-    """
+    """The best combination for one style."""
 
     row: int
     spot: Spot
+    # from there to the maximum between the grid's places: turn, azimuth, altitude, in steps
     moves: tuple[float, float, float]
+    # (576,), the objective at that turn: match of 100, or quality in the unit of the place's light
     values: Float64 = field(repr=False)
     power: float = 1.0
 
@@ -341,15 +300,8 @@ def seek(
 ) -> tuple[Found, ...]:
     """Evaluate all combinations for some styles and choose.
 
-    Parameters
-    ----------
-    allowed : (576,) bool, optional
-        Placements that can be reached.
-
-    Raises
-    ------
-    CoreError
-        If no placement is allowed.
+    `allowed`: (576,) bool, placements that can be reached.
+    Raises CoreError if no placement is allowed.
     """
     if allowed is not None and not allowed.any():
         raise CoreError("The lamp cannot be held anywhere within reach.", "Hold it nearer.")
@@ -446,11 +398,8 @@ def _choose(
 ) -> tuple[tuple[int, float], Found]:
     """Choose among all combinations as among turns (`app.core.solver.reach`).
 
-    Returns
-    -------
-    tuple of int and float
-        How far that got: 2 with all the strength that is asked, 1 with that of the pattern as a
-        whole, 0 by quality; and the match.
+    How far that got: 2 with all the strength that is asked, 1 with that of the pattern as a whole,
+    0 by quality; and the match.
     """
     quality = sight.value(row)
     match = quality * (100.0 / float(sight.parts.tables.pack.weight_norm[row]))

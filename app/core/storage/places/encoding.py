@@ -103,16 +103,10 @@ _FRAME: Final[dict[str, Callable[[Any], Any]]] = {
 def to_json(place: Place) -> Facts:
     """Turn a place into what its file holds.
 
-    Returns
-    -------
-    dict
-        The short entries first, so that a file that was cut off has kept them; with what a newer
-        version has written beside them.
-
-    Raises
-    ------
-    PlaceError
-        When it could not be read again: notes that are too long, a result that is no number.
+    The short entries first, so that a file that was cut off has kept them; with what a newer
+    version has written beside them.
+    Raises PlaceError when it could not be read again: notes that are too long, a result that is no
+    number.
     """
     facts = _known(place)
     source = place.source

@@ -77,10 +77,7 @@ def told_by_folder(folder_name: str) -> tuple[str, datetime | None]:
 def free_names(stem: str, ending: str = "") -> Iterator[str]:
     """Yield ``stem``, ``stem-2``, ``stem-3`` ... with an ending, up to a limit.
 
-    Raises
-    ------
-    PlaceError
-        After ten thousand of them.
+    Raises PlaceError after ten thousand of them.
     """
     for number in range(1, _MOST_TRIES + 1):
         yield f"{stem}{'' if number == 1 else f'-{number}'}{ending}"
@@ -110,10 +107,7 @@ def safe_file_name(name: str) -> str:
 def publish(half: Path, target: Path) -> bool:
     """Give a whole file its name, unless something has that name already.
 
-    Returns
-    -------
-    bool
-        False when the name is taken; then nothing has changed.
+    False when the name is taken; then nothing has changed.
     """
     if os.path.lexists(target):
         return False
@@ -185,12 +179,8 @@ def adopt_files(
     A copy gets its name once it is whole, and never that of another file; a file that is there
     already with the same content is not copied again.
 
-    Raises
-    ------
-    PlaceError
-        When a file cannot be read, is too large, changes while it is copied, or the disk is full.
-    Cancelled
-        When the token said so.
+    Raises PlaceError when a file cannot be read, is too large, changes while it is copied, or the
+    disk is full.
     """
     token = token or Token()
     sizes = [_size_of(path) for path in paths]

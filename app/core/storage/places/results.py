@@ -33,10 +33,8 @@ _DIRECTIONS: Final = ("clockwise", "counter-clockwise", "none")
 def results_to_json(results: Sequence[StyleResult]) -> list[Facts]:
     """Turn results into what JSON can hold.
 
-    Raises
-    ------
-    PlaceError
-        When a number is infinite or none; nothing is written that could not be read again.
+    Raises PlaceError when a number is infinite or none; nothing is written that could not be read
+    again.
     """
     return [_to_json(result) for result in results]
 
@@ -44,15 +42,8 @@ def results_to_json(results: Sequence[StyleResult]) -> list[Facts]:
 def results_from_json(value: Any) -> tuple[StyleResult, ...]:
     """Turn that back into results.
 
-    Returns
-    -------
-    tuple of StyleResult
-        With the same floats to the last bit; curves are (64,) float64, read-only.
-
-    Raises
-    ------
-    PlaceError
-        When one of them is not a result.
+    With the same floats to the last bit; curves are (64,) float64, read-only.
+    Raises PlaceError when one of them is not a result.
     """
     try:
         return tuple(result_from_json(each) for each in _as_list(value, "the whole"))
@@ -65,10 +56,7 @@ def results_from_json(value: Any) -> tuple[StyleResult, ...]:
 def result_from_json(value: Any) -> StyleResult:
     """Turn one result back.
 
-    Raises
-    ------
-    Unfit
-        When it is not one.
+    Raises Unfit when it is not one.
     """
     facts = _object(value)
     peaks = _list(facts, "peaks", _MOST_PEAKS)

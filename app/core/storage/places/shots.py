@@ -64,23 +64,6 @@ class Shot:
 
     Azimuths are in the panorama, so that they stay true when the marker of where the photographer
     stands is moved.
-
-    Attributes
-    ----------
-    goal_facing_deg : float
-        Azimuth that the sitter was to face, deg.
-    heading_deg, facing_deg : float or None
-        Azimuths of the camera's axis, and that the sitter faced; deg.
-    sitter_deg : float or None
-        The sitter from the axis, deg, positive to the right; None where none was seen.
-    fov_deg, focal_mm : float or None
-        Horizontal field of view, deg; focal length for a frame of 36 x 24 mm.
-    confidence : float
-        0 to 1.
-    outside_deg : int
-        Whole degrees from the light; 0 in it.
-    match, best : int or None
-        Of 100: at that turn, and of the style there; None where the turn is not known.
     """
 
     name: str
@@ -88,15 +71,19 @@ class Shot:
     found: bool
     style: str
     title: str
-    goal_facing_deg: float
+    goal_facing_deg: float  # azimuth that the sitter was to face, deg
     taken_at: str | None = None
+    # heading_deg, facing_deg: azimuths of the camera's axis, and that the sitter faced; deg
     heading_deg: float | None = None
     facing_deg: float | None = None
+    # the sitter from the axis, deg, positive to the right; None where none was seen
     sitter_deg: float | None = None
+    # fov_deg, focal_mm: horizontal field of view, deg; focal length for a frame of 36 x 24 mm
     fov_deg: float | None = None
     focal_mm: float | None = None
-    confidence: float = 0.0
-    outside_deg: int = 0
+    confidence: float = 0.0  # 0 to 1
+    outside_deg: int = 0  # whole degrees from the light; 0 in it
+    # match, best: of 100: at that turn, and of the style there; None where the turn is not known
     match: int | None = None
     best: int | None = None
     removed: bool = False
@@ -149,10 +136,7 @@ _CHECKS: Final[dict[str, Callable[[Any], Any]]] = {
 def read_shots(folder: Path) -> tuple[tuple[Shot, ...], tuple[str, ...]]:
     """Read what is kept, as much of it as there is.
 
-    Returns
-    -------
-    shots : tuple of Shot
-        In the order in which they were added, without those that were removed.
+    Returns `shots`: in the order in which they were added, without those that were removed.
     """
     shots, lost, _ = _read(folder)
     return tuple(shot for shot in shots if not shot.removed), lost
@@ -224,16 +208,9 @@ def add_shot(
 
     The same photograph opened again for the same style takes the place of the one that is there.
 
-    Parameters
-    ----------
-    picture : (H, W, 3) uint8
-        sRGB, upright, for the list.
-
-    Raises
-    ------
-    PlaceError
-        When the photograph cannot be copied or the disk refuses; nothing is listed then.
-    Cancelled
+    `picture`: (H, W, 3) uint8, sRGB, upright, for the list.
+    Raises PlaceError when the photograph cannot be copied or the disk refuses; nothing is listed
+    then.
     """
     shots, lost, found = _read(folder)
     if lost:
@@ -271,10 +248,7 @@ def photo_of(folder: Path, shot: Shot) -> Path:
 def thumbnail_of(folder: Path, shot: Shot) -> NDArray[np.uint8] | None:
     """Read the small picture of a photograph.
 
-    Returns
-    -------
-    (h, w, 3) uint8 or None
-        sRGB; None where there is none that can be read.
+    Returns (h, w, 3) uint8: sRGB; None where there is none that can be read.
     """
     path = folder / _FOLDER / f"{shot.key}.jpg"
     data = picture_bytes(path, _MOST_THUMBNAIL, _THUMBNAIL**2)
@@ -290,10 +264,7 @@ def thumbnail_of(folder: Path, shot: Shot) -> NDArray[np.uint8] | None:
 def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
     """Take a photograph off the list, or bring it back.
 
-    Raises
-    ------
-    PlaceError
-        When it is not there any more, or the disk refuses.
+    Raises PlaceError when it is not there any more, or the disk refuses.
     """
     shots, _, found = _read(folder)
     if all(shot.key != key for shot in shots):
@@ -305,10 +276,7 @@ def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
 def purge_shots(folder: Path) -> int:
     """Forget the photographs that were removed, with their copies; nobody can ask for them now.
 
-    Returns
-    -------
-    int
-        How many. What the disk does not let go of stays.
+    How many. What the disk does not let go of stays.
     """
     shots, lost, found = _read(folder)
     gone = [shot for shot in shots if shot.removed]

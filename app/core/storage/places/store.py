@@ -71,26 +71,18 @@ _EARLIEST: Final = datetime(1970, 1, 1, tzinfo=UTC)
 
 @dataclass(frozen=True, slots=True)
 class PlaceSummary:
-    """What a list shows of a place.
-
-    Attributes
-    ----------
-    trouble : str or None
-        Why the place is not as it should be, a sentence; None when it is.
-    state : {"whole", "unfinished", "damaged", "newer"}
-        "unfinished": a folder that was begun, with something in it that can be gone on with.
-        Each of them can be opened with `read_place`.
-    captures : tuple of Path
-        Folders of captures in it, the newest last; each is a session that can be gone on with.
-    """
+    """What a list shows of a place."""
 
     folder: Path
     name: str
     made_at: datetime
     thumbnail: Path | None = None
-    trouble: str | None = None
+    trouble: str | None = None  # why the place is not as it should be, a sentence; None when it is
+    # "unfinished": a folder that was begun, with something in it that can be gone on with. Each of
+    # them can be opened with `read_place`
     state: State = "whole"
     has_light: bool = False
+    # folders of captures in it, the newest last; each is a session that can be gone on with
     captures: tuple[Path, ...] = field(default=())
     spot: str = ""
 
@@ -100,11 +92,8 @@ def list_places(root: Path) -> tuple[PlaceSummary, ...]:
 
     Only small files are read; nothing that lies there makes it fail.
 
-    Returns
-    -------
-    tuple of PlaceSummary
-        The newest first. Damaged and unfinished ones are in it with the reason. Folders that never
-        were places are left out.
+    The newest first. Damaged and unfinished ones are in it with the reason. Folders that never were
+    places are left out.
     """
     try:
         with os.scandir(root) as entries:
@@ -128,10 +117,7 @@ def _may_be_place(entry: os.DirEntry[str]) -> bool:
 def summarise(folder: Path) -> PlaceSummary | None:
     """Say of one folder what a list shows of it.
 
-    Returns
-    -------
-    PlaceSummary or None
-        None for a folder that holds nothing of a place.
+    None for a folder that holds nothing of a place.
     """
     names = _names(folder)
     file = read_json(folder / PLACE, MOST_BYTES)
@@ -232,10 +218,7 @@ def capture_folders(folder: Path) -> tuple[Path, ...]:
 def new_capture_folder(folder: Path) -> Path:
     """Name a folder in a place for one more capture; it is not made.
 
-    Raises
-    ------
-    PlaceError
-        When there are too many.
+    Raises PlaceError when there are too many.
     """
     for name in free_names(_CAPTURE):
         if set(_listing(folder / name)) <= LITTER:
@@ -271,10 +254,7 @@ class TrashedPlace:
 def delete_place(folder: Path, now: datetime | None = None) -> Path:
     """Move a place to the trash, whole.
 
-    Raises
-    ------
-    PlaceError
-        When it is not a place, or cannot be moved; then it is where it was.
+    Raises PlaceError when it is not a place, or cannot be moved; then it is where it was.
     """
     if folder.is_symlink() or summarise(folder) is None:
         raise PlaceError(f"There is no place at {folder}.", "It may have been deleted already.")
@@ -292,15 +272,8 @@ def delete_place(folder: Path, now: datetime | None = None) -> Path:
 def restore_place(trashed: Path) -> Path:
     """Bring a place back from the trash.
 
-    Returns
-    -------
-    Path
-        Its folder: the one it had, or one with a number where that is taken.
-
-    Raises
-    ------
-    PlaceError
-        When it is not in the trash any more, or cannot be moved.
+    Its folder: the one it had, or one with a number where that is taken.
+    Raises PlaceError when it is not in the trash any more, or cannot be moved.
     """
     entry = _ENTRY.fullmatch(trashed.name)
     if entry is None or trashed.parent.name != TRASH or not trashed.is_dir():
@@ -347,15 +320,8 @@ def create_place(root: Path, name: str, made_at: datetime, *, spot: str = "") ->
 
     It appears whole, with its ``place.json`` in it, or not at all.
 
-    Returns
-    -------
-    Path
-        The new folder, a child of `root`, whose name any system takes.
-
-    Raises
-    ------
-    PlaceError
-        When the folder cannot be made.
+    The new folder, a child of `root`, whose name any system takes.
+    Raises PlaceError when the folder cannot be made.
     """
     place = Place(name, made_at, spot=spot or uuid.uuid4().hex)
     staged: Path | None = None
@@ -401,10 +367,8 @@ def _drop(staged: Path | None) -> None:
 def write_place(folder: Path, place: Place) -> None:
     """Keep what is known of a place, whole or not at all.
 
-    Raises
-    ------
-    PlaceError
-        When the disk refuses, or something could not be read again; the file is as it was.
+    Raises PlaceError when the disk refuses, or something could not be read again; the file is as it
+    was.
     """
     facts = to_json(place)
     lost = unreadable(place)
@@ -423,18 +387,10 @@ def write_place(folder: Path, place: Place) -> None:
 def read_place(folder: Path) -> Place:
     """Read what is known of a place, as much of it as there is.
 
-    Returns
-    -------
-    Place
-        `Place.remarks` says what was lost. A damaged file is kept as ``place.json.bak`` before
-        anything replaces it. Where ``place.json`` is missing, name, time and light are taken from
-        the folder.
-
-    Raises
-    ------
-    PlaceError
-        When there is no such folder, or it was never a place, or the system does not let it be
-        read.
+    `Place.remarks` says what was lost. A damaged file is kept as ``place.json.bak`` before anything
+    replaces it. Where ``place.json`` is missing, name, time and light are taken from the folder.
+    Raises PlaceError when there is no such folder, or it was never a place, or the system does not
+    let it be read.
     """
     if not folder.is_dir():
         raise PlaceError(f"There is no place at {folder}.", "It may have been moved or deleted.")
@@ -481,10 +437,7 @@ def _remarks(folder: Path, file: JsonFile, lost: Sequence[str]) -> list[str]:
 def rename_place(folder: Path, name: str) -> Place:
     """Give a place another name; its folder keeps its own.
 
-    Raises
-    ------
-    PlaceError
-        As `read_place` and `write_place`.
+    Raises PlaceError as `read_place` and `write_place`.
     """
     place = replace(read_place(folder), name=name)
     write_place(folder, place)

@@ -42,15 +42,10 @@ class Unfit(ValueError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JsonFile:
-    """What a file holds, or why it does not.
+    """What a file holds, or why it does not."""
 
-    Attributes
-    ----------
-    state : str
-        "whole"; "damaged": `facts` are the entries that could be saved; "missing";
-        "unreadable": the system does not give it out.
-    """
-
+    # "whole"; "damaged": `facts` are the entries that could be saved; "missing"; "unreadable": the
+    # system does not give it out
     state: State
     facts: Facts = field(default_factory=dict)
     why: str = ""
@@ -60,15 +55,8 @@ class JsonFile:
 def read_json(path: Path, most: int) -> JsonFile:
     """Read a file that may be anything, without ever failing.
 
-    Parameters
-    ----------
-    most : int
-        Largest size that is read, bytes.
-
-    Returns
-    -------
-    JsonFile
-        Entries of a damaged file are saved one by one.
+    `most`: largest size that is read, bytes.
+    Entries of a damaged file are saved one by one.
     """
     try:
         # A pipe would be waited for, and a device has no end.
@@ -151,15 +139,8 @@ def _is_broken(words: str) -> bool:
 def write_json(path: Path, facts: Facts, most: int) -> None:
     """Write a file whole or not at all.
 
-    Parameters
-    ----------
-    most : int
-        Largest size that will be read again, bytes.
-
-    Raises
-    ------
-    CoreError
-        When the disk refuses, or the file would be too large to be read again.
+    `most`: largest size that will be read again, bytes.
+    Raises CoreError when the disk refuses, or the file would be too large to be read again.
     """
     data = dump(facts)
     if len(data) > most:
@@ -211,16 +192,9 @@ def keep_bad(path: Path, most: int) -> Path | None:
     The file stays where it is until it is written anew, so that a power cut in between takes
     nothing; only one too large to be copied is renamed.
 
-    Parameters
-    ----------
-    most : int
-        Largest size that is copied, bytes.
-
-    Returns
-    -------
-    Path or None
-        ``NAME.bak``, or ``NAME.bak-2`` and so on; an earlier copy with the same content counts.
-        None when it could not be kept.
+    `most`: largest size that is copied, bytes.
+    ``NAME.bak``, or ``NAME.bak-2`` and so on; an earlier copy with the same content counts. None
+    when it could not be kept.
     """
     try:
         if not path.is_file():
@@ -250,10 +224,7 @@ def _holds(path: Path, data: bytes) -> bool:
 def carry_unknown(new: Any, known: Any, found: Any) -> Any:
     """Put back what a newer version has written and this one does not know.
 
-    Returns
-    -------
-    Any
-        `found` where nothing has changed, else `new` with the entries that only `found` has.
+    `found` where nothing has changed, else `new` with the entries that only `found` has.
 
     Examples
     --------

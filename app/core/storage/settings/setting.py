@@ -21,17 +21,7 @@ class SettingsError(CoreError):
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """One line of the table of settings.
-
-    Attributes
-    ----------
-    choices : tuple of (str, str)
-        Values of a choice and the words for them; empty where `offers` says who knows them.
-    offers : str
-        Whose values the dialog is to offer: "heads" for the heads that are there; "" for none.
-    unit : str
-        Of a number, as written after it; a space goes in between unless it is "°" or "×".
-    """
+    """One line of the table of settings."""
 
     key: str
     title: str
@@ -39,12 +29,16 @@ class Setting:
     kind: Kind
     default: Value
     help: str
+    # tuple of (str, str), values of a choice and the words for them; empty where `offers` says who
+    # knows them
     choices: tuple[tuple[str, str], ...] = ()
+    # whose values the dialog is to offer: "heads" for the heads that are there; "" for none
     offers: str = ""
     minimum: float = 0.0
     maximum: float = 0.0
     step: float = 1.0
     whole: bool = False
+    # of a number, as written after it; a space goes in between unless it is "°" or "×"
     unit: str = ""
     longest: int = 80
     empty_means: str = ""
@@ -53,10 +47,8 @@ class Setting:
     def checked(self, value: object) -> Value:
         """Return a value as the program uses it.
 
-        Raises
-        ------
-        SettingsError
-            When the setting does not take this value; the sentence says which it takes.
+        Raises SettingsError when the setting does not take this value; the sentence says which it
+        takes.
         """
         if self.kind == "number":
             return self._number(value)

@@ -265,10 +265,7 @@ _BY_KEY: Final = {entry.key: entry for entry in TABLE}
 def setting(key: str) -> Setting:
     """Return the line of the table with a key.
 
-    Raises
-    ------
-    SettingsError
-        When there is none.
+    Raises SettingsError when there is none.
     """
     if key not in _BY_KEY:
         raise SettingsError(f"There is no setting {key!r}.")
@@ -285,23 +282,7 @@ class Settings:
 
     ``Settings()`` has all the defaults. `with_` changes one.
 
-    Attributes
-    ----------
-    theme : str
-        "system", "dark", "light" or "contrast".
-    objective : str
-        "picture" or "paper".
-    plan : str
-        "paper" or "full".
-    mode : str
-        "walk" or "selfie".
-    camera_looks : str
-        "ask" until the user has said it once, then "sitter" or "me".
-
-    Raises
-    ------
-    SettingsError
-        When a value is not one that its setting takes.
+    Raises SettingsError when a value is not one that its setting takes.
 
     Examples
     --------
@@ -309,18 +290,19 @@ class Settings:
     1.5
     """
 
-    theme: str = _default("theme")
+    theme: str = _default("theme")  # "system", "dark", "light" or "contrast"
     text_scale: float = _default("text_scale")
     reduce_motion: bool = _default("reduce_motion")
     head: str = _default("head")
     sitter_name: str = _default("sitter_name")
-    objective: str = _default("objective")
+    objective: str = _default("objective")  # "picture" or "paper"
     match_limit: float = _default("match_limit")
     strength_limit: float = _default("strength_limit")
-    plan: str = _default("plan")
+    plan: str = _default("plan")  # "paper" or "full"
     self_timer_s: int = _default("self_timer_s")
     watch_folder: str = _default("watch_folder")
-    mode: str = _default("mode")
+    mode: str = _default("mode")  # "walk" or "selfie"
+    # "ask" until the user has said it once, then "sitter" or "me"
     camera_looks: str = _default("camera_looks")
     webcam: int = _default("webcam")
     camera_distance_m: float = _default("camera_distance_m")
@@ -345,10 +327,7 @@ class Settings:
     def value(self, key: str) -> Value:
         """Return the value of a setting by its key.
 
-        Raises
-        ------
-        SettingsError
-            When there is no such setting.
+        Raises SettingsError when there is no such setting.
         """
         value: Value = getattr(self, setting(key).key)
         return value
@@ -356,10 +335,7 @@ class Settings:
     def with_(self, key: str, value: object) -> Settings:
         """Change one setting.
 
-        Raises
-        ------
-        SettingsError
-            When there is no such setting, or it does not take the value.
+        Raises SettingsError when there is no such setting, or it does not take the value.
         """
         changes: dict[str, Any] = {setting(key).key: setting(key).checked(value)}
         return replace(self, **changes)
@@ -391,10 +367,8 @@ _MOST_BYTES: Final = 1 << 20
 def read_settings(path: Path) -> tuple[Settings, tuple[str, ...]]:
     """Read the settings; whatever is wrong with the file, there are settings afterwards.
 
-    Returns
-    -------
-    notes : tuple[str, ...]
-        One sentence for each thing that was lost; then the bad file is kept as ``NAME.bak``.
+    Returns `notes`: one sentence for each thing that was lost; then the bad file is kept as
+    ``NAME.bak``.
     """
     found = read_json(path, _MOST_BYTES)
     if found.state == "missing":
@@ -435,10 +409,7 @@ def _about_file(found: JsonFile) -> list[str]:
 def write_settings(path: Path, settings: Settings) -> None:
     """Write the settings whole or not at all; only what differs from its default is in the file.
 
-    Raises
-    ------
-    SettingsError
-        When the disk refuses; the file is as it was.
+    Raises SettingsError when the disk refuses; the file is as it was.
     """
     facts: Facts = {_VERSION_KEY: VERSION}
     for entry in TABLE:
