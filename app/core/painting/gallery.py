@@ -67,8 +67,8 @@ def target_picture(transport: Transport, weights: PaintedWeights) -> Float32:
 def light_side(transport: Transport, weights: PaintedWeights) -> tuple[Side, str]:
     """Tell from which side the light that painted weights ask for comes.
 
-    Returns the sitter's own side of the centre of max(F, 0); where it is on neither side, also where
-    it is, in words.
+    Returns the sitter's own side of the centre of max(F, 0), and in words where the centre is when
+    it is on neither side.
     """
     glow = np.maximum(weights.preintegrated(transport).astype(np.float64), 0.0)
     height, width = glow.shape

@@ -8,16 +8,14 @@ from __future__ import annotations
 
 import contextlib
 import io
-import os
 import tempfile
 import zipfile
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import CoreError, StyleError
 from app.core.base.files import atomic_write_bytes, open_file
-from app.core.base.unique_names import names_like, title_key, titles_like
 from app.core.painting.user_style import (
     MAX_BYTES,
     MAX_TITLE,
@@ -34,10 +32,9 @@ from app.core.painting.user_style import (
 )
 from app.core.solver.style_file import is_painted, read_painted, read_toml
 from app.core.solver.styles import NAMES
+from app.core.storage.library import Damaged, Library, Trashed, files_in, unreadable_folder
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from app.core.painting.canvas import Canvas
     from app.core.solver.styles import Side
 
@@ -152,50 +149,41 @@ def _unpacked(raw: bytes) -> dict[str, bytes]:
 CANNOT_READ: Final = "This style cannot be read. Its file is untouched."
 
 _MAX_STYLES: Final = 100  # their weights are held in memory, 1.3 MB each
-_TRASH: Final = "trash"
+
+_LIBRARY: Final = Library(
+    noun="style",
+    error=StyleError,
+    not_put_away=not_saved,
+    longest=MAX_TITLE,
+    reserved=NAMES,
+    names=lambda folder: [file.stem for file in folder.glob("*.toml")],
+    title_of=lambda folder, name: read_painted(text_path(folder, name)).title,
+    is_taken=lambda folder, name: text_path(folder, name).exists(),
+)
 
 
-@dataclass(frozen=True, slots=True)
-class DamagedStyle:
-    """A file in the folder of styles that cannot be read."""
-
-    path: Path
-    reason: str
-    message: str = CANNOT_READ
-
-
-@dataclass(frozen=True, slots=True)
-class Trashed:
-    """A style that was put away."""
-
-    folder: Path
-    name: str
-    title: str
-
-
-def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[DamagedStyle, ...]]:
+def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[Damaged, ...]]:
     """Read all painted styles of a folder.
 
     Files that cannot be read come second; they are left as they are.
     """
     styles: list[UserStyle] = []
-    damaged: list[DamagedStyle] = []
+    damaged: list[Damaged] = []
     try:
-        files = sorted(folder.glob("*.toml"), key=lambda f: f.stem) if folder.is_dir() else []
+        files = files_in(folder, ".toml")
     except OSError as error:
-        words = (error.strerror or str(error)).lower()
-        return (), (DamagedStyle(folder, f"The folder cannot be read: {words}."),)
+        return (), (unreadable_folder(folder, error),)
     for file in files:
         if file.name.startswith(".") or _has_lamps(file):
             continue
         if len(styles) >= _MAX_STYLES:
             reason = f"There are more than {_MAX_STYLES} styles; this one is not read."
-            damaged.append(DamagedStyle(file, reason))
+            damaged.append(Damaged(file, reason))
             continue
         try:
             styles.append(read_user_style(file))
         except StyleError as error:
-            damaged.append(DamagedStyle(file, str(error)))
+            damaged.append(Damaged(file, str(error)))
     return tuple(styles), tuple(damaged)
 
 
@@ -217,7 +205,7 @@ def save_user_style(
     """
     draft = UserStyle(
         "",
-        clean_text(title, "title"),
+        _LIBRARY.clean_title(title),
         side,
         clean_text(place, "place"),
         clean_text(note, "note"),
@@ -234,8 +222,8 @@ def add(folder: Path, style: UserStyle) -> UserStyle:
 
     Raises StyleError if it cannot be written.
     """
-    title = _free_title(folder, style.title)
-    named = replace(style, name=_free_name(folder, title), title=title)
+    name, title = _LIBRARY.names_for(folder, style.title)
+    named = replace(style, name=name, title=title)
     write_user_style(folder, named)
     return named
 
@@ -248,10 +236,11 @@ def update_user_style(folder: Path, style: UserStyle, canvas: Canvas) -> UserSty
     changed = replace(style, weights=canvas.weights, ignore=canvas.ignore)
     if checksum(changed) == checksum(style):
         return style
-    away = _trash_folder(folder, style.name)
-    write_user_style(away, style)
+    write_user_style(_LIBRARY.trash_folder(folder, style.name), style)
     write_user_style(folder, changed)
-    _discard(layers_path(folder, style.name, checksum(style)))
+    # No text names these weights any more, and they lie in the trash as well.
+    with contextlib.suppress(OSError):
+        layers_path(folder, style.name, checksum(style)).unlink()
     return changed
 
 
@@ -260,17 +249,14 @@ def rename(folder: Path, style: UserStyle, title: str) -> UserStyle:
 
     Raises StyleError if another style is called so, or it cannot be written.
     """
-    wanted = clean_text(title, "title")
-    if title_key(wanted) in _titles(folder, without=style.name):
-        raise StyleError(f"There is already a style called “{wanted}”.", "Choose another name.")
-    renamed = replace(style, title=wanted)
+    renamed = replace(style, title=_LIBRARY.renamed(folder, style.name, title))
     write_user_style(folder, renamed)
     return renamed
 
 
 def duplicate(folder: Path, style: UserStyle, title: str = "") -> UserStyle:
     """Keep a copy of a style, by default as "… 2"; errors as `add`."""
-    return add(folder, replace(style, title=clean_text(title or style.title, "title")))
+    return add(folder, replace(style, title=_LIBRARY.clean_title(title or style.title)))
 
 
 def delete(folder: Path, style: UserStyle) -> Trashed:
@@ -278,17 +264,9 @@ def delete(folder: Path, style: UserStyle) -> Trashed:
 
     Raises StyleError if its files cannot be moved.
     """
-    away = _trash_folder(folder, style.name)
     text, layers = text_path(folder, style.name), layers_path(folder, style.name, checksum(style))
-    try:
-        # First the text, without which the style does not count.
-        os.replace(text, away / text.name)
-        if layers.exists():
-            os.replace(layers, away / layers.name)
-    except OSError as error:
-        words = (error.strerror or str(error)).lower()
-        raise StyleError(f"“{style.title}” was not deleted: {words}.") from error
-    return Trashed(away, style.name, style.title)
+    files = [text, layers] if layers.exists() else [text]
+    return _LIBRARY.put_away(folder, style.name, style.title, files)
 
 
 def restore(folder: Path, trashed: Trashed) -> UserStyle:
@@ -298,9 +276,8 @@ def restore(folder: Path, trashed: Trashed) -> UserStyle:
     Raises StyleError if it is no longer in the trash, damaged, or cannot be written.
     """
     style = read_user_style(text_path(trashed.folder, trashed.name))
-    title = _free_title(folder, style.title)
-    taken = text_path(folder, style.name).exists()
-    back = replace(style, name=_free_name(folder, title) if taken else style.name, title=title)
+    name, title = _LIBRARY.names_for(folder, style.title, style.name)
+    back = replace(style, name=name, title=title)
     write_user_style(folder, back)
     return back
 
@@ -313,50 +290,3 @@ def _has_lamps(file: Path) -> bool:
     except StyleError:
         return False
     return True
-
-
-def _titles(folder: Path, without: str = "") -> set[str]:
-    titles = set()
-    for file in folder.glob("*.toml") if folder.is_dir() else ():
-        # A title that cannot be read cannot be met again either.
-        with contextlib.suppress(StyleError):
-            if file.stem != without:
-                titles.add(title_key(read_painted(file).title))
-    return titles
-
-
-def _free_title(folder: Path, title: str) -> str:
-    taken = _titles(folder)
-    return _first(each for each in titles_like(title, MAX_TITLE) if title_key(each) not in taken)
-
-
-def _free_name(folder: Path, title: str) -> str:
-    names = names_like(title, "style", NAMES)
-    return _first(each for each in names if not text_path(folder, each).exists())
-
-
-def _first(free: Iterator[str]) -> str:
-    found = next(free, None)
-    if found is None:
-        raise StyleError("There are too many styles of this name.", "Choose another name.")
-    return found
-
-
-def _discard(file: Path) -> None:
-    """Remove weights that no text names any more and that lie in the trash as well."""
-    with contextlib.suppress(OSError):
-        file.unlink()
-
-
-def _trash_folder(folder: Path, name: str) -> Path:
-    trash = folder / _TRASH
-    try:
-        trash.mkdir(parents=True, exist_ok=True)
-        for number in range(1, 100_000):
-            away = trash / (name if number == 1 else f"{name}-{number}")
-            if not away.exists():
-                away.mkdir()
-                return away
-    except OSError as error:
-        raise not_saved(error) from error
-    raise StyleError("The trash of styles is full.", f"Empty {trash}.")

@@ -21,6 +21,7 @@ from app.core.base.images import write_image
 from app.core.painting.canvas import MAX_SIZE, MIN_SIZE, Canvas, make_canvas
 from app.core.solver.style_file import PAINTED_FORMAT, read_painted
 from app.core.solver.styles import Side, Style
+from app.core.storage.library import one_line
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -171,7 +172,7 @@ Float32: TypeAlias = NDArray[np.float32]
 MAX_TITLE: Final = 80
 """Longest title, characters."""
 
-_LENGTHS: Final = {"title": MAX_TITLE, "place": 40, "note": 400, "head": 80, "origin": 80}
+_LENGTHS: Final = {"place": 40, "note": 400, "head": 80, "origin": 80}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -207,17 +208,10 @@ class UserStyle:
 
 
 def clean_text(text: str, key: str) -> str:
-    """Make a text fit for one line on screen and in a file.
-
-    Raises StyleError if it is too long, or an empty title.
-    """
-    visible = "".join(letter if letter.isprintable() else " " for letter in text)
-    value = " ".join(visible.split())
-    if key == "title" and not value:
-        raise StyleError("The style needs a name.", "Type one.")
+    """Make a text fit for one line on screen and in a file; raises StyleError if it is too long."""
+    value = one_line(text)
     if len(value) > _LENGTHS[key]:
-        what = "name" if key == "title" else key
-        raise StyleError(f"This {what} is longer than {_LENGTHS[key]} characters.", "Shorten it.")
+        raise StyleError(f"This {key} is longer than {_LENGTHS[key]} characters.", "Shorten it.")
     return value
 
 

@@ -12,7 +12,6 @@ damaged, the capture still holds the light, its unit and the mask.
 from __future__ import annotations
 
 import contextlib
-import os
 import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
@@ -22,26 +21,27 @@ import numpy as np
 
 from app.core.base.colour import srgb_encode, to_bytes
 from app.core.base.errors import CoreError
+from app.core.base.files import words_of
 from app.core.base.images import write_exr, write_png
 from app.core.base.paths import user_data
 from app.core.base.sphere import remap_frame
-from app.core.base.unique_names import names_like, title_key, titles_like
+from app.core.base.unique_names import title_key
 from app.core.second_light.captured import centring
 from app.core.second_light.dark_room import read_lamp_file
 from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.scale import with_lux
+from app.core.storage.json_file import number, optional, read_json, take, text, write_json
+from app.core.storage.library import Damaged, Library, Trashed, files_in, unreadable_folder
 from app.core.storage.places.light import fingerprint_of
-from app.core.storage.places.originals import words_of
-from app.core.storage.settings.json_file import number, optional, read_json, take, text, write_json
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
     from pathlib import Path
 
     from numpy.typing import NDArray
 
     from app.core.second_light.captured import CapturedLamp
-    from app.core.storage.settings.json_file import Facts
+    from app.core.storage.json_file import Facts
 
 
 MAX_TITLE: Final = 80
@@ -100,7 +100,8 @@ def facts_of(folder: Path, name: str) -> tuple[Facts, tuple[str, ...]]:
     file = read_json(folder / f"{name}.json", _MOST_BYTES)
     if file.state == "unreadable":
         raise CoreError(f"The lamp {name} cannot be read: {file.why}.", f"Look at {folder}.")
-    found, lost = dict(file.facts), list(file.lost)
+    found: Facts = dict(file.facts)
+    lost: list[str] = []
     version = found.get("format", _FORMAT)
     if isinstance(version, int) and version > _FORMAT:
         raise CoreError(f"A newer Turnlight has kept the lamp {name}.", "Update this one.")
@@ -153,10 +154,8 @@ def captures(folder: Path, name: str) -> list[Path]:
 
 def names(folder: Path) -> list[str]:
     """List the names of the lamps: of texts, and of captures whose text is gone."""
-    if not folder.is_dir():
-        return []
-    found = {file.stem for file in folder.glob("*.json") if _NAME.fullmatch(file.stem)}
-    for file in folder.glob("*.exr"):
+    found = {file.stem for file in files_in(folder, ".json") if _NAME.fullmatch(file.stem)}
+    for file in files_in(folder, ".exr"):
         stem = re.fullmatch(r"(.+)-[0-9a-f]{12}", file.stem)
         if stem and _NAME.fullmatch(stem[1]):
             found.add(stem[1])
@@ -193,61 +192,7 @@ def picture_of(lamp: CapturedLamp) -> NDArray[np.uint8]:
     return to_bytes(srgb_encode(np.clip(shown, 0.0, 1.0)))
 
 
-def clean_title(title: str) -> str:
-    """Return a title as it is kept: one line of letters that can be seen.
-
-    Raises CoreError if nothing is left of it, or too much.
-    """
-    visible = "".join(letter if letter.isprintable() else " " for letter in title)
-    value = " ".join(visible.split())
-    if not value:
-        raise CoreError("The lamp needs a name.", "Type one.")
-    if len(value) > MAX_TITLE:
-        raise CoreError(f"This name is longer than {MAX_TITLE} characters.", "Shorten it.")
-    return value
-
-
-def titles_of(folder: Path, without: str = "") -> dict[str, str]:
-    """Return the names of the lamps of a folder by `title_key`."""
-    titles = {}
-    for name in names(folder):
-        # A title that cannot be read cannot be met again either.
-        with contextlib.suppress(CoreError):
-            if name != without:
-                titles[title_key(facts_of(folder, name)[0]["title"])] = name
-    return titles
-
-
-def free_title(folder: Path, title: str) -> str:
-    """Return a title that no lamp bears, with a number where this one is taken.
-
-    Raises CoreError if thousands bear it already.
-    """
-    taken = titles_of(folder)
-    return _first(each for each in titles_like(title, MAX_TITLE) if title_key(each) not in taken)
-
-
-def free_name(folder: Path, title: str) -> str:
-    """Make a name for commands and files of a title: one that no lamp and no kind of lamp bears.
-
-    Raises CoreError if thousands bear it already.
-    """
-    # A picture without its lamp is somebody's file all the same.
-    taken = {*names(folder), *(file.stem for file in folder.glob("*.png"))}
-    return _first(each for each in names_like(title, "lamp", KINDS) if each not in taken)
-
-
-def _first(free: Iterator[str]) -> str:
-    found = next(free, None)
-    if found is None:
-        raise CoreError("There are too many lamps of this name.", "Choose another name.")
-    return found
-
-
-CANNOT_READ: Final = "This lamp cannot be read. Its files are untouched."
-
 _MOST_LAMPS: Final = 500
-_TRASH: Final = "trash"
 _HELD_M: Final = (0.05, 20.0)
 
 
@@ -264,22 +209,25 @@ class LampEntry:
     remarks: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class DamagedLamp:
-    """A lamp in the folder that cannot be read."""
-
-    path: Path
-    reason: str
-    message: str = CANNOT_READ
+def _not_put_away(error: OSError) -> CoreError:
+    return CoreError(f"The lamp cannot be put away: {words_of(error)}.")
 
 
-@dataclass(frozen=True, slots=True)
-class TrashedLamp:
-    """A lamp that was put away."""
+def _is_taken(folder: Path, name: str) -> bool:
+    # A picture without its lamp is somebody's file all the same.
+    return name in names(folder) or (folder / f"{name}.png").exists()
 
-    folder: Path
-    name: str
-    title: str
+
+_LIBRARY: Final = Library(
+    noun="lamp",
+    error=CoreError,
+    not_put_away=_not_put_away,
+    longest=MAX_TITLE,
+    reserved=KINDS,
+    names=names,
+    title_of=lambda folder, name: str(facts_of(folder, name)[0]["title"]),
+    is_taken=_is_taken,
+)
 
 
 def lamps_folder() -> Path:
@@ -287,19 +235,19 @@ def lamps_folder() -> Path:
     return user_data() / "lamps"
 
 
-def list_lamps(folder: Path) -> tuple[tuple[LampEntry, ...], tuple[DamagedLamp, ...]]:
+def list_lamps(folder: Path) -> tuple[tuple[LampEntry, ...], tuple[Damaged, ...]]:
     """List the lamps of a folder without reading their light."""
     entries: list[LampEntry] = []
-    damaged: list[DamagedLamp] = []
+    damaged: list[Damaged] = []
     try:
         found = names(folder)
     except OSError as error:
-        return (), (DamagedLamp(folder, f"The folder cannot be read: {words_of(error)}."),)
+        return (), (unreadable_folder(folder, error),)
     for name in found[:_MOST_LAMPS]:
         try:
             entries.append(_entry(folder, name, *facts_of(folder, name)))
         except CoreError as error:
-            damaged.append(DamagedLamp(folder / f"{name}.json", str(error)))
+            damaged.append(Damaged(folder / f"{name}.json", str(error)))
     return tuple(sorted(entries, key=lambda each: title_key(each.title))), tuple(damaged)
 
 
@@ -334,8 +282,8 @@ def add_lamp(folder: Path, lamp: CapturedLamp, title: str = "") -> CapturedLamp:
     Raises CoreError if it cannot be written, or the title is empty or too long. Nothing counts
     then.
     """
-    wanted = free_title(folder, clean_title(title or lamp.title))
-    named = replace(lamp, name=free_name(folder, wanted), title=wanted)
+    name, wanted = _LIBRARY.names_for(folder, _LIBRARY.clean_title(title or lamp.title))
+    named = replace(lamp, name=name, title=wanted)
     write_lamp(folder, named)
     return named
 
@@ -348,8 +296,8 @@ def update_lamp(folder: Path, lamp: CapturedLamp) -> None:
     """
     name = _find(folder, lamp.name)
     old = read_lamp(folder, name)
-    write_lamp(_trash_folder(folder, name), old)
-    write_lamp(folder, replace(lamp, title=clean_title(lamp.title)))
+    write_lamp(_LIBRARY.trash_folder(folder, name), old)
+    write_lamp(folder, replace(lamp, title=_LIBRARY.clean_title(lamp.title)))
     if checksum(old) != checksum(lamp):
         with contextlib.suppress(OSError):
             capture_named(folder, name, checksum(old)).unlink()
@@ -361,10 +309,7 @@ def rename_lamp(folder: Path, name: str, title: str) -> CapturedLamp:
     Raises CoreError if another lamp is called so, or it cannot be read or written.
     """
     lamp = read_lamp(folder, name)
-    wanted = clean_title(title)
-    if title_key(wanted) in titles_of(folder, without=lamp.name):
-        raise CoreError(f"There is already a lamp called “{wanted}”.", "Choose another name.")
-    renamed = replace(lamp, title=wanted)
+    renamed = replace(lamp, title=_LIBRARY.renamed(folder, lamp.name, title))
     write_text(folder, renamed)
     return renamed
 
@@ -400,35 +345,27 @@ def check_distance(distance_m: float) -> float:
     return distance_m
 
 
-def delete_lamp(folder: Path, name: str) -> TrashedLamp:
+def delete_lamp(folder: Path, name: str) -> Trashed:
     """Put a lamp away, so that `restore_lamp` can bring it back.
 
     Raises CoreError when there is none of that name, or its files cannot be moved.
     """
     found = _find(folder, name)
     facts, _ = facts_of(folder, found)
-    away = _trash_folder(folder, found)
     files = [folder / f"{found}.json", *captures(folder, found), folder / f"{found}.png"]
-    try:
-        # First the text, without which the lamp does not count.
-        for file in files:
-            if file.exists():
-                os.replace(file, away / file.name)
-    except OSError as error:
-        raise CoreError(f"“{facts['title']}” was not deleted: {words_of(error)}.") from error
-    return TrashedLamp(away, found, facts["title"])
+    there = [file for file in files if file.exists()]
+    return _LIBRARY.put_away(folder, found, facts["title"], there)
 
 
-def restore_lamp(folder: Path, trashed: TrashedLamp) -> CapturedLamp:
+def restore_lamp(folder: Path, trashed: Trashed) -> CapturedLamp:
     """Bring a lamp back; its files in the trash stay as they are.
 
     Under its old name and title, unless others bear them by now.
     Raises CoreError if it is no longer in the trash, damaged, or cannot be written.
     """
     lamp = read_lamp(trashed.folder, trashed.name)
-    title = free_title(folder, lamp.title)
-    taken = lamp.name in names(folder)
-    back = replace(lamp, name=free_name(folder, title) if taken else lamp.name, title=title)
+    name, title = _LIBRARY.names_for(folder, lamp.title, lamp.name)
+    back = replace(lamp, name=name, title=title)
     write_lamp(folder, back)
     return back
 
@@ -451,22 +388,8 @@ def _find(folder: Path, wanted: str) -> str:
     there = names(folder)
     if wanted in there:
         return wanted
-    titles = titles_of(folder)
+    titles = _LIBRARY.titles(folder)
     if title_key(wanted) in titles:
         return titles[title_key(wanted)]
     known = ", ".join(there) or "none yet"
     raise CoreError(f"There is no lamp {wanted!r} in the library.", f"There are: {known}.")
-
-
-def _trash_folder(folder: Path, name: str) -> Path:
-    trash = folder / _TRASH
-    try:
-        trash.mkdir(parents=True, exist_ok=True)
-        for count in range(1, 100_000):
-            away = trash / (name if count == 1 else f"{name}-{count}")
-            if not away.exists():
-                away.mkdir()
-                return away
-    except OSError as error:
-        raise CoreError(f"The lamp cannot be put away: {words_of(error)}.") from error
-    raise CoreError("The trash of lamps is full.", f"Empty {trash}.")

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from app.core.painting import Trashed, UserStyle
+    from app.core.painting import UserStyle
+    from app.core.storage.library import Trashed
     from app.ui.presenters.serial_queue import SerialQueue
     from app.ui.presenters.services import Services
 

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.core.base.progress import Report, Token
+    from app.core.storage.json_file import Facts
     from app.core.storage.places import Place
     from app.core.storage.places.place import Source
-    from app.core.storage.settings.json_file import Facts
     from app.ui.presenters.serial_queue import SerialQueue
     from app.ui.presenters.services import Services
 

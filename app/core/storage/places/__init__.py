@@ -11,7 +11,6 @@ from app.core.storage.places.place import (
     PlaceError,
     clean_name,
 )
-from app.core.storage.places.results import results_from_json, results_to_json
 from app.core.storage.places.store import (
     PLACE,
     THUMBNAIL,
@@ -56,8 +55,6 @@ __all__ = [
     "read_place",
     "rename_place",
     "restore_place",
-    "results_from_json",
-    "results_to_json",
     "store_environment",
     "summarise",
     "write_place",

@@ -15,6 +15,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, Final
 
+from app.core.base.files import umask, words_of
 from app.core.base.progress import Report, Token, silent
 from app.core.storage.places.place import PlaceError
 
@@ -147,18 +148,6 @@ def _remove(entry: os.DirEntry[str], staged: bool) -> None:
 def _only_named(folder: str) -> bool:
     """Whether there is nothing but the file that was to say what the place is called."""
     return all(name.startswith(("place.json", ".place-")) for name in os.listdir(folder))
-
-
-def umask() -> int:
-    """Return which permissions new files and folders do not get."""
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask
-
-
-def words_of(error: OSError) -> str:
-    """Return the system's own words for what went wrong."""
-    return (error.strerror or str(error) or type(error).__name__).rstrip(".").lower()
 
 
 ORIGINALS: Final = "originals"

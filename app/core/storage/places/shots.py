@@ -14,7 +14,6 @@ import contextlib
 import math
 import re
 from dataclasses import asdict, dataclass, replace
-from datetime import datetime
 from typing import TYPE_CHECKING, Any, Final
 
 import cv2
@@ -24,20 +23,23 @@ from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes
 from app.core.base.image_input import picture_bytes
 from app.core.base.progress import Report, Token, silent
-from app.core.storage.places.originals import ORIGINALS, adopt_files
-from app.core.storage.places.place import PlaceError
-from app.core.storage.settings.json_file import (
+from app.core.storage.json_file import (
     Facts,
     Unfit,
     carry_unknown,
     keep_bad,
+    moment,
     number,
     optional,
     read_json,
+    record,
     text,
     truth,
+    whole,
     write_json,
 )
+from app.core.storage.places.originals import ORIGINALS, adopt_files
+from app.core.storage.places.place import PlaceError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -91,22 +93,9 @@ class Shot:
     key: str = ""
 
 
-def _whole(low: int, high: int) -> Callable[[Any], int]:
-    def check(value: Any) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise Unfit("not a whole number in range")
-        return value
-
-    return check
-
-
 def _time(value: Any) -> str:
-    words = text(64)(value)
-    try:
-        datetime.fromisoformat(words)
-    except ValueError as error:
-        raise Unfit("not a time") from error
-    return words
+    moment(value)
+    return str(value)
 
 
 _ANGLE: Final = number(-360.0, 360.0)
@@ -125,9 +114,9 @@ _CHECKS: Final[dict[str, Callable[[Any], Any]]] = {
     "fov_deg": optional(number(0.0, 360.0)),
     "focal_mm": optional(number(0.0, 1e5)),
     "confidence": number(0.0, 1.0),
-    "outside_deg": _whole(0, 360),
-    "match": optional(_whole(0, 100)),
-    "best": optional(_whole(0, 100)),
+    "outside_deg": whole(0, 360),
+    "match": optional(whole(0, 100)),
+    "best": optional(whole(0, 100)),
     "removed": truth,
     "file": text(255, _FILE),
 }
@@ -144,12 +133,12 @@ def read_shots(folder: Path) -> tuple[tuple[Shot, ...], tuple[str, ...]]:
 
 def _read(folder: Path) -> tuple[list[Shot], tuple[str, ...], Facts]:
     file = read_json(folder / SHOTS, _MOST_BYTES)
-    shots, lost = [], len(file.lost)
+    shots, lost = [], 0
     for key, value in file.facts.items():
         if re.fullmatch(_KEY, key) is None:
             continue
         try:
-            shots.append(_shot(key, value))
+            shots.append(replace(_shot(value), key=key))
         except Unfit:
             lost += 1
     if file.state in ("missing", "whole") and not lost:
@@ -162,13 +151,11 @@ def _read(folder: Path) -> tuple[list[Shot], tuple[str, ...], Facts]:
     )
 
 
-def _shot(key: str, value: Any) -> Shot:
-    if not isinstance(value, dict):
-        raise Unfit("not a photograph")
-    needed = ("name", "added_at", "found", "style", "title", "goal_facing_deg", "file")
-    if any(name not in value for name in needed):
-        raise Unfit("something is missing")
-    return Shot(**{n: check(value[n]) for n, check in _CHECKS.items() if n in value}, key=key)
+_shot: Final = record(
+    Shot,
+    _CHECKS,
+    needed=("name", "added_at", "found", "style", "title", "goal_facing_deg", "file"),
+)
 
 
 def _facts(shot: Shot) -> Facts:

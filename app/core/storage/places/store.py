@@ -25,6 +25,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
+from app.core.base.files import umask, words_of
+from app.core.storage.json_file import JsonFile, keep_bad, read_json, write_json
 from app.core.storage.places.encoding import (
     ENVIRONMENT_NAME,
     VERSION,
@@ -41,11 +43,8 @@ from app.core.storage.places.originals import (
     free_names,
     sweep,
     told_by_folder,
-    umask,
-    words_of,
 )
 from app.core.storage.places.place import Place, PlaceError, clean_name
-from app.core.storage.settings.json_file import JsonFile, keep_bad, read_json, write_json
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -418,9 +417,8 @@ def _remarks(folder: Path, file: JsonFile, lost: Sequence[str]) -> list[str]:
     if file.state == "missing":
         remarks.append("This place was begun but not finished; it can be gone on with.")
     if bad:
-        gone = list(dict.fromkeys([*(f"“{name}”" for name in file.lost), *lost]))
         why = f": {file.why}" if file.why else ""
-        named = f" Lost: {', '.join(gone)}." if gone else ""
+        named = f" Lost: {', '.join(dict.fromkeys(lost))}." if lost else ""
         whole = "" if file.facts else " Only the files in its folder are left."
         remarks.append(f"A part of this place could not be read{why}.{named}{whole}")
     if newer:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from app.core.second_light.captured import CapturedLamp
-    from app.core.second_light.library import TrashedLamp
+    from app.core.storage.library import Trashed
     from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
     from app.ui.screens.light.lamps import LampList
@@ -174,7 +174,7 @@ class LampKeeping:
             return
         folder, tell, name = shelf.folder, self._services.notify.tell, lamp.name
 
-        def deleted(trashed: TrashedLamp) -> None:
+        def deleted(trashed: Trashed) -> None:
             shelf.gone(trashed.name)
             tell(f"{trashed.title} deleted", kind="done", actions=(("Undo", change.take_back),))
 

@@ -1,0 +1,50 @@
+"""The page docs/settings.md, made of the table of settings.
+
+``python -m tests.helpers.settings_page`` writes it anew.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from app.core.storage.settings import SECTIONS, TABLE, Setting
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "settings.md"
+
+
+def document() -> str:
+    """What the page should say."""
+    lines = [
+        "# Settings",
+        "",
+        "Everything here is in one dialog (Settings, at the foot of the rail) and in one file,",
+        "`settings.json` in Turnlight's folder, which holds only what differs from the defaults.",
+        "A field that cannot be used gets its default again, and the file is kept beside itself as",
+        "`settings.json.bak`.",
+    ]
+    for section in SECTIONS:
+        lines += ["", f"## {section}", "", "| setting | values | default | what it does | key |"]
+        lines += ["|---|---|---|---|---|"]
+        lines += [_row(entry) for entry in TABLE if entry.section == section]
+    return "\n".join(lines) + "\n"
+
+
+def _row(entry: Setting) -> str:
+    cells = (entry.title, _values(entry), entry.words(entry.default), entry.help, f"`{entry.key}`")
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+def _values(entry: Setting) -> str:
+    if entry.kind == "toggle":
+        return "on, off"
+    if entry.kind == "number":
+        whole = "whole numbers, " if entry.whole else ""
+        return f"{whole}{entry.words(entry.minimum)} to {entry.words(entry.maximum)}"
+    if entry.kind == "choice":
+        known = (f"{words} (`{value}`)" for value, words in entry.choices)
+        return ", ".join(known) if entry.choices else f"one of the {entry.offers}"
+    return "a folder" if entry.kind == "folder" else f"text, at most {entry.longest} letters"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(document(), encoding="utf-8")
