@@ -166,7 +166,8 @@ def _guide(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
 
 def _list(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
     del args
-    entries, damaged = list_lamps(lamps_folder())
+    folder = lamps_folder()
+    entries, damaged = list_lamps(folder)
     rows = [
         {
             "name": each.name,
@@ -180,7 +181,10 @@ def _list(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
         for each in entries
     ]
     lines = [f"{row['name']:<24}{row['title']:<32}{_words(row)}" for row in rows]
-    lines += [f"{each.path.name}: {each.reason}" for each in damaged]
+    # The folder itself is named whole: its home may be what cannot be read.
+    lines += [
+        f"{folder if each.path == folder else each.path.name}: {each.reason}" for each in damaged
+    ]
     bad = [{"file": str(each.path), "reason": each.reason} for each in damaged]
     return "\n".join(lines) or "No lamps yet.", {"lamps": rows, "damaged": bad}
 
