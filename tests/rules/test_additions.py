@@ -1,4 +1,4 @@
-"""Adding one more of a kind touches few files; CONTRIBUTING.md says which. One part for each kind."""
+"""Adding one more of a kind touches few files; CONTRIBUTING.md says which."""
 
 from __future__ import annotations
 
