@@ -31,11 +31,11 @@ from app.core.storage.places import (
     list_places,
     read_light,
     read_place,
-    results_to_json,
     store_environment,
     write_place,
 )
 from app.core.storage.places import light as light_module
+from app.core.storage.places.encoding import results_to_json
 
 SHARED = limits(
     suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=30

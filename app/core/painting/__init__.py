@@ -9,7 +9,6 @@ from app.core.painting.canvas import (
     blank,
     canvas_size,
     from_style,
-    from_user_style,
     from_weights,
     make_canvas,
 )
@@ -48,6 +47,7 @@ from app.core.painting.stroke import (
 from app.core.painting.user_style import (
     Draft,
     UserStyle,
+    from_user_style,
     load_draft,
     read_user_style,
     save_draft,

@@ -7,11 +7,10 @@ smooth on screen; the search sees the head's own pixels.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.errors import StyleError
 from app.core.solver.transport import to_image
@@ -20,7 +19,9 @@ from app.core.solver.weights import painted, target_weights
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from app.core.painting.user_style import UserStyle
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Bools, Float32, Float64, Floats
     from app.core.solver.style_pack import StylePack
     from app.core.solver.transport import Transport
     from app.core.solver.weights import PaintedWeights
@@ -39,7 +40,7 @@ def from_style(pack: StylePack, transport: Transport, name: str) -> Canvas:
     return from_weights(transport, target_weights(luminance, transport.face))
 
 
-def from_weights(transport: Transport, weights: NDArray[np.floating[Any]]) -> Canvas:
+def from_weights(transport: Transport, weights: Floats) -> Canvas:
     """Start from weights on the head's pixels.
 
     `weights`: (P,) float, in [-1, 1]; those outside the face are not used.
@@ -57,15 +58,6 @@ def from_weights(transport: Transport, weights: NDArray[np.floating[Any]]) -> Ca
     # Where interpolation leaves the scale, the plain value is as good.
     beyond = np.abs(smooth).reshape(transport.size, step, transport.size, step).max(axis=(1, 3)) > 1
     return make_canvas(np.where(_blocks(beyond, step), _blocks(head, step), smooth))
-
-
-def from_user_style(style: UserStyle, transport: Transport) -> Canvas:
-    """Start from a style of the user's own, painted on this head or another.
-
-    Its layers are brought to this head's canvas size where that differs.
-    """
-    size = canvas_size(transport)
-    return make_canvas(resized(style.weights, size), resized(style.ignore, size))
 
 
 def _blocks(picture: NDArray[Any], step: int) -> NDArray[Any]:
@@ -89,7 +81,7 @@ def _interpolation(pixels: int, step: int) -> Float64:
     return result
 
 
-def _continued(picture: Float32, known: NDArray[np.bool_]) -> Float32:
+def _continued(picture: Float32, known: Bools) -> Float32:
     """Spread the known pixels outward, so that no edge of the face is smoothed into nothing."""
     filled = np.where(known, picture, 0).astype(np.float32)
     share = known.astype(np.float32)
@@ -110,11 +102,6 @@ def _neighbours(picture: Float32) -> Float32:
     total: Float32 = rows[:, :-2] + rows[:, 2:] + rows[:, 1:-1]
     return total
 
-
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
-Mask: TypeAlias = NDArray[np.bool_]
-Floats: TypeAlias = NDArray[np.floating[Any]]
 
 MIN_SIZE: Final = 16
 MAX_SIZE: Final = 1024
@@ -258,7 +245,7 @@ def block_means(layer: Float32, pixels: int, region: Region | None = None) -> Fl
     return result
 
 
-def head_values(canvas: Canvas, transport: Transport) -> tuple[Float64, Mask]:
+def head_values(canvas: Canvas, transport: Transport) -> tuple[Float64, Bools]:
     """Reduce a canvas to the pixels of a head.
 
     Returns (P,) float64 painted weights in [-1, 1], not yet zero-mean, and (P,) bool: the pixels

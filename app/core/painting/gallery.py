@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.painting.canvas import make_canvas, weights_of
 from app.core.solver.reach import LIMITS, Limits
@@ -17,6 +16,7 @@ from app.core.solver.transport import render, to_image
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Float32, Floats
     from app.core.painting.canvas import Canvas
     from app.core.painting.user_style import UserStyle
     from app.core.solver.reach import Objective
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from app.core.solver.transport import Transport
     from app.core.solver.weights import PaintedWeights
 
-Float32: TypeAlias = NDArray[np.float32]
 
 _SIDE_DEG: Final = 20.0  # nearer to the front or the back than this, light has no side
 _HIGH_DEG: Final = 25.0
@@ -109,7 +108,7 @@ def suggested_side(
 def solve_user_styles(
     transport: Transport,
     styles: Sequence[UserStyle | Asking],
-    light: NDArray[np.floating[Any]],
+    light: Floats,
     objective: Objective = "picture",
     *,
     limits: Limits = LIMITS,

@@ -8,10 +8,9 @@ answer depends on what is on the canvas and not on how it came there.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.painting.canvas import (
     IGNORED,
@@ -32,14 +31,11 @@ from app.core.solver.transport import to_image
 from app.core.solver.weights import paint
 
 if TYPE_CHECKING:
+    from app.core.base.arrays import Bools, Float32, Float64, Indices
     from app.core.painting.stroke import Brush
     from app.core.solver.relighting_cache import CountedLight, LightTable
     from app.core.solver.transport import Transport
     from app.core.solver.weights import PaintedWeights
-
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
-Mask: TypeAlias = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,7 +78,7 @@ class PaintSession:
         self._place = place.reshape(transport.size, transport.size)
         self._stroke: Stroke | None = None
         self._dirty: list[Region] = []
-        self._counted: tuple[Mask, CountedLight] | None = None
+        self._counted: tuple[Bools, CountedLight] | None = None
         self.replace(canvas)
 
     @property
@@ -189,7 +185,7 @@ class PaintSession:
         self._weights = weights_of(canvas, self._transport)
         self._dirty.clear()
 
-    def _counted_now(self, table: LightTable, active: Mask) -> CountedLight:
+    def _counted_now(self, table: LightTable, active: Bools) -> CountedLight:
         known = self._counted
         if known is None or not np.array_equal(known[0], active):
             known = self._counted = active, counted_light(table, active)
@@ -204,7 +200,7 @@ class PaintSession:
         pixels, first = np.unique(pixels, return_index=True)
         return paint(self._transport, self._weights, pixels, values[first], ignored[first])
 
-    def _changed(self, region: Region) -> tuple[NDArray[np.intp], Float64, Mask]:
+    def _changed(self, region: Region) -> tuple[Indices, Float64, Bools]:
         """Pixels of the face in a region of the canvas that are not what they were."""
         canvas, size = self.canvas, self._transport.size
         step = canvas.size // size

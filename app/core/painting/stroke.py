@@ -9,12 +9,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import Final, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.painting.canvas import Canvas, Region, around
+
+if TYPE_CHECKING:
+    from app.core.base.arrays import Float32
 
 TILE: Final = 64
 """Side of a tile, canvas pixels; those at the right and lower edge may be smaller."""
@@ -203,8 +205,6 @@ def cover(brush: Brush, start: Point, stop: Point, region: Region) -> Float32:
     profile: Float32 = rest * rest * (np.float32(3.0) - np.float32(2.0) * rest)
     return profile
 
-
-Float32: TypeAlias = NDArray[np.float32]
 
 _CELL_SHARE: Final = 0.125  # of the radius: path over which one pressure holds
 _LEAST_CELL: Final = 2.0  # canvas pixels

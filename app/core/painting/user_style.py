@@ -8,17 +8,16 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.archive import CONTRADICTIONS, digest, parse_header, read_arrays, write_arrays
 from app.core.base.errors import CoreError, StyleError, TransportError
 from app.core.base.files import atomic_write_text
 from app.core.base.image_input import clear_error, open_image, read_start
 from app.core.base.images import write_image
-from app.core.painting.canvas import MAX_SIZE, MIN_SIZE, Canvas, make_canvas
+from app.core.painting.canvas import MAX_SIZE, MIN_SIZE, Canvas, canvas_size, make_canvas, resized
 from app.core.solver.style_file import PAINTED_FORMAT, read_painted
 from app.core.solver.styles import Side, Style
 from app.core.storage.library import one_line
@@ -28,6 +27,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from OpenImageIO import ImageInput
+
+    from app.core.base.arrays import Float32
+    from app.core.solver.transport import Transport
 
 
 DRAFT_FORMAT: Final = 1
@@ -167,8 +169,6 @@ def _damaged(path: Path) -> StyleError:
     return StyleError(f"{path.name} is damaged or incomplete.")
 
 
-Float32: TypeAlias = NDArray[np.float32]
-
 MAX_TITLE: Final = 80
 """Longest title, characters."""
 
@@ -205,6 +205,15 @@ class UserStyle:
     def full_title(self) -> str:
         """Title that tells left from right on its own."""
         return self.style.full_title
+
+
+def from_user_style(style: UserStyle, transport: Transport) -> Canvas:
+    """Start from a style of the user's own, painted on this head or another.
+
+    Its layers are brought to this head's canvas size where that differs.
+    """
+    size = canvas_size(transport)
+    return make_canvas(resized(style.weights, size), resized(style.ignore, size))
 
 
 def clean_text(text: str, key: str) -> str:

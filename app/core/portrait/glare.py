@@ -19,16 +19,18 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import difference
 from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
 from app.core.base.sphere import direction, directions
 from app.core.solver.environment import solid_angles
+
+if TYPE_CHECKING:
+    from app.core.base.arrays import Bools, Float32, Float64, Floats
 
 _WORDS: Final = (
     (2.5, "hard light with deep shadows"),
@@ -50,7 +52,7 @@ class Flow:
     words: str
 
 
-def light_flow(radiance: NDArray[np.floating[Any]], facing_deg: float) -> Flow:
+def light_flow(radiance: Floats, facing_deg: float) -> Flow:
     """Find the flow of light at a turn.
 
     `radiance`: (H, 2 H, 3) or (H, 2 H) float, environment as of
@@ -77,8 +79,6 @@ def light_flow(radiance: NDArray[np.floating[Any]], facing_deg: float) -> Flow:
     return Flow(aside, up, strength, f"{words.capitalize()} from {from_words}")
 
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
 Level: TypeAlias = Literal["none", "noticeable", "strong"]
 
 NOTICEABLE: Final = 0.04
@@ -115,7 +115,7 @@ class Glare:
         return self.level != "none"
 
 
-def eye_light(radiance: NDArray[np.floating[Any]]) -> FloatImage:
+def eye_light(radiance: Floats) -> FloatImage:
     """Reduce an environment to what `glare` looks at; worth keeping where many turns are asked.
 
     `radiance`: (H, 2 H, 3) or (H, 2 H) float, linear Rec. 709 radiance, or luminance, any exposure;
@@ -136,7 +136,7 @@ def eye_light(radiance: NDArray[np.floating[Any]]) -> FloatImage:
 
 
 def glare(
-    radiance: NDArray[np.floating[Any]],
+    radiance: Floats,
     facing_deg: float,
     sun: tuple[float, float] | None = None,
 ) -> Glare:
@@ -166,9 +166,7 @@ def glare(
     return _judge(_directions(shape)[rows, columns].astype(np.float64), veils, facing_deg, sun)
 
 
-def _bare(
-    light: FloatImage, onto_eye: Float32, cosine: Float32, shape: tuple[int, int]
-) -> NDArray[np.bool_]:
+def _bare(light: FloatImage, onto_eye: Float32, cosine: Float32, shape: tuple[int, int]) -> Bools:
     """Mark texels that are lamps: what is 50 times as bright as all that is no lamp."""
     front = cosine > 0
     total, weight = float(onto_eye.sum()), math.pi

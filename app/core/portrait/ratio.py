@@ -16,13 +16,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from app.core.base.arrays import Float64, Floats, Indices
     from app.core.solver.transport import Transport
 
 KeySide: TypeAlias = Literal["left", "right", "none"]
@@ -71,8 +70,8 @@ class LightingRatio:
 
 def lighting_ratio(
     transport: Transport,
-    picture: NDArray[np.floating[Any]],
-    areas: tuple[NDArray[np.intp], NDArray[np.intp]] | None = None,
+    picture: Floats,
+    areas: tuple[Indices, Indices] | None = None,
 ) -> LightingRatio:
     """Read the lighting ratio off a picture of the head.
 
@@ -104,7 +103,7 @@ def lighting_ratio(
     return LightingRatio(abs(stops), ratio_words(abs(stops)), side, _words(abs(stops), side))
 
 
-def cheeks(transport: Transport) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def cheeks(transport: Transport) -> tuple[Indices, Indices]:
     """Find the pixels that are read, on the fronts of the cheeks.
 
     `transport`: of a head seen from in front, its middle in the middle of the picture, its crown at
@@ -126,9 +125,7 @@ def cheeks(transport: Transport) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return found[0], found[1]
 
 
-def _eyes(
-    transport: Transport, row: NDArray[np.float64], column: NDArray[np.float64]
-) -> tuple[float, float]:
+def _eyes(transport: Transport, row: Float64, column: Float64) -> tuple[float, float]:
     """Half the distance between the eyes, and their row, in pixels.
 
     Eyes are known by their colour in even light: white and iris are bluer than any skin.
@@ -160,7 +157,7 @@ def ratio_words(stops: float) -> str:
     return f"{number}:1"
 
 
-def _level(values: NDArray[np.float64]) -> float:
+def _level(values: Float64) -> float:
     """Mean of an area, its highlights held down."""
     positive = np.maximum(values, 0.0)
     limit = _HIGHLIGHT * float(np.percentile(positive, _MOST_PERCENTILE))

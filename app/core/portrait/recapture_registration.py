@@ -9,14 +9,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
 from app.core.base.sphere import angle_of, angles_of, from_vector, rotation
+
+if TYPE_CHECKING:
+    from app.core.base.arrays import Bytes, Float32, Float64, Int64
 
 _TRIALS: Final = 400
 _SEED: Final = 1
@@ -172,9 +174,7 @@ def _judged(
     )
 
 
-def _error_deg(
-    a: Float64, b: Float64, rotation: Float64, move: Float64, part: NDArray[np.int64]
-) -> float:
+def _error_deg(a: Float64, b: Float64, rotation: Float64, move: Float64, part: Int64) -> float:
     """Jackknife over the sectors that hold anything."""
     error, weights, slopes, _ = _linear(a, b, rotation, move)
     filled = [k for k in range(_SECTORS) if bool((weights[part == k] > 0.25).any())]
@@ -188,8 +188,6 @@ def _error_deg(
     variance = (count - 1) / count * float((spread**2).sum())
     return math.degrees(math.sqrt(variance))
 
-
-Float32: TypeAlias = NDArray[np.float32]
 
 _SIZE: Final = (512, 1024)
 _PAD: Final = 64
@@ -258,9 +256,6 @@ def matched(first: Features, second: Features) -> tuple[Float64, Float64]:
     good &= likeness.argmax(axis=0)[best] == np.arange(len(best))
     return first.vectors[good], second.vectors[best[good]]
 
-
-Bytes: TypeAlias = NDArray[np.uint8]
-Float64: TypeAlias = NDArray[np.float64]
 
 # Of all pairs of the 23 places tried, none had more than five seeds; the same place with another
 # exposure, noise, blur and yaw had 70 or more.

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token, silent, span
@@ -17,13 +16,12 @@ from app.core.second_light.placements import COUNT
 from app.core.solver.environment import SHAPE
 
 if TYPE_CHECKING:
+    from app.core.base.arrays import Float32, Float64, Floats
     from app.core.second_light.captured import PlacedLamp
     from app.core.second_light.lamp_presets import NumbersLamp
     from app.core.solver.head_shape import HeadShape
     from app.core.solver.transport import Transport
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
 
 _BATCH: Final = 64
 
@@ -49,7 +47,7 @@ class AddedLight:
     hidden: Hidden = field(repr=False)
     contrast: Contrast = field(repr=False)
 
-    def over(self, light: NDArray[np.floating[Any]], number: int, power: float = 1.0) -> Float64:
+    def over(self, light: Floats, number: int, power: float = 1.0) -> Float64:
         """Composite the lamp over a place's light (eq. 7).
 
         `light`: (32, 64, 3) float, linear Rec. 709 radiance as the face sees it, cd/m2.

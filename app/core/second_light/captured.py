@@ -15,10 +15,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.colour import LUMINANCE_WEIGHTS
 from app.core.base.errors import CoreError
@@ -29,10 +28,9 @@ from app.core.solver.environment import SHAPE, energy, enlarge, reduce_radiance,
 from app.core.solver.environment_file import repair
 
 if TYPE_CHECKING:
+    from app.core.base.arrays import Float32, Float64
     from app.core.base.colour import FloatImage
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
 
 LARGEST: Final = (512, 1024)
 """Rows and columns that a captured lamp is kept in: 0.35 deg."""

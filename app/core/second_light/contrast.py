@@ -12,10 +12,9 @@ it is for the place's brightest texels only: what a lamp hides besides is too fa
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
 from app.core.base.errors import CoreError
@@ -30,12 +29,12 @@ from app.core.solver.environment import SHAPE
 from app.core.solver.search_light import find_colours
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Bools, Float32, Float64, Floats
     from app.core.second_light.hidden import Hidden
     from app.core.solver.transport import Transport
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
-Floats: TypeAlias = NDArray[np.floating[Any]]
 
 _MAIN: Final = (48, 96)  # coordinates that the search looks at, at least and at most
 _SIZE: Final = 2e7  # numbers in the tables of what a lamp hides; large lamps get fewer coordinates
@@ -282,7 +281,7 @@ def _centred(pixels: Float32) -> Float64:
     return centred
 
 
-def _kinds(transport: Transport) -> list[NDArray[np.bool_]]:
+def _kinds(transport: Transport) -> list[Bools]:
     """Rows of T that are even and that are odd; all of them, for a head without symmetry."""
     rows = transport.texel_basis.reshape(-1, *transport.environment_shape).astype(np.float64)
     flipped = np.einsum("rhw,rhw->r", rows, rows[:, :, ::-1])

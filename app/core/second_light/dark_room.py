@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.errors import CoreError, EnvironmentFileError
 from app.core.base.image_input import clear_error, open_image
@@ -23,10 +22,10 @@ from app.core.solver.environment import read_environment
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Float32
     from app.core.solver.style_pack import StylePack
 
 
-Float32: TypeAlias = NDArray[np.float32]
 _FINE: Final = 4
 
 

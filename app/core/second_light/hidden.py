@@ -16,10 +16,9 @@ the full grid: (2, H, W), flat in that order.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
 from app.core.base.errors import CoreError
@@ -29,9 +28,10 @@ from app.core.solver.environment import SHAPE
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-Float64: TypeAlias = NDArray[np.float64]
-Floats: TypeAlias = NDArray[np.floating[Any]]
-Indices: TypeAlias = NDArray[np.int64]
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Float64, Floats, Int64
+
 _Float = TypeVar("_Float", bound=np.floating[Any])
 
 _TEXELS: Final = SHAPE[0] * SHAPE[1]
@@ -39,7 +39,7 @@ _LEAST: Final = 1e-6
 _MOST: Final = 768  # texels that a lamp may hide around one altitude: three eighths of them all
 _STEPS: Final = np.arange(TURNS)
 # Where turn t and azimuth k find their product: view t - k, azimuth k.
-_ORDER: Final[Indices] = ((_STEPS[:, None] - _STEPS) % TURNS * TURNS + _STEPS).ravel()
+_ORDER: Final[Int64] = ((_STEPS[:, None] - _STEPS) % TURNS * TURNS + _STEPS).ravel()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,9 +48,9 @@ class Hidden:
 
     # tuple of (64, M) int64, position in the place's light of what stands behind the lamp, per
     # turn minus azimuth
-    views: tuple[Indices, ...] = field(repr=False)
+    views: tuple[Int64, ...] = field(repr=False)
     # tuple of (M, 64) int64, position in the head's frame, per azimuth
-    own: tuple[Indices, ...] = field(repr=False)
+    own: tuple[Int64, ...] = field(repr=False)
     # each (M, 64), how much of each is hidden, 0 to 1, per azimuth
     shares: tuple[Float64, ...] = field(repr=False)
 
@@ -150,5 +150,5 @@ def two_parts(light: Floats, mixing: Float64) -> Float64:
     return np.stack([r * red + g * green + b * blue for r, g, b in mixing], axis=-3)
 
 
-def _both(texels: Indices, axis: int) -> Indices:
+def _both(texels: Int64, axis: int) -> Int64:
     return np.concatenate([texels, texels + _TEXELS], axis=axis).astype(np.int64)

@@ -38,8 +38,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
+    from app.core.base.arrays import Bytes
     from app.core.second_light.captured import CapturedLamp
     from app.core.storage.json_file import Facts
 
@@ -167,7 +166,7 @@ def checksum(lamp: CapturedLamp) -> str:
     return fingerprint_of(np.dstack([lamp.radiance, lamp.alpha]).astype(np.float32))
 
 
-def picture_of(lamp: CapturedLamp) -> NDArray[np.uint8]:
+def picture_of(lamp: CapturedLamp) -> Bytes:
     """Show a lamp as seen from the probe.
 
     Returns (256, 256, 3) uint8: sRGB, the lamp in the middle and not burnt out, the room around it

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.colour import LUMINANCE_WEIGHTS
 from app.core.base.errors import CoreError
@@ -28,6 +27,9 @@ from app.core.second_light.captured import CapturedLamp, centroid, make_lamp
 from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Bools, Float32, Float64
     from app.core.base.colour import FloatImage
 
 
@@ -85,10 +87,6 @@ def _along(points: tuple[Point, ...], step: float) -> list[Point]:
         found += [(a + across * k / count, e + (f - e) * k / count) for k in range(1, count + 1)]
     return found
 
-
-Bool: TypeAlias = NDArray[np.bool_]
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
 
 _GRID: Final = (256, 512)
 _STANDS_OUT: Final = 2.5  # times the room's median
@@ -180,7 +178,7 @@ def edit_mask(lamp: CapturedLamp, spec: MaskSpec, *, lit: bool) -> CapturedLamp:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Outline:
-    mask: Bool
+    mask: Bools
     contrast: float
     rejected: int
 
@@ -200,7 +198,7 @@ class _Core:
 
     azimuth_deg: float
     elevation_deg: float
-    mask: Bool = field(repr=False)  # (h, w), on a small grid
+    mask: Bools = field(repr=False)  # (h, w), on a small grid
 
 
 def _core(light: Float32) -> _Core:
@@ -231,7 +229,7 @@ def _core(light: Float32) -> _Core:
     return _Core(*centroid(np.repeat(peaky[..., None], 3, axis=2)), mask)
 
 
-def _most(bright: Bool, excess: Float64, weight: Float64) -> tuple[float, Bool]:
+def _most(bright: Bools, excess: Float64, weight: Float64) -> tuple[float, Bools]:
     """Find which connected part of a mask holds the most light, and how much."""
     columns = bright.shape[1]
     # Twice, side by side, so that no seam parts a lamp.
@@ -241,11 +239,11 @@ def _most(bright: Bool, excess: Float64, weight: Float64) -> tuple[float, Bool]:
     sums[0] = 0.0
     sums[areas > 2.0 * _LARGEST * 4.0 * np.pi] = 0.0
     chosen = labels == int(np.argmax(sums))
-    body: Bool = chosen[:, :columns] | chosen[:, columns:]
+    body: Bools = chosen[:, :columns] | chosen[:, columns:]
     return float(excess[body].sum()) if sums.max() > 0.0 else 0.0, body
 
 
-def _standing_out(grid: Float32, body: Bool, weight: Float64) -> float:
+def _standing_out(grid: Float32, body: Bools, weight: Float64) -> float:
     """How many times brighter a body is than what is around it; no more than dark rooms need."""
     near = body.astype(np.uint8)
     wide = cv2.dilate(near, np.ones((9, 9), np.uint8)) - cv2.dilate(near, np.ones((3, 3), np.uint8))
@@ -254,7 +252,7 @@ def _standing_out(grid: Float32, body: Bool, weight: Float64) -> float:
     return min(own / max(around, own / _DARK), _DARK)
 
 
-def _outline(seen: Float32, core: Bool) -> _Outline:
+def _outline(seen: Float32, core: Bools) -> _Outline:
     """Find the lamp's texels, its core being known, both around the middle of the panorama."""
     weight = _areas(seen)
     room = _median(seen, weight)
@@ -283,7 +281,7 @@ def _own_level(values: Float32, weight: Float64) -> float:
     return float(values[order[int(np.searchsorted(reached, 0.6 * reached[-1]))]])
 
 
-def _body(bright: Bool, core: Bool) -> Bool:
+def _body(bright: Bools, core: Bools) -> Bools:
     """Mark what hangs together with most of the core, small gaps bridged."""
     radius = max(round(_BRIDGE_DEG * bright.shape[0] / 180.0), 1)
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1, 2 * radius + 1))
@@ -291,7 +289,7 @@ def _body(bright: Bool, core: Bool) -> Bool:
     labels = cv2.connectedComponents(joined, connectivity=8)[1]
     counts = np.bincount(labels[core & bright], minlength=1)
     counts[0] = 0
-    body: Bool = (labels == int(np.argmax(counts))) & bright & bool(counts.any())
+    body: Bools = (labels == int(np.argmax(counts))) & bright & bool(counts.any())
     return body
 
 
@@ -319,7 +317,7 @@ def _best_level(levels: list[_Level]) -> int:
     return levels[next(k for k in middles if levels[k].power >= _HOLDS * whole)].step
 
 
-def _at_half(seen: Float32, mask: Bool) -> Float32:
+def _at_half(seen: Float32, mask: Bools) -> Float32:
     """Put the edge where the light has half its step.
 
     Returns (H, W, 4) float32: alpha, soft over one texel; whether it was found from the lamp's
@@ -342,7 +340,7 @@ def _at_half(seen: Float32, mask: Bool) -> Float32:
     return found
 
 
-def _share(light: Float32, inside: Float32, outside: Float32, where: Bool) -> Float32:
+def _share(light: Float32, inside: Float32, outside: Float32, where: Bools) -> Float32:
     """How far light is from outside's level to inside's, 0 to 1; 0 elsewhere."""
     zero = np.zeros_like(light)
     share = np.divide(light - outside, inside - outside, out=zero, where=where)
@@ -361,7 +359,7 @@ def _as_captured(light: Float32, edge: Float32, back: Float64) -> Float32:
     return np.asarray(np.clip(found, 0.0, 1.0), np.float32)
 
 
-def _around(seen: Float32, where: NDArray[Any], size: tuple[int, int]) -> tuple[Float32, Bool]:
+def _around(seen: Float32, where: NDArray[Any], size: tuple[int, int]) -> tuple[Float32, Bools]:
     """Mean of a picture over a region around each texel, and where there is any of it."""
     weight = cv2.blur(where.astype(np.float32), size)
     total = cv2.blur(seen * where, size)
@@ -370,7 +368,7 @@ def _around(seen: Float32, where: NDArray[Any], size: tuple[int, int]) -> tuple[
     return np.asarray(mean, np.float32), np.asarray(known, np.bool_)
 
 
-def _spots(mask: Bool) -> int:
+def _spots(mask: Bools) -> int:
     """Count the spots of a mask that are larger than noise."""
     count, _, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
     least = max((0.5 * len(mask) / 180.0) ** 2, 4.0)

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.arrays import Float32, Float64, Int64
 from app.core.base.progress import Report, Token, silent
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT, MIRRORED, direction, placement
 from app.core.solver.environment import solid_angles
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
     from app.core.solver.transport import Transport
 
 Float16: TypeAlias = NDArray[np.float16]
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
 Columns: TypeAlias = Float16 | Float32
 
 _PIECE_DEG: Final = 7.0  # of the lamp, seen from the skin: a little more than a texel of T
@@ -215,7 +214,7 @@ def _answers(columns: Columns, shape: tuple[int, int], toward: Float32) -> Float
     return mixed
 
 
-def _twins(transport: Transport) -> NDArray[np.int64]:
+def _twins(transport: Transport) -> Int64:
     """Where the mirror image of each pixel stands; itself where it is not on the head."""
     size, pixels = transport.size, transport.pixels
     mirrored = pixels // size * size + size - 1 - pixels % size

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
-from typing import Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS, wrap
 from app.core.base.errors import CoreError
+
+if TYPE_CHECKING:
+    from app.core.base.arrays import Bools, Float64, Int64
 
 _LEVEL_DEG: Final = 3.0
 _DISTANCE: Final = re.compile(r"(\d{1,5}(?:[.,]\d{1,6})?) *(m|cm)?")
@@ -96,8 +98,6 @@ def _height(altitude_deg: float) -> str:
     return f"{'raised' if altitude_deg > 0 else 'lowered'} {abs(altitude_deg):.0f}°"
 
 
-Mask: TypeAlias = NDArray[np.bool_]
-
 EAR_HEIGHT_M: Final = 1.2
 """Height of the middle of the head above the floor, of a sitter on a chair."""
 
@@ -109,7 +109,7 @@ _BACK_M: Final = -0.35  # behind the middle of the head a hand reaches no farthe
 _TRUNK_M: Final = (0.21, 0.13, -0.22)
 
 
-def above_floor(distance_m: float, ear_height_m: float = EAR_HEIGHT_M) -> Mask:
+def above_floor(distance_m: float, ear_height_m: float = EAR_HEIGHT_M) -> Bools:
     """Find the placements that are not through the floor.
 
     `distance_m`: from the middle of the head to the lamp, metres.
@@ -120,7 +120,7 @@ def above_floor(distance_m: float, ear_height_m: float = EAR_HEIGHT_M) -> Mask:
     return np.asarray(height >= _CLEAR_M - ear_height_m)
 
 
-def within_arm(distance_m: float) -> Mask:
+def within_arm(distance_m: float) -> Bools:
     """Find the placements to which somebody can hold a lamp for a picture of themselves.
 
     `distance_m`: from the middle of the head to the lamp, metres.
@@ -135,8 +135,6 @@ def within_arm(distance_m: float) -> Mask:
     return np.asarray((away <= _ARM_M) & (places[:, 2] >= _BACK_M) & ~trunk)
 
 
-Float64: TypeAlias = NDArray[np.float64]
-
 AZIMUTHS_DEG: Final[Float64] = np.arange(TURNS, dtype=np.float64) * (360.0 / TURNS)
 """(64,) deg, from in front toward the sitter's left."""
 
@@ -146,7 +144,7 @@ ALTITUDES_DEG: Final[Float64] = np.arange(-4, 5, dtype=np.float64) * 16.875
 COUNT: Final = len(ALTITUDES_DEG) * len(AZIMUTHS_DEG)
 """Placements; number j = altitude index * 64 + azimuth index."""
 
-MIRRORED: Final[NDArray[np.int64]] = (
+MIRRORED: Final[Int64] = (
     np.arange(len(ALTITUDES_DEG))[:, None] * TURNS + (-np.arange(TURNS)) % TURNS
 ).ravel()
 """(576,) the placement on the other side of the face."""

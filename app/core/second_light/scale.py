@@ -11,10 +11,9 @@ import math
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.errors import CoreError
 from app.core.base.image_input import open_image
@@ -22,6 +21,7 @@ from app.core.solver.environment import solid_angles
 from app.core.solver.search_light import luminance_of
 
 if TYPE_CHECKING:
+    from app.core.base.arrays import Floats
     from app.core.second_light.captured import CapturedLamp
 
 
@@ -132,8 +132,6 @@ def at_distance(lamp: CapturedLamp, distance_m: float) -> CapturedLamp:
 def _known(white: float | None) -> bool:
     return white is not None and math.isfinite(white) and white > 0.0
 
-
-Floats: TypeAlias = NDArray[np.floating[Any]]
 
 ASSUMED_LUX: Final = 200.0
 """Vertical illuminance at the face where nothing is known: a lit room."""

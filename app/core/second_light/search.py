@@ -8,10 +8,9 @@ lamp by the same number, so that what counts is how strong the lamp is beside th
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS, turn_of_index, wrap
 from app.core.second_light.contrast import norm_at
@@ -34,14 +33,11 @@ from app.core.solver.solve import StyleResult, solve_all
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Bools, Float32, Floats
     from app.core.second_light.added import AddedLight
     from app.core.solver.style_pack import StylePack
     from app.core.solver.transport import Transport
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
-Mask: TypeAlias = NDArray[np.bool_]
-Floats: TypeAlias = NDArray[np.floating[Any]]
 
 ALL: Final = TURNS * COUNT
 """Combinations of a turn and a placement."""
@@ -99,7 +95,7 @@ def place_all(
     objective: Objective = "picture",
     *,
     styles: Sequence[str] | None = None,
-    allowed: Mask | None = None,
+    allowed: Bools | None = None,
     greedy: bool = False,
     powers: Sequence[float] = (1.0,),
     limits: Limits = LIMITS,

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
 from app.core.base.errors import CoreError, TransportError
@@ -23,13 +22,13 @@ from app.core.solver.weights import target_weights
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Bools, Float32, Float64, Floats
     from app.core.second_light.added import AddedLight
     from app.core.solver.reach import Objective
     from app.core.solver.style_pack import StylePack
     from app.core.solver.transport import Transport
-
-
-Floats: TypeAlias = NDArray[np.floating[Any]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -149,7 +148,7 @@ def _pixel_weights(pack: StylePack, transport: Transport) -> Float64:
     return np.stack(rows)
 
 
-def _batches(added: AddedLight) -> list[NDArray[np.float32]]:
+def _batches(added: AddedLight) -> list[Float32]:
     return np.array_split(added.pictures, 9)
 
 
@@ -166,7 +165,7 @@ class Spot:
     number: int
 
 
-def best_spot(objective: Float64, allowed: Mask | None = None) -> Spot:
+def best_spot(objective: Float64, allowed: Bools | None = None) -> Spot:
     """Choose the largest value.
 
     Among those within a millionth of it: the smaller turn, then clockwise; then the smaller
@@ -198,7 +197,7 @@ def _rank(place: int) -> tuple[int, ...]:
 
 
 def refine(
-    objective: Float64, spot: Spot, allowed: Mask, gate: Float64 | None = None
+    objective: Float64, spot: Spot, allowed: Bools, gate: Float64 | None = None
 ) -> tuple[float, float, float]:
     """Look between the grid's places for the maximum, by a parabola through the neighbours.
 
@@ -239,7 +238,7 @@ def _around(values: NDArray[_Kind], spot: Spot) -> NDArray[_Kind]:
     return grid[np.ix_((spot.turn + steps) % len(grid), rows, (azimuth + steps) % TURNS)]
 
 
-def _free(allowed: Mask) -> Mask:
+def _free(allowed: Bools) -> Bools:
     """(3,) whether both neighbours along a way may be chosen."""
     lines = (allowed[:, 1, 1], allowed[1, :, 1], allowed[1, 1, :])
     return np.array([bool(line.all()) for line in lines])
@@ -270,10 +269,6 @@ def _inside(gate: Float64, moves: Float64) -> Float64:
     return np.zeros(3)
 
 
-Float64: TypeAlias = NDArray[np.float64]
-Mask: TypeAlias = NDArray[np.bool_]
-
-
 @dataclass(frozen=True, slots=True)
 class Found:
     """The best combination for one style."""
@@ -293,7 +288,7 @@ def seek(
     rows: Sequence[int],
     objective: Objective = "picture",
     limits: Limits = LIMITS,
-    allowed: Mask | None = None,
+    allowed: Bools | None = None,
     powers: Sequence[float] = (1.0,),
     *,
     turn: int | None = None,
@@ -394,7 +389,7 @@ class _Sight:
 
 
 def _choose(
-    sight: _Sight, row: int, limits: Limits, open_: Mask
+    sight: _Sight, row: int, limits: Limits, open_: Bools
 ) -> tuple[tuple[int, float], Found]:
     """Choose among all combinations as among turns (`app.core.solver.reach`).
 
@@ -422,7 +417,7 @@ def _at(match: Float64, found: Found) -> float:
 def _found(
     row: int,
     values: Float64,
-    allowed: Mask,
+    allowed: Bools,
     power: float,
     *,
     gate: Float64 | None = None,

@@ -150,7 +150,7 @@ def _line(
     elif choices or "offers" in more:
         kind = "choice"
     about: dict[str, object] = {"section": section, "title": title, "kind": kind}
-    about |= {"help": help_words, "choices": tuple((choices or {}).items())}
+    about |= {"default": default, "help": help_words, "choices": tuple((choices or {}).items())}
     about |= {"minimum": within[0], "maximum": within[1], "whole": type(default) is int}
     return field(default=default, metadata=about | more)
 
@@ -354,9 +354,7 @@ class Settings:
 
 
 TABLE: Final = tuple(
-    Setting(each.name, default=each.default, **each.metadata)
-    for each in fields(Settings)
-    if each.metadata
+    Setting(each.name, **each.metadata) for each in fields(Settings) if each.metadata
 )
 """Every setting there is, in the order of the dialog."""
 

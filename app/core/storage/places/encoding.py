@@ -45,8 +45,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from datetime import datetime
 
-    from numpy.typing import NDArray
-
+    from app.core.base.arrays import Float64
     from app.core.storage.json_file import Check
 
 VERSION: Final = 1
@@ -76,7 +75,7 @@ def _arc(value: Any) -> tuple[float, float]:
     return _TURN(value[0]), _TURN(value[1])
 
 
-def _curve(value: Any) -> NDArray[np.float64]:
+def _curve(value: Any) -> Float64:
     if not isinstance(value, list) or len(value) != TURNS:
         raise Unfit(f"a curve has not {TURNS} turns")
     if not all(type(each) in (float, int) and math.isfinite(each) for each in value):

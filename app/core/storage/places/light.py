@@ -28,8 +28,7 @@ from app.core.storage.places.store import THUMBNAIL, capture_folders
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
+    from app.core.base.arrays import Bytes
     from app.core.base.colour import FloatImage
     from app.core.solver.environment import Environment
     from app.core.storage.places.place import Place
@@ -51,7 +50,7 @@ class StoredLight:
 def store_environment(
     folder: Path,
     radiance: FloatImage,
-    display: NDArray[np.uint8] | None = None,
+    display: Bytes | None = None,
     *,
     white_cd_m2: float | None = None,
 ) -> StoredLight:
@@ -171,7 +170,7 @@ def _compare(path: Path, radiance: FloatImage) -> None:
         )
 
 
-def _write_thumbnail(folder: Path, display: NDArray[np.uint8]) -> Path | None:
+def _write_thumbnail(folder: Path, display: Bytes) -> Path | None:
     height, width = display.shape[:2]
     small = display
     if width > _THUMBNAIL_WIDTH:

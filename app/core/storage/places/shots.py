@@ -45,7 +45,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from numpy.typing import NDArray
+    from app.core.base.arrays import Bytes
+
 
 SHOTS: Final = "shots.json"
 """Name of the file in a place's folder."""
@@ -187,7 +188,7 @@ def add_shot(
     folder: Path,
     photo: Path,
     shot: Shot,
-    picture: NDArray[np.uint8],
+    picture: Bytes,
     token: Token | None = None,
     report: Report = silent,
 ) -> Shot:
@@ -216,7 +217,7 @@ def _next_key(found: Facts) -> str:
     return f"shot-{max(taken, default=0) + 1:04d}"
 
 
-def _write_thumbnail(folder: Path, key: str, picture: NDArray[np.uint8]) -> None:
+def _write_thumbnail(folder: Path, key: str, picture: Bytes) -> None:
     """Write the small picture; without one the list is less pretty, and that is all."""
     share = min(_THUMBNAIL / max(picture.shape[:2]), 1.0)
     small = cv2.resize(picture, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
@@ -232,7 +233,7 @@ def photo_of(folder: Path, shot: Shot) -> Path:
     return folder / _FOLDER / ORIGINALS / shot.file
 
 
-def thumbnail_of(folder: Path, shot: Shot) -> NDArray[np.uint8] | None:
+def thumbnail_of(folder: Path, shot: Shot) -> Bytes | None:
     """Read the small picture of a photograph.
 
     Returns (h, w, 3) uint8: sRGB; None where there is none that can be read.

@@ -1,0 +1,15 @@
+"""Types of numpy arrays by what they hold; their shapes stand where they are used."""
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Bools: TypeAlias = NDArray[np.bool_]
+Bytes: TypeAlias = NDArray[np.uint8]
+Int64: TypeAlias = NDArray[np.int64]
+Indices: TypeAlias = NDArray[np.intp]
+Float32: TypeAlias = NDArray[np.float32]
+Float64: TypeAlias = NDArray[np.float64]
+Floats: TypeAlias = NDArray[np.floating[Any]]
+Numbers: TypeAlias = NDArray[np.integer[Any] | np.floating[Any]]
