@@ -1,7 +1,8 @@
 """The canvas: what is painted on the head's picture, finer than the pixels that are searched.
 
 It covers the whole square picture of the head. Painting there and averaging down keeps strokes
-smooth on screen; the search sees the head's own pixels.
+smooth on screen; the search sees the head's own pixels. Painting starts from a style's target
+weights, spread smoothly over the canvas.
 """
 
 from __future__ import annotations

@@ -2,6 +2,10 @@
 
 Nothing is overwritten or lost: names are always new, changed and deleted styles go to a folder
 ``trash`` inside, and a file that cannot be read is left as it is.
+
+A style goes to a friend as one file, a zip archive with exactly two members. What comes from
+outside is read within bounds, checked like any style, and written anew under a name of this
+program's choosing; no name or path inside the archive is used.
 """
 
 from __future__ import annotations

@@ -2,6 +2,10 @@
 
 Within a stroke cover only grows toward its maximum along the path, as paint programs have it:
 going over a place again in the same stroke does not make it stronger.
+
+A pixel's cover is the brush's profile at its distance from the path, so it does not depend on where
+the path was cut into pieces nor on how many events came. What a stroke changes is kept by tiles,
+for undo.
 """
 
 from __future__ import annotations

@@ -12,6 +12,12 @@ Lamps are what is fifty times as bright as the background: bare sources, not win
 (studies of offices count from five times on, Wienold and Christoffersen 2006, but sitters bear a
 window). Beyond some fifty degrees from the gaze the brow hides a lamp (Guth's field of view ends at
 53 degrees up).
+
+The flow of light: the light vector of a place points to where most of its light comes from; its
+length over the mean spherical (scalar) illuminance says how directional the light is, from 0 for
+even light to 4 for one small lamp in the dark (Lynes, Burt, Jackson and Cuttle, "The flow of light
+into buildings", Transactions of the IES 31, 1966, 65-91; words after Cuttle, *Lighting by Design*,
+2003, table 2.4).
 """
 
 from __future__ import annotations

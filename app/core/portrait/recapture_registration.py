@@ -3,6 +3,18 @@
 Whoever sets a camera down again never sets it down as before. The turn between the two captures is
 found from what both show, so that the azimuth where the photographer stands, and every turn marked,
 stay where they are in the world.
+
+RootSIFT features (Lowe 2004; Arandjelovic and Zisserman 2012) are found on the equirectangular
+pictures themselves: both cameras stand upright, so a thing appears at about the same height in both
+and is stretched alike. Contrast is evened out first (CLAHE), so that exposure and a moved sun
+matter little.
+
+A rotation is found by random pairs (RANSAC, Fischler and Bolles 1981) and refined to all that is
+roughly in place. Set down elsewhere by some centimetres, a camera sees near things shifted by
+several degrees, and no rotation fits them; but each pair of directions still lies in one plane
+with the way the camera moved (the epipolar constraint, Longuet-Higgins 1981): t . (a x R b) = 0.
+Rotation R and direction of the move t are fitted to that by Gauss-Newton steps with Tukey's
+weights.
 """
 
 from __future__ import annotations

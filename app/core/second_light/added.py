@@ -9,8 +9,15 @@ import numpy as np
 
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token, silent, span
-from app.core.second_light.contrast import Contrast, FaceBasis, find_contrast, prepare_face
-from app.core.second_light.hidden import Hidden, find_hidden, two_parts
+from app.core.second_light.contrast import (
+    Contrast,
+    FaceBasis,
+    Hidden,
+    find_contrast,
+    find_hidden,
+    prepare_face,
+    two_parts,
+)
 from app.core.second_light.near import NearField, coverage, near_luminances, prepare_near
 from app.core.second_light.placements import COUNT
 from app.core.solver.environment import SHAPE

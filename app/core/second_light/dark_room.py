@@ -1,4 +1,4 @@
-"""From the exposures of a lamp in a dark room to a captured lamp."""
+"""A captured lamp from files: a panorama with its mask or without, or a bracket of a dark room."""
 
 from __future__ import annotations
 

@@ -2,6 +2,9 @@
 
 A lamp is a flat piece of light that faces the head, equally bright all over and from every side
 (Lambertian), known by its size and by the illuminance that it gives at one metre.
+
+A lamp at full power may drown the place's own light, and a style with two lamps needs both: the
+search may dim a lamp in the steps that lamps have, whole stops.
 """
 
 from __future__ import annotations

@@ -7,6 +7,8 @@ stays where it is. Of several such levels the highest counts that still holds ne
 light: below it the lamp's reflection on the table or the lit wall would be taken along, above it
 a dim rim would be lost. Last, each piece of the edge is put where the light has half its step;
 that is read from the capture as it came: turning it blurs, and a small lamp is nearly all edge.
+
+The brush for correcting a mask is round on the sphere, whatever the panorama does to its shape.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Where a second light may be held: 64 azimuths by 9 altitudes around the middle of the head."""
+"""Where a second light may be held: 64 azimuths by 9 altitudes around the middle of the head.
+
+Floor and arm limit the placements; words say one to whoever holds the lamp.
+"""
 
 from __future__ import annotations
 

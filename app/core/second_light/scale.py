@@ -3,6 +3,10 @@
 A lamp rescues a style by night that it cannot touch in the sun, so the place's brightness must be
 known in cd/m2. An environment that was merged from exposures states it; of any other somebody has
 to say how much light falls on the face.
+
+The light of a lamp and of a place may be added when both are known in cd/m2, from the exposures
+that their frames state. ISO, aperture and shutter of one camera give that to a few percent from
+capture to capture; of two cameras only to about half a stop.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""The search itself: all combinations of a turn and a placement, for some styles at once."""
+"""The search itself: all combinations of a turn and a placement, for some styles at once.
+
+The styles and the lamp are transformed once, so that any place is searched in milliseconds.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,14 @@ import numpy as np
 
 from app.core.base.angles import TURNS
 from app.core.base.errors import CoreError, TransportError
-from app.core.second_light.contrast import Norms, norms
-from app.core.second_light.hidden import correlate, correlate_at, hidden_tables, two_parts
+from app.core.second_light.contrast import (
+    Norms,
+    correlate,
+    correlate_at,
+    hidden_tables,
+    norms,
+    two_parts,
+)
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 from app.core.solver.environment import SHAPE
 from app.core.solver.lamps import lamp_weights
@@ -39,7 +48,7 @@ class LampTables:
     added: AddedLight = field(repr=False)
     # (S + 1 + K, 576), values under the lamp alone: S targets, the mean of the face, K lamp maps
     lit: Float64 = field(repr=False)
-    # each (S + 1 + K, M, 64), the same of what it hides, see `app.core.second_light.hidden`
+    # each (S + 1 + K, M, 64), the same of what it hides, see `app.core.second_light.contrast`
     hidden: tuple[Float64, ...] = field(repr=False)
 
     @property

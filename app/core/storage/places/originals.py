@@ -1,4 +1,7 @@
-"""The user's files, copied into a place; they themselves are only ever read."""
+"""The user's files, copied into a place, and names that any system takes.
+
+The files themselves are only ever read. What killed writes left is swept after an hour.
+"""
 
 from __future__ import annotations
 

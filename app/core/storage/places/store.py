@@ -10,6 +10,10 @@
 ``place.json`` is the point of no return: other files are whole before it names them, so a crash at
 any moment leaves the place as it was or as it was to be. It is replaced in one act, so two
 processes that write at once leave the file of one of them, whole; no lock is needed for that.
+
+A deleted place lies whole in ``ROOT/.trash``: in the same folder as the others, so that moving it
+is one act of the file system on whatever disk that is, and so that no folder of the user's own is
+ever taken for the trash. The program never removes anything from it: originals are in there, too.
 """
 
 from __future__ import annotations
