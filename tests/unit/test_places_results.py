@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from app.core.solver.solve import PeakResult, StyleResult, solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.storage.json_file import Unfit
-from app.core.storage.places import PlaceError
 from app.core.storage.places.encoding import result_of, results_to_json
+from app.core.storage.places.place import PlaceError
 
 VALUES = st.floats(-1e300, 1e300)
 TURNS = st.floats(-180.0, 180.0)

@@ -17,7 +17,7 @@ from app.core.portrait.glare import glare
 from app.core.portrait.ratio import lighting_ratio
 from app.core.solver.place_light import picture_at
 from app.core.storage.library import Damaged
-from app.core.storage.places import Location, Place
+from app.core.storage.places.place import Location, Place
 from app.core.text.turns import whole
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.gallery import look, question_of

@@ -120,7 +120,6 @@ def solve_user_styles(
     `light`: (H, W, 3) or (H, W) float, environment at turn 0 in the transport's size, linear Rec.
     709 radiance, or luminance of light that counts as grey; any exposure.
     Results are in the order of `styles`.
-    Raises EnvironmentFileError as `app.core.solver.solve.solve_all`.
     """
     if not styles:
         return ()

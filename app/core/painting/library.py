@@ -6,6 +6,9 @@ Nothing is overwritten or lost: names are always new, changed and deleted styles
 A style goes to a friend as one file, a zip archive with exactly two members. What comes from
 outside is read within bounds, checked like any style, and written anew under a name of this
 program's choosing; no name or path inside the archive is used.
+
+Every function raises StyleError when a file cannot be read, moved or written; what was there before
+still counts then, and nothing half-written does.
 """
 
 from __future__ import annotations
@@ -202,11 +205,7 @@ def save_user_style(
     head: str = "",
     origin: str = "",
 ) -> UserStyle:
-    """Keep a canvas as a new style.
-
-    Raises StyleError if it cannot be written, or a text is too long. Then nothing is left behind
-    that counts.
-    """
+    """Keep a canvas as a new style."""
     draft = UserStyle(
         "",
         _LIBRARY.clean_title(title),
@@ -222,10 +221,7 @@ def save_user_style(
 
 
 def add(folder: Path, style: UserStyle) -> UserStyle:
-    """Keep a style under a name and title of its own.
-
-    Raises StyleError if it cannot be written.
-    """
+    """Keep a style under a name and title of its own; raises StyleError if it cannot be written."""
     name, title = _LIBRARY.names_for(folder, style.title)
     named = replace(style, name=name, title=title)
     write_user_style(folder, named)
@@ -233,10 +229,7 @@ def add(folder: Path, style: UserStyle) -> UserStyle:
 
 
 def update_user_style(folder: Path, style: UserStyle, canvas: Canvas) -> UserStyle:
-    """Give a style other weights; a copy of the old ones goes to the trash.
-
-    Raises StyleError if it cannot be written; the old ones then still count.
-    """
+    """Give a style other weights; a copy of the old ones goes to the trash."""
     changed = replace(style, weights=canvas.weights, ignore=canvas.ignore)
     if checksum(changed) == checksum(style):
         return style
@@ -249,10 +242,7 @@ def update_user_style(folder: Path, style: UserStyle, canvas: Canvas) -> UserSty
 
 
 def rename(folder: Path, style: UserStyle, title: str) -> UserStyle:
-    """Give a style another title; its name in files stays.
-
-    Raises StyleError if another style is called so, or it cannot be written.
-    """
+    """Give a style another title; its name in files stays."""
     renamed = replace(style, title=_LIBRARY.renamed(folder, style.name, title))
     write_user_style(folder, renamed)
     return renamed
@@ -264,10 +254,7 @@ def duplicate(folder: Path, style: UserStyle, title: str = "") -> UserStyle:
 
 
 def delete(folder: Path, style: UserStyle) -> Trashed:
-    """Put a style away, so that `restore` can bring it back.
-
-    Raises StyleError if its files cannot be moved.
-    """
+    """Put a style away, so that `restore` can bring it back."""
     text, layers = text_path(folder, style.name), layers_path(folder, style.name, checksum(style))
     files = [text, layers] if layers.exists() else [text]
     return _LIBRARY.put_away(folder, style.name, style.title, files)
@@ -277,7 +264,6 @@ def restore(folder: Path, trashed: Trashed) -> UserStyle:
     """Bring a style back; its files in the trash stay as they are.
 
     It has its old name and title unless others bear them by now.
-    Raises StyleError if it is no longer in the trash, damaged, or cannot be written.
     """
     style = read_user_style(text_path(trashed.folder, trashed.name))
     name, title = _LIBRARY.names_for(folder, style.title, style.name)

@@ -2,6 +2,9 @@
 
 The weights' file bears the first digits of their checksum in its name, so that a change is
 written beside what was there and counts only when the text that names it is in place.
+
+Every function raises StyleError, with a sentence, for files that cannot be read or written, are
+damaged, or were made by a newer version.
 """
 
 from __future__ import annotations
@@ -54,10 +57,7 @@ class Draft:
 
 
 def save_draft(path: Path, draft: Draft) -> None:
-    """Write a draft whole or not at all; the one before is replaced.
-
-    Raises CoreError if it cannot be written.
-    """
+    """Write a draft whole or not at all; the one before is replaced."""
     header = {"format": DRAFT_FORMAT, **{key: getattr(draft, key)[:_LONGEST] for key in _TEXTS}}
     arrays = {name: getattr(draft.canvas, name) for name in _LAYERS}
     arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
@@ -65,10 +65,7 @@ def save_draft(path: Path, draft: Draft) -> None:
 
 
 def load_draft(path: Path) -> Draft:
-    """Read a draft.
-
-    Raises StyleError if it is missing, damaged, too large, or made by a newer version.
-    """
+    """Read a draft."""
     try:
         arrays = read_arrays(path, "draft", _HINT, _MAX_BYTES)
     except (TransportError, OSError) as error:
@@ -101,7 +98,6 @@ def write_layers(path: Path, weights: Float32, ignore: Float32) -> None:
     """Write painted weights, without loss.
 
     `weights` and `ignore`: (S, S) float32, canvas layers.
-    Raises CoreError when the file cannot be written.
     """
     pixels = np.ascontiguousarray(np.stack([weights, ignore], axis=-1), np.float32)
     write_image(path, pixels, "float", {"compression": "zip"}, _CHANNELS)
@@ -111,7 +107,6 @@ def read_layers(path: Path) -> tuple[Float32, Float32]:
     """Read painted weights from a file that may be anything.
 
     Returns read-only weights, (S, S) float32 in [-1, 1], and ignore, (S, S) float32 in [0, 1].
-    Raises StyleError if it is missing, too large, damaged, or does not hold painted weights.
     """
     _check_file(path)
     source = open_image(path)
@@ -253,10 +248,7 @@ def style_text(style: UserStyle) -> str:
 
 
 def write_user_style(folder: Path, style: UserStyle) -> None:
-    """Write a style's two files; the text comes last and makes it count.
-
-    Raises StyleError if it cannot be written. Then what was there is as it was.
-    """
+    """Write a style's two files; the text comes last and makes it count."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         target = layers_path(folder, style.name, checksum(style))
@@ -284,10 +276,7 @@ def not_saved(error: OSError | CoreError) -> StyleError:
 
 
 def read_user_style(path: Path) -> UserStyle:
-    """Read a painted style.
-
-    Raises StyleError if the text or the weights cannot be read, or do not belong together.
-    """
+    """Read a painted style."""
     values = read_painted(path)
     weights, ignore = read_layers(layers_path(path.parent, values.name, values.sha256))
     style = UserStyle(

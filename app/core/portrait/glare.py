@@ -64,7 +64,6 @@ def light_flow(radiance: Floats, facing_deg: float) -> Flow:
     `radiance`: (H, 2 H, 3) or (H, 2 H) float, environment as of
     `app.core.portrait.glare.eye_light`, or its result.
     `facing_deg`: panorama azimuth that the sitter faces, deg.
-    Raises ValueError if it is not a panorama.
     """
     light = eye_light(radiance)
     shape = (light.shape[0], light.shape[1])
@@ -153,7 +152,6 @@ def glare(
     deg.
     `sun`: panorama azimuth and elevation of the sun where it is known, deg, so that it is called by
     its name.
-    Raises ValueError if it is not a panorama.
     """
     light = eye_light(radiance)
     shape = (light.shape[0], light.shape[1])

@@ -221,7 +221,6 @@ def features(picture: Bytes) -> Features:
     """Find features in a panorama.
 
     `picture`: (h, 2 h, 3) uint8, sRGB picture of any size; 1024 x 512 are looked at.
-    Raises ValueError if it is not a panorama in bytes.
     """
     shape = picture.shape
     if picture.dtype != np.uint8 or len(shape) != 3 or shape[2] != 3 or shape[1] != 2 * shape[0]:
@@ -318,7 +317,6 @@ def register_again(first: Bytes, second: Bytes) -> Registered:
     `first` and `second`: (h, 2 h, 3) uint8, sRGB display panoramas of any size. Exposure and light
     may differ, the yaw be any, the tilt small, and the camera stand some centimetres off.
     The result is not trusted where the two show different places, or too little.
-    Raises ValueError if one is not a panorama in bytes.
     """
     pose = find_pose(*matched(features(first), features(second)))
     if pose is None:

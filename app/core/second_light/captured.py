@@ -175,7 +175,6 @@ def placed(
 ) -> PlacedLamp:
     """Turn a lamp to all placements.
 
-    `shape`: rows and columns of the search; 64 columns, one to each azimuth.
     The energy of the light is kept to 0.1 %.
     Raises ValueError when `shape` does not have one column to each azimuth.
     """
@@ -202,24 +201,11 @@ def placed_at(
 ) -> tuple[FloatImage, Float32]:
     """Turn a lamp to any one placement.
 
-    `shape`: rows and columns wanted.
     Returns `light`: (H, W, 3) float32, as one of `PlacedLamp.light`.
     and `alpha`: (H, W) float32, as one of `PlacedLamp.alpha`.
     """
     fine = _fine(lamp)
     return _turned(fine, rotation(-azimuth_deg, altitude_deg) @ fine.centring, shape)
-
-
-def over(light: FloatImage, alpha: Float32, scene: FloatImage) -> FloatImage:
-    """Composite a lamp over the light of a place (eq. 7).
-
-    `light`: (..., H, W, 3) float32, the lamp, premultiplied.
-    `alpha`: (..., H, W) float32, its mask.
-    `scene`: (H, W, 3) float32, the place as the face sees it at its turn, in the same unit.
-    Returns (..., H, W, 3) float32: light + (1 - alpha) scene.
-    """
-    mixed: FloatImage = light + (np.float32(1.0) - alpha)[..., None] * scene
-    return mixed
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -136,10 +136,7 @@ def by_turn(found: Float64) -> Float64:
 
 
 def correlate_at(hidden: Hidden, tables: Sequence[Float64], light: Float64, turn: int) -> Float64:
-    """Sum up the hidden part at one turn.
-
-    Returns (F, 576) float64.
-    """
+    """Sum up the hidden part at one turn. Returns (F, 576) float64."""
     flat = light.reshape(-1)
     turned = (turn - _STEPS) % TURNS
     rows = [

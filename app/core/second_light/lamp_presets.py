@@ -144,10 +144,7 @@ KINDS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class NumbersLamp:
-    """A lamp known by numbers, at a distance.
-
-    Raises CoreError if a number is no lamp's.
-    """
+    """A lamp known by numbers, at a distance; raises CoreError if a number is no lamp's."""
 
     kind: str
     title: str
@@ -183,10 +180,7 @@ class NumbersLamp:
 
 
 def at_distance(kind: Kind, distance_m: float | None = None) -> NumbersLamp:
-    """Give the lamp of a kind, at a distance from the middle of the head or at its usual one.
-
-    Raises CoreError if it cannot be that near or far.
-    """
+    """Give the lamp of a kind, at a distance from the middle of the head or at its usual one."""
     distance = kind.distance_m if distance_m is None else distance_m
     return NumbersLamp(
         kind.name, kind.title, distance, kind.lux_at_1m, kind.size_m, kind.round, kind.colour
@@ -195,8 +189,6 @@ def at_distance(kind: Kind, distance_m: float | None = None) -> NumbersLamp:
 
 def parse(text: str) -> NumbersLamp:
     """Read a lamp from a word.
-
-    Raises CoreError if there is no such kind, or it cannot be that near or far.
 
     Examples
     --------

@@ -7,6 +7,9 @@
 
 The text makes a lamp count: the capture is whole before the text names it. Where the text is
 damaged, the capture still holds the light, its unit and the mask.
+
+Every function raises CoreError when there is no lamp of a name, or a file cannot be read, moved or
+written; what was there before still counts then.
 """
 
 from __future__ import annotations
@@ -55,10 +58,7 @@ _AGAIN: Final = "Make room or allow writing there, then try again."
 
 
 def write_lamp(folder: Path, lamp: CapturedLamp) -> None:
-    """Write a lamp's files; the text comes last and makes it count.
-
-    Raises CoreError when the disk refuses. Then what was there still counts.
-    """
+    """Write a lamp's files; the text comes last and makes it count."""
     both = np.dstack([lamp.radiance, lamp.alpha]).astype(np.float32)
     target = capture_named(folder, lamp.name, checksum(lamp))
     try:
@@ -124,10 +124,7 @@ def facts_of(folder: Path, name: str) -> tuple[Facts, tuple[str, ...]]:
 
 
 def capture_path(folder: Path, name: str, facts: Facts) -> Path:
-    """Find the capture that the text names; where the text lost it, the newest there is.
-
-    Raises CoreError when it is missing.
-    """
+    """Find the capture that the text names; where the text lost it, the newest there is."""
     sha = facts["sha256"]
     if sha:
         path = capture_named(folder, name, sha)
@@ -251,10 +248,7 @@ def list_lamps(folder: Path) -> tuple[tuple[LampEntry, ...], tuple[Damaged, ...]
 
 
 def read_lamp(folder: Path, name: str) -> CapturedLamp:
-    """Read a lamp.
-
-    Raises CoreError when there is none of that name, or it is damaged.
-    """
+    """Read a lamp; raises CoreError when there is none of that name, or it is damaged."""
     found = _find(folder, name)
     facts, _ = facts_of(folder, found)
     path = capture_path(folder, found, facts)
@@ -288,11 +282,7 @@ def add_lamp(folder: Path, lamp: CapturedLamp, title: str = "") -> CapturedLamp:
 
 
 def update_lamp(folder: Path, lamp: CapturedLamp) -> None:
-    """Replace a lamp, its mask or brightness corrected; the old one goes to the trash.
-
-    Raises CoreError when there is none of that name, or it cannot be written; the old one then
-    still counts.
-    """
+    """Replace a lamp, its mask or brightness corrected; the old one goes to the trash."""
     name = _find(folder, lamp.name)
     old = read_lamp(folder, name)
     write_lamp(_LIBRARY.trash_folder(folder, name), old)
@@ -331,10 +321,7 @@ def restate_lamp(
 
 
 def check_distance(distance_m: float) -> float:
-    """Give a distance of a captured lamp back, unless none can be captured or held there.
-
-    Raises CoreError otherwise.
-    """
+    """Give a distance of a captured lamp back, unless none can be captured or held there."""
     low, high = _HELD_M
     if not low <= distance_m <= high:
         raise CoreError(
@@ -345,10 +332,7 @@ def check_distance(distance_m: float) -> float:
 
 
 def delete_lamp(folder: Path, name: str) -> Trashed:
-    """Put a lamp away, so that `restore_lamp` can bring it back.
-
-    Raises CoreError when there is none of that name, or its files cannot be moved.
-    """
+    """Put a lamp away, so that `restore_lamp` can bring it back."""
     found = _find(folder, name)
     facts, _ = facts_of(folder, found)
     files = [folder / f"{found}.json", *captures(folder, found), folder / f"{found}.png"]
@@ -360,7 +344,6 @@ def restore_lamp(folder: Path, trashed: Trashed) -> CapturedLamp:
     """Bring a lamp back; its files in the trash stay as they are.
 
     Under its old name and title, unless others bear them by now.
-    Raises CoreError if it is no longer in the trash, damaged, or cannot be written.
     """
     lamp = read_lamp(trashed.folder, trashed.name)
     name, title = _LIBRARY.names_for(folder, lamp.title, lamp.name)

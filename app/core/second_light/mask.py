@@ -53,11 +53,7 @@ def dab(alpha: Float32, at: Point, radius_deg: float, lit: bool) -> Float32:
 
 
 def stroke(alpha: Float32, points: tuple[Point, ...], radius_deg: float, lit: bool) -> Float32:
-    """Draw with the brush from point to point, the shorter way around; see `dab`.
-
-    `alpha`: (H, 2 H) float32, not changed.
-    `radius_deg`: of the brush, deg.
-    """
+    """Draw with the brush from point to point, the shorter way around; see `dab`."""
     rows, columns = alpha.shape
     step = 180.0 / rows
     radius = max(radius_deg, 0.5 * step)
@@ -145,7 +141,6 @@ def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:
     `radiance`: (H, 2 H, 3) float32, linear Rec. 709, any scale, finite and not negative.
     `clipped`: (H, 2 H) float32, share of each texel that is clipped in every frame.
     One lamp: the body of light that holds most of it.
-    Raises CoreError when nothing stands out of the room.
     """
     light = np.asarray(radiance @ np.array(LUMINANCE_WEIGHTS, np.float32), np.float32)
     core = _core(light)

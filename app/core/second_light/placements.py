@@ -42,7 +42,6 @@ def placement_words(
 
     `azimuth_deg` and `altitude_deg`: from the middle of the head, deg, positive toward the sitter's
     left and upward.
-    `distance_m`: from the middle of the head, metres.
     `skin_m`: shortest way from the lamp to the skin, metres.
     Without a full stop.
 
@@ -65,8 +64,6 @@ def placement_words(
 def metres(distance_m: float, *, rough: bool = False) -> str:
     """Write a distance: in centimetres below one metre.
 
-    `rough`: whether to the nearest 5 cm from 10 cm on.
-
     Examples
     --------
     >>> metres(0.304), metres(0.217, rough=True), metres(1.25)
@@ -80,8 +77,6 @@ def metres(distance_m: float, *, rough: bool = False) -> str:
 
 def read_metres(text: str) -> float:
     """Read a distance as somebody types it: metres, or centimetres where it says so.
-
-    Raises CoreError if it is none.
 
     Examples
     --------
@@ -115,8 +110,6 @@ _TRUNK_M: Final = (0.21, 0.13, -0.22)
 def above_floor(distance_m: float, ear_height_m: float = EAR_HEIGHT_M) -> Bools:
     """Find the placements that are not through the floor.
 
-    `distance_m`: from the middle of the head to the lamp, metres.
-    `ear_height_m`: of the middle of the head above the floor, metres.
     Returns (576,) bool.
     """
     height: Float64 = directions()[:, 1] * distance_m
@@ -126,7 +119,6 @@ def above_floor(distance_m: float, ear_height_m: float = EAR_HEIGHT_M) -> Bools:
 def within_arm(distance_m: float) -> Bools:
     """Find the placements to which somebody can hold a lamp for a picture of themselves.
 
-    `distance_m`: from the middle of the head to the lamp, metres.
     Returns (576,) bool: within reach of either arm, not far behind the head, and not inside the
     trunk.
     """

@@ -328,18 +328,12 @@ class Settings:
         return Limits(self.match_limit, self.strength_limit)
 
     def value(self, key: str) -> Value:
-        """Return the value of a setting by its key.
-
-        Raises SettingsError when there is no such setting.
-        """
+        """Return the value of a setting by its key."""
         value: Value = getattr(self, setting(key).key)
         return value
 
     def with_(self, key: str, value: object) -> Settings:
-        """Change one setting.
-
-        Raises SettingsError when there is no such setting, or it does not take the value.
-        """
+        """Change one setting."""
         changes: dict[str, Any] = {setting(key).key: setting(key).checked(value)}
         return replace(self, **changes)
 
@@ -418,10 +412,7 @@ def read_settings(path: Path) -> tuple[Settings, tuple[str, ...]]:
 
 
 def write_settings(path: Path, settings: Settings) -> None:
-    """Write the settings whole or not at all; only what differs from its default is in the file.
-
-    Raises SettingsError when the disk refuses; the file is as it was.
-    """
+    """Write the settings whole or not at all; only what differs from its default is in the file."""
     facts: Facts = {_VERSION_KEY: VERSION}
     for entry in TABLE:
         value = settings.value(entry.key)

@@ -79,10 +79,7 @@ def told_by_folder(folder_name: str) -> tuple[str, datetime | None]:
 
 
 def free_names(stem: str, ending: str = "") -> Iterator[str]:
-    """Yield ``stem``, ``stem-2``, ``stem-3`` ... with an ending, up to a limit.
-
-    Raises PlaceError after ten thousand of them.
-    """
+    """Yield ``stem``, ``stem-2``, ``stem-3`` ... with an ending, up to a limit."""
     for number in range(1, _MOST_TRIES + 1):
         yield f"{stem}{'' if number == 1 else f'-{number}'}{ending}"
     raise PlaceError(f"There are too many called {stem}{ending}.")

@@ -14,6 +14,9 @@ processes that write at once leave the file of one of them, whole; no lock is ne
 A deleted place lies whole in ``ROOT/.trash``: in the same folder as the others, so that moving it
 is one act of the file system on whatever disk that is, and so that no folder of the user's own is
 ever taken for the trash. The program never removes anything from it: originals are in there, too.
+
+Where a place is not there or the disk refuses, functions raise PlaceError and everything is as it
+was; lists never fail.
 """
 
 from __future__ import annotations
@@ -255,10 +258,7 @@ class TrashedPlace:
 
 
 def delete_place(folder: Path, now: datetime | None = None) -> Path:
-    """Move a place to the trash, whole.
-
-    Raises PlaceError when it is not a place, or cannot be moved; then it is where it was.
-    """
+    """Move a place to the trash, whole."""
     if folder.is_symlink() or summarise(folder) is None:
         raise PlaceError(f"There is no place at {folder}.", "It may have been deleted already.")
     when = (now or datetime.now(UTC)).astimezone(UTC).strftime(_WHEN)
@@ -276,7 +276,6 @@ def restore_place(trashed: Path) -> Path:
     """Bring a place back from the trash.
 
     Its folder: the one it had, or one with a number where that is taken.
-    Raises PlaceError when it is not in the trash any more, or cannot be moved.
     """
     entry = _ENTRY.fullmatch(trashed.name)
     if entry is None or trashed.parent.name != TRASH or not trashed.is_dir():
@@ -324,7 +323,6 @@ def create_place(root: Path, name: str, made_at: datetime, *, spot: str = "") ->
     It appears whole, with its ``place.json`` in it, or not at all.
 
     The new folder, a child of `root`, whose name any system takes.
-    Raises PlaceError when the folder cannot be made.
     """
     place = Place(name, made_at, spot=spot or uuid.uuid4().hex)
     staged: Path | None = None
@@ -392,8 +390,6 @@ def read_place(folder: Path) -> Place:
 
     `Place.remarks` says what was lost. A damaged file is kept as ``place.json.bak`` before anything
     replaces it. Where ``place.json`` is missing, name, time and light are taken from the folder.
-    Raises PlaceError when there is no such folder, or it was never a place, or the system does not
-    let it be read.
     """
     if not folder.is_dir():
         raise PlaceError(f"There is no place at {folder}.", "It may have been moved or deleted.")
@@ -437,10 +433,7 @@ def _remarks(folder: Path, file: JsonFile, lost: Sequence[str]) -> list[str]:
 
 
 def rename_place(folder: Path, name: str) -> Place:
-    """Give a place another name; its folder keeps its own.
-
-    Raises PlaceError as `read_place` and `write_place`.
-    """
+    """Give a place another name; its folder keeps its own."""
     place = replace(read_place(folder), name=name)
     write_place(folder, place)
     return place

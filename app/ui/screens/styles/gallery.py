@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
-from app.core.painting import CANNOT_READ, prepare_user_style
+from app.core.painting.gallery import prepare_user_style
+from app.core.painting.library import CANNOT_READ
 from app.core.solver.place_light import pictures_at
 from app.core.solver.portraits import framing, greyed, portraits
 from app.core.solver.reach import Limits
@@ -22,7 +23,8 @@ if TYPE_CHECKING:
 
     from app.core.base.colour import FloatImage
     from app.core.base.progress import Token
-    from app.core.painting import Asking, UserStyle
+    from app.core.painting.gallery import Asking
+    from app.core.painting.user_style import UserStyle
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.solve import StyleResult
     from app.core.solver.styles import Style
