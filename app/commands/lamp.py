@@ -14,7 +14,6 @@ from app.core.base.errors import CoreError
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.masks import parse_mask
 from app.core.second_light.captured import centroid
-from app.core.second_light.comparable import compare, with_lux
 from app.core.second_light.dark_room import GUIDE, capture_lamp
 from app.core.second_light.library import (
     add_lamp,
@@ -28,6 +27,7 @@ from app.core.second_light.library import (
     update_lamp,
 )
 from app.core.second_light.mask import edit_mask
+from app.core.second_light.scale import compare, with_lux
 from app.core.solver.style_pack import load_named_pack
 
 if TYPE_CHECKING:
@@ -166,7 +166,8 @@ def _guide(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
 
 def _list(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
     del args
-    entries, damaged = list_lamps(lamps_folder())
+    folder = lamps_folder()
+    entries, damaged = list_lamps(folder)
     rows = [
         {
             "name": each.name,
@@ -180,7 +181,10 @@ def _list(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
         for each in entries
     ]
     lines = [f"{row['name']:<24}{row['title']:<32}{_words(row)}" for row in rows]
-    lines += [f"{each.path.name}: {each.reason}" for each in damaged]
+    # The folder itself is named whole: its home may be what cannot be read.
+    lines += [
+        f"{folder if each.path == folder else each.path.name}: {each.reason}" for each in damaged
+    ]
     bad = [{"file": str(each.path), "reason": each.reason} for each in damaged]
     return "\n".join(lines) or "No lamps yet.", {"lamps": rows, "damaged": bad}
 

@@ -16,16 +16,33 @@ from app.commands.solver_args import add_questions, finite
 from app.core.base.errors import CoreError
 from app.core.second_light.added import from_captured, from_numbers
 from app.core.second_light.captured import CapturedLamp, placed
-from app.core.second_light.comparable import Comparison, compare, with_lux
-from app.core.second_light.dimming import FULL, power_words, powers_of
-from app.core.second_light.lamp_file import read_lamp_file
-from app.core.second_light.lamp_presets import KINDS, NumbersLamp, parse
+from app.core.second_light.dark_room import read_lamp_file
+from app.core.second_light.lamp_presets import (
+    FULL,
+    KINDS,
+    NumbersLamp,
+    parse,
+    power_words,
+    powers_of,
+)
 from app.core.second_light.library import lamps_folder, list_lamps, read_lamp
-from app.core.second_light.placements import direction
-from app.core.second_light.reach import above_floor, within_arm
-from app.core.second_light.scale import ASSUMED_LUX, check_lux, illuminance, stated_white
+from app.core.second_light.placements import (
+    above_floor,
+    direction,
+    metres,
+    placement_words,
+    within_arm,
+)
+from app.core.second_light.scale import (
+    ASSUMED_LUX,
+    Comparison,
+    check_lux,
+    compare,
+    illuminance,
+    stated_white,
+    with_lux,
+)
 from app.core.second_light.search import place_all
-from app.core.second_light.words import metres, placement_words
 from app.core.solver.environment import read_environment, reduce
 from app.core.solver.head_shape import HeadShape, load_shape_of
 from app.core.solver.style_pack import load_named_pack, load_transport_of

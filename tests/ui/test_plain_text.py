@@ -14,7 +14,8 @@ from PySide6.QtGui import QColor, QImage
 from PySide6.QtWidgets import QApplication, QLabel, QMenu, QToolTip, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.core.painting import from_style, save_user_style
+from app.core.painting.canvas import from_style
+from app.core.painting.library import save_user_style
 from app.core.second_light.captured import make_lamp
 from app.core.second_light.library import add_lamp
 from app.ui.presenters.model import Step

@@ -23,7 +23,9 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QVBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.core.painting import Canvas, Tool, load_draft
+from app.core.painting.canvas import Canvas
+from app.core.painting.stroke import Tool
+from app.core.painting.user_style import load_draft
 from app.ui.jobs import QtRunner
 from app.ui.screens.paint.state import Shown
 from app.ui.screens.paint.view import face as face_module

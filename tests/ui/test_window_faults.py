@@ -21,8 +21,8 @@ from PySide6.QtWidgets import QAbstractButton, QFileDialog
 from pytestqt.qtbot import QtBot
 
 from app.core.base.paths import resources
-from app.core.painting import list_user_styles
-from app.core.storage.places import list_places, read_place
+from app.core.painting.library import list_user_styles
+from app.core.storage.places.store import list_places, read_place
 from app.core.storage.settings import FILE, read_settings
 from app.devices.clock import SystemClock
 from app.devices.simulated.exchange import Reply, Request

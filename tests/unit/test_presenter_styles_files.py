@@ -7,7 +7,8 @@ from unittest.mock import MagicMock
 
 import pytest
 
-from app.core.painting import from_style, import_style, list_user_styles, save_user_style
+from app.core.painting.canvas import from_style
+from app.core.painting.library import import_style, list_user_styles, save_user_style
 from app.core.painting.user_style import UserStyle
 from app.ui.screens.styles.sheet import plain_name
 from app.ui.screens.styles.state import StylesView

@@ -10,8 +10,7 @@ from app.core.base.angles import difference
 from app.core.hdr.display import display_panorama
 from app.core.hdr.frame import Merged
 from app.core.hdr.lights import find_lights
-from app.core.portrait.flow import light_flow
-from app.core.portrait.glare import eye_light, glare
+from app.core.portrait.glare import eye_light, glare, light_flow
 from app.core.portrait.ratio import lighting_ratio
 from app.core.solver.environment import reduce_radiance
 from app.core.solver.portraits import value_at

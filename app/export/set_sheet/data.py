@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from app.core.base.colour import FloatImage
-    from app.core.portrait.flow import Flow
-    from app.core.portrait.glare import Glare
+    from app.core.portrait.glare import Flow, Glare
     from app.core.portrait.ratio import LightingRatio
 
 Bytes: TypeAlias = NDArray[np.uint8]

@@ -32,7 +32,7 @@ from PySide6.QtWidgets import (
 
 from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.library import list_lamps
-from app.core.storage.places import list_places
+from app.core.storage.places.store import list_places
 from app.core.storage.settings import TABLE
 from app.ui.presenters.finding import Findable, best, nothing_words
 from app.ui.presenters.frame import time_words
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from app.core.second_light.library import LampEntry
-    from app.core.storage.places import PlaceSummary
+    from app.core.storage.places.store import PlaceSummary
     from app.ui.commands import Commands
 
 

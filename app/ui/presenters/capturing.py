@@ -24,12 +24,7 @@ from app.core.solver.environment import reduce
 from app.core.solver.reach import LIMITS, Limits
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
-from app.core.storage.places import (
-    create_place,
-    list_places,
-    new_capture_folder,
-    read_place,
-)
+from app.core.storage.places.store import create_place, list_places, new_capture_folder, read_place
 from app.core.text.turns import turn_words
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import FILE as OWED
@@ -52,7 +47,7 @@ if TYPE_CHECKING:
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.solve import StyleResult
     from app.core.solver.style_pack import StylePack
-    from app.core.storage.places import Place
+    from app.core.storage.places.place import Place
     from app.devices.capture.journal import SessionJournal
     from app.devices.capture.status import Status
     from app.devices.clock import Clock

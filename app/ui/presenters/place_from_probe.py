@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from app.core.hdr.lights import light_grid
 from app.core.hdr.sun import find_sun, sun_core
 from app.core.solver.place_light import PlaceLight, prepare
-from app.core.storage.places import CaptureFacts, FrameFacts, Location
+from app.core.storage.places.place import CaptureFacts, FrameFacts, Location
 
 if TYPE_CHECKING:
     from app.core.hdr.lights import Light

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal
 
 from app.core.base.files import open_file
-from app.core.storage.places import ORIGINALS, PLACE, capture_folders, list_places
+from app.core.storage.places.originals import ORIGINALS
+from app.core.storage.places.store import PLACE, capture_folders, list_places
 from app.devices.capture.journal import Damaged, Newer, SessionJournal, journal_of
 from app.devices.capture.session import JOURNAL
 from app.ui.presenters.input_sorting import FRAMES
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from datetime import datetime
     from pathlib import Path
 
-    from app.core.storage.places import PlaceSummary
+    from app.core.storage.places.store import PlaceSummary
     from app.ui.presenters.capturing import Recording
 
 _MOST_JOURNAL: Final = 4 << 20

@@ -10,14 +10,15 @@ from numpy.typing import NDArray
 
 from app.core.base.colour import srgb_encode, to_bytes
 from app.core.hdr.findings import clip_level
-from app.core.storage.places import ORIGINALS, capture_folders
+from app.core.storage.places.originals import ORIGINALS
+from app.core.storage.places.store import capture_folders
 from app.ui.presenters.capturing import small_picture
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from app.core.base.colour import FloatImage
-    from app.core.storage.places import CaptureFacts
+    from app.core.storage.places.place import CaptureFacts
 
 Bytes: TypeAlias = NDArray[np.uint8]
 

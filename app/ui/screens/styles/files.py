@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, TypeAlias
 
-from app.core.painting import EXPORT_ENDING
+from app.core.painting.library import EXPORT_ENDING
 from app.ui.presenters.actions import Action
 from app.ui.screens.styles.detail import numbers_text
 from app.ui.screens.styles.sheet import plain_name, save_sheet, sheet_name
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from app.core.painting import UserStyle
+    from app.core.painting.user_style import UserStyle
     from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
     from app.ui.screens.styles.gallery import Snapshot

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.core.base.progress import Token
-    from app.core.storage.places import Place
+    from app.core.storage.places.place import Place
     from app.ui.screens.styles.gallery import Snapshot
     from app.ui.screens.styles.state import DetailState
 

@@ -16,7 +16,7 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import wrap
-from app.core.second_light.words import metres
+from app.core.second_light.placements import metres
 from app.core.text.turns import whole
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon

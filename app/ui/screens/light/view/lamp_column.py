@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
-from app.core.second_light.words import metres
+from app.core.second_light.placements import metres
 from app.ui.screens.light.state import DISTANCES_M, LampState
 from app.ui.screens.light.view.row import RowCard
 from app.ui.theme import theme

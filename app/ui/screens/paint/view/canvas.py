@@ -9,7 +9,7 @@ from PySide6.QtCore import QEvent, QPointF, QRect, Qt, QTimer, Signal
 from PySide6.QtGui import QMouseEvent, QPointingDevice
 from PySide6.QtWidgets import QSizePolicy
 
-from app.core.painting import Brush, Region, Tool
+from app.core.painting.stroke import Brush, Tool
 from app.ui.screens.paint.state import Point, Shown
 from app.ui.screens.paint.view.face import FacePainter
 from app.ui.screens.paint.view.viewing import Viewing, fitting
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
         QWheelEvent,
     )
 
-    from app.core.painting import Canvas
+    from app.core.painting.canvas import Canvas, Region
     from app.ui.screens.paint.state import PaintState
 
 _FRAME_MS: Final = 8  # moves that come faster than this are taken together

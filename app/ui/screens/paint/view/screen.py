@@ -8,7 +8,7 @@ from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QApplication, QHBoxLayout, QVBoxLayout, QWidget
 
-from app.core.painting import EXPORT_ENDING
+from app.core.painting.library import EXPORT_ENDING
 from app.ui.screens.paint.state import Shown
 from app.ui.screens.paint.view.canvas import PaintCanvas
 from app.ui.screens.paint.view.live import LiveColumn
@@ -28,7 +28,8 @@ from app.ui.widgets.surfaces import Room
 if TYPE_CHECKING:
     from PySide6.QtGui import QShowEvent
 
-    from app.core.painting import Brush, Canvas, Region
+    from app.core.painting.canvas import Canvas, Region
+    from app.core.painting.stroke import Brush
     from app.ui.screens.paint.presenter import PaintPresenter
     from app.ui.screens.paint.state import FileWish, NameWish, PaintState
 

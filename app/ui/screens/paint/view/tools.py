@@ -8,7 +8,7 @@ from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
 
-from app.core.painting import Tool
+from app.core.painting.stroke import Tool
 from app.ui.screens.paint.brush import LARGEST, SMALLEST
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
@@ -25,7 +25,7 @@ from app.ui.widgets.surfaces import Scroll, Surface
 from app.ui.widgets.toggles import Toggle
 
 if TYPE_CHECKING:
-    from app.core.painting import Brush
+    from app.core.painting.stroke import Brush
     from app.ui.screens.paint.state import PaintState
 
 _TOOLS: Final = (

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import QEvent, QSize, QTimer
 from PySide6.QtWidgets import QApplication, QHBoxLayout, QWidget
 
-from app.core.painting import EXPORT_ENDING
+from app.core.painting.library import EXPORT_ENDING
 from app.ui.screens.styles.state import Sizes
 from app.ui.screens.styles.view.detail import Detail, picture_sizes
 from app.ui.screens.styles.view.gallery import Gallery, layout_for

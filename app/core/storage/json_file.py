@@ -1,7 +1,7 @@
 """JSON files of the user's own: written whole, and doubted in every field when they are read.
 
-A file is one object with one entry to a line, so that the entries before and after a damaged one
-can still be read. Nothing here judges what the entries mean.
+A *check* returns a value as the program uses it, or raises `Unfit`. Tables of checks say what a
+file may hold; nothing here judges what it means.
 """
 
 from __future__ import annotations
@@ -13,26 +13,30 @@ import re
 import stat
 import unicodedata
 from copy import deepcopy
-from dataclasses import dataclass, field
-from itertools import islice
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from dataclasses import dataclass, field, fields, is_dataclass
+from datetime import datetime
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, TypeVar
+
+import numpy as np
 
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Collection, Mapping
     from pathlib import Path
+
+    Check: TypeAlias = Callable[[Any], Any]
 
 Facts: TypeAlias = dict[str, Any]
 """An object as JSON knows it."""
 
 State: TypeAlias = Literal["whole", "damaged", "missing", "unreadable"]
 
+_Made = TypeVar("_Made")
+
 _NO_LETTERS: Final = frozenset({"Cc", "Cs", "Zl", "Zp"})
 _DEEPEST: Final = 24
-_ENTRY: Final = re.compile(r'^([ \t]*)"((?:[^"\\\n]|\\.){1,100})"[ \t]*:[ \t]*', re.MULTILINE)
-_MOST_SAVED: Final = 500  # entries looked at in a damaged file
 _LONGEST_WHOLE: Final = 18  # digits that a 64-bit number can have; more only cost time
 
 
@@ -42,34 +46,15 @@ class Unfit(ValueError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JsonFile:
-    """What a file holds, or why it does not.
+    """What a file holds, or why it does not: only a whole file has any facts."""
 
-    Attributes
-    ----------
-    state : str
-        "whole"; "damaged": `facts` are the entries that could be saved; "missing";
-        "unreadable": the system does not give it out.
-    """
-
-    state: State
+    state: State  # "unreadable": the system does not give it out
     facts: Facts = field(default_factory=dict)
     why: str = ""
-    lost: tuple[str, ...] = ()
 
 
 def read_json(path: Path, most: int) -> JsonFile:
-    """Read a file that may be anything, without ever failing.
-
-    Parameters
-    ----------
-    most : int
-        Largest size that is read, bytes.
-
-    Returns
-    -------
-    JsonFile
-        Entries of a damaged file are saved one by one.
-    """
+    """Read a file that may be anything, of at most so many bytes, without ever failing."""
     try:
         # A pipe would be waited for, and a device has no end.
         if not stat.S_ISREG(path.stat().st_mode):
@@ -82,26 +67,24 @@ def read_json(path: Path, most: int) -> JsonFile:
         return JsonFile("unreadable", why=(error.strerror or str(error)).lower())
     if len(data) > most:
         return JsonFile("damaged", why="it is far too large")
+    if not data.strip(b"\0 \t\r\n"):
+        return JsonFile("damaged", why="it is empty")
     return _parsed(data)
 
 
 def _parsed(data: bytes) -> JsonFile:
-    if not data.strip(b"\0 \t\r\n"):
-        return JsonFile("damaged", why="it is empty")
     try:
         facts = json.loads(data.decode("utf-8-sig"), parse_int=_whole)
     except UnicodeDecodeError:
-        return _saved(data, "it is not all text")
+        return JsonFile("damaged", why="it is not all text")
     except RecursionError:
         return JsonFile("damaged", why="it is nested too deeply")
     except ValueError:
-        return _saved(data, "it is damaged or incomplete")
+        return JsonFile("damaged", why="it is damaged or incomplete")
     if not isinstance(facts, dict):
         return JsonFile("damaged", why="it is something else")
-    deep = tuple(name for name, value in facts.items() if not _is_shallow(value, _DEEPEST))
-    if deep:
-        kept = {name: value for name, value in facts.items() if name not in deep}
-        return JsonFile("damaged", kept, "it is nested too deeply", deep)
+    if not _is_shallow(facts, _DEEPEST + 1):
+        return JsonFile("damaged", why="it is nested too deeply")
     return JsonFile("whole", facts)
 
 
@@ -110,56 +93,17 @@ def _whole(digits: str) -> int | float:
 
 
 def _is_shallow(value: Any, left: int) -> bool:
-    if isinstance(value, dict):
-        return left > 0 and all(_is_shallow(each, left - 1) for each in value.values())
-    if isinstance(value, list):
-        return left > 0 and all(_is_shallow(each, left - 1) for each in value)
-    return True
-
-
-def _saved(data: bytes, why: str) -> JsonFile:
-    """Save the entries that are whole, each for itself."""
-    words = data.decode("utf-8", "surrogateescape")
-    decoder = json.JSONDecoder(parse_int=_whole)
-    facts: Facts = {}
-    lost: list[str] = []
-    indent: str | None = None
-    for found in islice(_ENTRY.finditer(words), _MOST_SAVED):
-        # The first entry shows how far the outermost ones are set in; deeper ones are not ours.
-        indent = found[1] if indent is None else indent
-        if found[1] != indent or _is_broken(found[2]):
-            continue
-        name = found[2]
-        try:
-            value, end = decoder.raw_decode(words, found.end())
-        except (ValueError, RecursionError):
-            lost.append(name)
-            continue
-        ended = re.match(r"[ \t\r\n]*[,}]", words[end : end + 200]) is not None
-        if ended and not _is_broken(words[found.end() : end]) and _is_shallow(value, _DEEPEST):
-            facts[name] = value
-        else:
-            lost.append(name)
-    return JsonFile("damaged", facts, why, tuple(each for each in lost if each not in facts))
-
-
-def _is_broken(words: str) -> bool:
-    """Whether bytes in here were no text."""
-    return any("\udc80" <= letter <= "\udcff" for letter in words)
+    inside = value.values() if isinstance(value, dict) else value
+    if not isinstance(value, (dict, list)):
+        return True
+    return left > 0 and all(_is_shallow(each, left - 1) for each in inside)
 
 
 def write_json(path: Path, facts: Facts, most: int) -> None:
     """Write a file whole or not at all.
 
-    Parameters
-    ----------
-    most : int
-        Largest size that will be read again, bytes.
-
-    Raises
-    ------
-    CoreError
-        When the disk refuses, or the file would be too large to be read again.
+    Raises CoreError when the disk refuses, or it has more than `most` bytes, which would not be
+    read again.
     """
     data = dump(facts)
     if len(data) > most:
@@ -181,7 +125,7 @@ def dump(facts: Facts) -> bytes:
     try:
         lines = _lines(facts)
     except ValueError:
-        # A number that is none can only have come in with an entry that is not ours.
+        # Only an entry of a newer version can hold a number that is infinite or not a number.
         lines = _lines(_finite(facts))
     try:
         return lines.encode("utf-8")
@@ -205,22 +149,27 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+def plain(value: Any) -> Any:
+    """Turn values into what JSON holds: also times, dataclasses, and numpy's numbers and arrays."""
+    if isinstance(value, np.ndarray):
+        return value.astype(np.float64).tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, datetime):
+        return value.isoformat()
+    if isinstance(value, (list, tuple)):
+        return [plain(each) for each in value]
+    if is_dataclass(value):
+        return {each.name: plain(getattr(value, each.name)) for each in fields(value)}
+    return value
+
+
 def keep_bad(path: Path, most: int) -> Path | None:
-    """Keep a damaged file beside itself, under a name that nothing has yet.
+    """Keep a damaged file beside itself as ``NAME.bak``, or ``NAME.bak-2`` and so on.
 
     The file stays where it is until it is written anew, so that a power cut in between takes
-    nothing; only one too large to be copied is renamed.
-
-    Parameters
-    ----------
-    most : int
-        Largest size that is copied, bytes.
-
-    Returns
-    -------
-    Path or None
-        ``NAME.bak``, or ``NAME.bak-2`` and so on; an earlier copy with the same content counts.
-        None when it could not be kept.
+    nothing; only one of more than `most` bytes is renamed. An earlier copy with the same content
+    counts. Returns None when it could not be kept.
     """
     try:
         if not path.is_file():
@@ -250,10 +199,7 @@ def _holds(path: Path, data: bytes) -> bool:
 def carry_unknown(new: Any, known: Any, found: Any) -> Any:
     """Put back what a newer version has written and this one does not know.
 
-    Returns
-    -------
-    Any
-        `found` where nothing has changed, else `new` with the entries that only `found` has.
+    Returns `found` where nothing has changed, else `new` with the entries that only `found` has.
 
     Examples
     --------
@@ -272,10 +218,8 @@ def carry_unknown(new: Any, known: Any, found: Any) -> Any:
     return deepcopy(found) if new == known and type(new) is type(known) else new
 
 
-def take(
-    facts: Facts, name: str, check: Callable[[Any], Any], default: Any, lost: list[str], noun: str
-) -> Any:
-    """Take one entry, or its default where it is missing or unfit."""
+def take(facts: Facts, name: str, check: Check, default: Any, lost: list[str], noun: str) -> Any:
+    """Take one entry, or its default where it is missing; an unfit one is removed and named."""
     if name not in facts:
         return default
     try:
@@ -292,7 +236,7 @@ def clean(words: str) -> str:
 
 
 def text(longest: int, pattern: str = "") -> Callable[[Any], str]:
-    """Return a check for text of a length at most, and of a pattern where one is given."""
+    """Check for text of a length at most, and of a pattern where one is given."""
 
     def check(value: Any) -> str:
         if not isinstance(value, str) or len(value) > longest:
@@ -304,8 +248,19 @@ def text(longest: int, pattern: str = "") -> Callable[[Any], str]:
     return check
 
 
+def one_of(*words: str) -> Callable[[Any], str]:
+    """Check for one of some words."""
+
+    def check(value: Any) -> str:
+        if value not in words:
+            raise Unfit("an unknown word")
+        return str(value)
+
+    return check
+
+
 def number(low: float, high: float) -> Callable[[Any], float]:
-    """Return a check for a number in ``[low, high]``."""
+    """Check for a number in ``[low, high]``."""
 
     def check(value: Any) -> float:
         # Python takes True for 1; a file that says true means something else.
@@ -318,6 +273,17 @@ def number(low: float, high: float) -> Callable[[Any], float]:
     return check
 
 
+def whole(low: int, high: int) -> Callable[[Any], int]:
+    """Check for a whole number in ``[low, high]``."""
+
+    def check(value: Any) -> int:
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+            raise Unfit("not a whole number in range")
+        return value
+
+    return check
+
+
 def truth(value: Any) -> bool:
     """Check that a value is true or false."""
     if not isinstance(value, bool):
@@ -325,6 +291,51 @@ def truth(value: Any) -> bool:
     return value
 
 
-def optional(check: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """Return a check that lets null pass."""
+def moment(value: Any) -> datetime:
+    """Check for a time in ISO form."""
+    try:
+        return datetime.fromisoformat(text(64)(value))
+    except ValueError as error:
+        raise Unfit("not a time") from error
+
+
+def optional(check: Check) -> Check:
+    """Let null pass a check."""
     return lambda value: None if value is None else check(value)
+
+
+def listed(check: Check, most: int) -> Callable[[Any], tuple[Any, ...]]:
+    """Check for a list of so many at most, and each of its values."""
+
+    def check_all(value: Any) -> tuple[Any, ...]:
+        if not isinstance(value, list) or len(value) > most:
+            raise Unfit("not a list")
+        return tuple(check(each) for each in value)
+
+    return check_all
+
+
+def entries(value: Any) -> Facts:
+    """Check for an object."""
+    if not isinstance(value, dict):
+        raise Unfit("not an object")
+    return value
+
+
+def record(
+    make: Callable[..., _Made], checks: Mapping[str, Check], needed: Collection[str] | None = None
+) -> Callable[[Any], _Made]:
+    """Check for an object whose entries all pass, and make something of them.
+
+    `needed` must be there, by default all of them; entries without a check are passed over.
+    """
+    wanted = checks if needed is None else needed
+
+    def check(value: Any) -> _Made:
+        facts = entries(value)
+        for name in wanted:
+            if name not in facts:
+                raise Unfit(f"it lacks {name}")
+        return make(**{name: each(facts[name]) for name, each in checks.items() if name in facts})
+
+    return check
