@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from app.commands.outputs import check_ending, check_outputs, mask_files
+from app.commands.outputs import check_drawing, check_ending, check_outputs, mask_files
 from app.commands.probe_words import clutter_facts, frame_rows, lamp_rows, probe_facts
 from app.commands.progress_printer import ProgressPrinter
 from app.core.base.errors import ProbeError
@@ -19,7 +19,6 @@ from app.core.hdr.metadata import ENDINGS
 from app.core.hdr.pipeline import MergeOptions, Probe, measure
 from app.core.hdr.tripod_detection import Clutter, suggest
 from app.core.solver.style_pack import load_named_pack
-from app.export.merge_preview import preview
 
 if TYPE_CHECKING:
     import argparse
@@ -135,6 +134,9 @@ def run(args: argparse.Namespace) -> int:
         write_hdr(args.output, radiance)
     if args.preview is not None:
         marks = (*probe.finished.clutter, *suggested)
+        # Only a preview needs Qt.
+        from app.export.merge_preview import preview
+
         picture = preview(probe.finished.measured, probe.finished.lights, marks, args.exposure)
         write_png(args.preview, picture)
     seconds = time.perf_counter() - started
@@ -154,6 +156,8 @@ def _check_targets(args: argparse.Namespace, wishes: MergeOptions) -> None:
         check_ending(args.preview, (".png",), "previews")
     masks = mask_files(wishes.masks)
     check_outputs([args.output, args.preview], [*args.images, *masks], ENDINGS)
+    if args.preview is not None:
+        check_drawing()
     for mask in masks:
         check_picture_mask(mask)
 

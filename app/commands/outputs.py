@@ -12,6 +12,7 @@ from app.core.base.errors import CoreError
 from app.core.base.files import check_target
 from app.core.solver.head_shape import shape_path
 from app.core.solver.style_pack import pack_path
+from app.ui.display import DesktopError, check_display
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -66,6 +67,20 @@ def check_outputs(
                 "Choose another name for one of them.",
             )
         written |= keys
+
+
+def check_drawing() -> None:
+    """Refuse a picture where Qt cannot draw: it needs libraries, though no display.
+
+    Raises
+    ------
+    DesktopError
+        Qt itself would end the process.
+    """
+    try:
+        check_display({"QT_QPA_PLATFORM": "offscreen"})
+    except DesktopError as error:
+        raise DesktopError(error.message, " ".join(error.hint.split())) from error
 
 
 def head_files(head: str) -> tuple[Path, ...]:

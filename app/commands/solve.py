@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.commands.outputs import check_ending, check_outputs, head_files
+from app.commands.outputs import check_drawing, check_ending, check_outputs, head_files
 from app.commands.solver_args import add_questions, finite
 from app.core.base.images import write_png
 from app.core.evaluation.certainty import caution
@@ -65,6 +65,7 @@ def run(args: argparse.Namespace) -> int:
     if args.sheet:
         check_ending(Path(args.sheet), (".png",), "sheets")
         check_outputs([Path(args.sheet)], [args.environment, *head_files(args.head)])
+        check_drawing()
     pack = load_named_pack(args.head)
     names = [style.name for style in select(pack.styles, args.style)]
     environment = read_environment(args.environment)
@@ -204,7 +205,7 @@ def _write_sheet(
     environment: Environment,
     args: argparse.Namespace,
 ) -> None:
-    # Only a sheet needs its drawing.
+    # Only a sheet needs Qt.
     from app.export.result_sheet import draw_sheet
 
     transport = load_transport_of(pack, args.head)

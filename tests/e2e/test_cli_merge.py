@@ -24,6 +24,8 @@ from app.core.solver.environment import read_environment, reduce
 
 EV100 = 9.0
 
+pytestmark = pytest.mark.usefixtures("qapp")
+
 
 @pytest.fixture(scope="module")
 def light() -> Any:

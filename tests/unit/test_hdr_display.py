@@ -18,6 +18,8 @@ from app.core.hdr.tripod_detection import Clutter
 from app.core.solver.environment import read_environment
 from app.export.merge_preview import preview
 
+pytestmark = pytest.mark.usefixtures("qapp")
+
 SCENES = ("city", "interior", "night", "sunset")
 
 
