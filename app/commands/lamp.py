@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.commands.outputs import check_outputs, mask_files
-from app.commands.progress_printer import ProgressPrinter
+from app.commands.arguments import check_outputs, mask_files
+from app.commands.printing import ProgressPrinter
 from app.core.base.errors import CoreError
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.masks import parse_mask

@@ -1,11 +1,52 @@
-"""Telling on stderr how far long work has come."""
+"""Answers on standard output, everything else on standard error."""
 
 from __future__ import annotations
 
+import json
+import math
 import sys
 import time
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import argparse
+
+    from app.core.solver.solve import PeakResult, StyleResult
 
 _PAUSE_S = 1.0  # between two lines about the same step
+
+
+def answer(args: argparse.Namespace, facts: dict[str, Any], words: str) -> int:
+    """Print the answer as it was asked for, and return the exit code of a command that is done."""
+    print(json.dumps(facts, ensure_ascii=False) if args.json else words)
+    return 0
+
+
+def say(*lines: object) -> None:
+    """Print lines to stderr at once."""
+    for line in lines:
+        print(line, file=sys.stderr, flush=True)
+
+
+def numbers(one: StyleResult | PeakResult) -> dict[str, Any]:
+    """Say for JSON what a turn does for a style."""
+    return {
+        "turn_deg": one.turn_deg,
+        "turn_refined_deg": round(one.turn_refined_deg, 6),
+        "quality": short(one.quality),
+        "match": short(one.match),
+        "strength": short(one.strength),
+    }
+
+
+def short(value: float) -> float:
+    """Nine significant digits: more than the data hold."""
+    return float(f"{value:.9g}")
+
+
+def points(value: float) -> str:
+    """Round down like the reasons do, so that a value under a limit never reads as the limit."""
+    return str(max(math.floor(value), 0))
 
 
 class ProgressPrinter:
@@ -29,7 +70,7 @@ class ProgressPrinter:
         line = f"{100 * fraction:3.0f} %  {message}{left}"
         due = message != self._last[1] or now - self._last[0] >= _PAUSE_S or fraction >= 1
         if line != self._said and due:
-            print(line, file=sys.stderr, flush=True)
+            say(line)
             self._said, self._last = line, (now, message)
 
 
