@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+from contextlib import contextmanager
 from functools import cache
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
@@ -34,7 +35,7 @@ from app.core.base.errors import CoreError
 from app.core.base.paths import resources
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from numpy.typing import NDArray
     from PySide6.QtGui import QPagedPaintDevice
@@ -264,6 +265,14 @@ class Canvas:
         else:
             image = _cut(image, radius * SCALE)
         self._painter.drawImage(QRectF(*box), image)
+        self._painter.restore()
+
+    @contextmanager
+    def clipped(self, box: Box) -> Iterator[None]:
+        """Draw only inside a box, which lies on whole pixels."""
+        self._painter.save()
+        self._painter.setClipRect(QRectF(*box))
+        yield
         self._painter.restore()
 
     def text(

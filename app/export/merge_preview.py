@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import cv2
 import numpy as np
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.core.hdr.frame import Merged
+    from app.core.hdr.lights import Light
     from app.core.hdr.tripod_detection import Clutter
     from app.export.canvas import Box, Point
 
@@ -40,37 +41,9 @@ _TAG_SIZE: Final = 22.0
 _NOTES_LEFT: Final = 0.52  # of the panorama's width
 
 
-class LampMark(Protocol):
-    """What the preview shows of a lamp that was found."""
-
-    @property
-    def id(self) -> str:
-        """Letter."""
-
-    @property
-    def azimuth_deg(self) -> float:
-        """Azimuth of its middle, degrees, positive to the right."""
-
-    @property
-    def elevation_deg(self) -> float:
-        """Elevation of its middle, degrees."""
-
-    @property
-    def diameter_deg(self) -> float:
-        """Of a disc of the same size, degrees."""
-
-    @property
-    def share(self) -> float:
-        """Of the light's energy, 0 to 1."""
-
-    @property
-    def clipped(self) -> bool:
-        """Whether it is too bright for every frame, so that its share is a lower bound."""
-
-
 def preview(
     merged: Merged,
-    lights: Sequence[LampMark] = (),
+    lights: Sequence[Light] = (),
     masks: Sequence[Clutter] = (),
     exposure_stops: float = 0.0,
     *,
@@ -121,7 +94,7 @@ def _draw_scale(canvas: Canvas, box: Box) -> None:
     draw_scale(canvas, box, "0° photographer stands here", (Dark.CTL, Dark.DIM))
 
 
-def _draw_lamps(canvas: Canvas, box: Box, lights: Sequence[LampMark]) -> None:
+def _draw_lamps(canvas: Canvas, box: Box, lights: Sequence[Light]) -> None:
     """Rings around the lamps, each with its letter where no other letter is."""
     taken: list[Point] = []
     rings = [(light, *_ring(box, light)) for light in lights]
@@ -135,7 +108,7 @@ def _draw_lamps(canvas: Canvas, box: Box, lights: Sequence[LampMark]) -> None:
         _draw_tag(canvas, at, light.id)
 
 
-def _ring(box: Box, light: LampMark) -> tuple[Point, float]:
+def _ring(box: Box, light: Light) -> tuple[Point, float]:
     x, top, wide, high = box
     centre = (
         x + wide * ((light.azimuth_deg / 360.0 + 0.5) % 1.0),
@@ -177,7 +150,7 @@ def _draw_tag(canvas: Canvas, at: Point, letter: str) -> None:
     canvas.text((at[0], at[1] + 4.7), letter, 13, 700, Dark.ON_TAG, "middle")
 
 
-def _draw_lamp_list(canvas: Canvas, at: Point, lights: Sequence[LampMark]) -> None:
+def _draw_lamp_list(canvas: Canvas, at: Point, lights: Sequence[Light]) -> None:
     """Write a row for each lamp: letter, where it is, what it gives."""
     if not lights:
         return

@@ -5,7 +5,7 @@ Header, panorama with the turns of the styles, the best style beside it, a card 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from app.core.solver import pictures
@@ -168,11 +168,10 @@ def make_flags(styles: Sequence[StyleResult], places: Mapping[str, str]) -> tupl
     for style in sorted(reach, key=lambda item: -item.turn_refined_deg):
         x = _PANORAMA_WIDTH * (style.turn_refined_deg / 360.0 + 0.5)
         side = card.side_of(style, places).partition(" (")[0] if style.side != "none" else ""
-        turn = signed(style.turn_refined_deg)
-        draft = Flag(x, 0, turn, style.title or style.name, side)
-        stop = x + flag_width(draft) + _FLAG_GAP
-        below = [flag.lane + 1 for flag in flags if flag.x < stop]
-        flags.append(Flag(x, max(below, default=0), draft.turn, draft.title, draft.side))
+        flag = Flag(x, 0, signed(style.turn_refined_deg), style.title or style.name, side)
+        stop = x + flag_width(flag) + _FLAG_GAP
+        lane = max((other.lane + 1 for other in flags if other.x < stop), default=0)
+        flags.append(replace(flag, lane=lane))
     return tuple(flags)
 
 

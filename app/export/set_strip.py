@@ -127,18 +127,10 @@ def _picture(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
 
 def _outline(turn_deg: float) -> NDArray[np.float64]:
     """(N, 2) edge of the background view: turns and elevations, deg; turns go on past 180."""
-    side = np.arange(0.0, 101.0, 5.0)
-    flat = np.zeros_like(side)
-    full = flat + 100.0
-    pixels = np.concatenate(
-        [
-            np.stack([side, flat], axis=1),
-            np.stack([full, side], axis=1)[1:],
-            np.stack([side[::-1], full], axis=1)[1:],
-            np.stack([flat, side[::-1]], axis=1)[1:],
-        ]
-    )
-    rays = bearings(_LENS, 0.0, 0.0, pixels)
+    side = np.arange(0.0, 100.0, 5.0)
+    none, full = 0.0 * side, 0.0 * side + 100.0
+    edges = ((side, none), (full, side), (100.0 - side, full), (none, 100.0 - side))
+    rays = bearings(_LENS, 0.0, 0.0, np.concatenate([np.stack(edge, axis=1) for edge in edges]))
     turns = np.degrees(np.arctan2(-rays[:, 0], rays[:, 2])) + wrap(turn_deg)
     return np.stack([turns, np.degrees(np.arcsin(rays[:, 1]))], axis=1)
 
@@ -147,25 +139,12 @@ def _draw_frame(canvas: Canvas, place: Point, edge: NDArray[np.float64]) -> None
     """Draw an edge once more on the other side where it goes past the strip's end."""
     x, y = place
     down = (TOP_DEG - edge[:, 1]) / (TOP_DEG - BOTTOM_DEG) * HEIGHT + y
-    for around in (-360.0, 0.0, 360.0):
-        across = (edge[:, 0] + around + 180.0) / _ACROSS
-        inside = (across >= 0.0) & (across <= WIDTH)
-        for run in _runs(inside):
-            points = [(x + float(across[k]), float(down[k])) for k in run]
-            if len(points) > 1:
-                canvas.stroke(points, Print.TAG, 3.5)
-                canvas.stroke(points, Print.AMBER_FILL, 1.75, dashes=(6.0, 4.0))
-
-
-def _runs(inside: NDArray[np.bool_]) -> list[list[int]]:
-    """Unbroken runs of True, as lists of their places."""
-    runs: list[list[int]] = [[]]
-    for index, value in enumerate(inside):
-        if value:
-            runs[-1].append(index)
-        elif runs[-1]:
-            runs.append([])
-    return [run for run in runs if run]
+    with canvas.clipped((x, y, WIDTH, HEIGHT)):
+        for around in (-360.0, 0.0, 360.0):
+            across = (edge[:, 0] + around + 180.0) / _ACROSS + x
+            points = [(float(a), float(b)) for a, b in zip(across, down, strict=True)]
+            canvas.stroke(points, Print.TAG, 3.5, closed=True)
+            canvas.stroke(points, Print.AMBER_FILL, 1.75, closed=True, dashes=(6.0, 4.0))
 
 
 def _pole(canvas: Canvas, foot: Point, colour: Colour, *, dashed: bool) -> None:
