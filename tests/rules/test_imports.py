@@ -137,3 +137,22 @@ def test_sheets_are_drawn_without_widgets() -> None:
         check=True,
     )
     assert set(done.stdout.split()) == {"PySide6.QtCore", "PySide6.QtGui"}
+
+
+def test_an_answer_without_a_sheet_needs_no_qt() -> None:
+    scene = ROOT / "resources" / "demo" / "scenes" / "courtyard.exr"
+    code = (
+        "import sys\n"
+        "from app.cli import main\n"
+        f"code = main(['solve', {str(scene)!r}, '--style', 'butterfly', '--json'])\n"
+        "sys.exit(code or 'PySide6' in sys.modules)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
