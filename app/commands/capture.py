@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from app.commands.arguments import add_json, check_outputs
 from app.commands.camera_args import find_camera, given_password, keep, kept_password
 from app.commands.interrupt import stopping
-from app.commands.printing import ProgressPrinter, answer, say
+from app.commands.printing import ProgressPrinter, answer, fields, say
 from app.commands.probe_words import PARTS, probe_facts, probe_table, wrote
 from app.core.base.errors import CoreError
 from app.core.base.files import check_target
@@ -238,9 +238,7 @@ def _facts(result: CaptureResult, session: Session, found: FoundCamera | None) -
     facts = probe_facts(result.probe)
     facts.update(
         camera={
-            "model": journal.model,
-            "serial": journal.serial,
-            "firmware": journal.firmware,
+            **fields(journal, "model", "serial", "firmware"),
             "url": None if found is None else found.endpoint.base,
         },
         session=str(session.folder),

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.commands.arguments import add_json, check_outputs, mask_files
-from app.commands.printing import ProgressPrinter, answer, say
+from app.commands.printing import ProgressPrinter, answer, fields, say
 from app.core.base.errors import CoreError
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.masks import parse_mask
@@ -145,11 +145,7 @@ def _list(args: argparse.Namespace) -> int:
     entries, damaged = list_lamps(lamps_folder())
     rows = [
         {
-            "name": each.name,
-            "title": each.title,
-            "distance_m": each.distance_m,
-            "lux": each.lux,
-            "camera": each.camera,
+            **fields(each, "name", "title", "distance_m", "lux", "camera"),
             "picture": None if each.picture is None else str(each.picture),
             "remarks": list(each.remarks),
         }
@@ -206,12 +202,7 @@ def _edited(lamp: CapturedLamp, args: argparse.Namespace) -> CapturedLamp:
 def _facts(lamp: CapturedLamp) -> dict[str, Any]:
     azimuth, elevation = centroid(lamp.light)
     return {
-        "name": lamp.name,
-        "title": lamp.title,
-        "distance_m": lamp.distance_m,
-        "lux": lamp.lux,
-        "white_cd_m2": lamp.white_cd_m2,
-        "camera": lamp.camera,
+        **fields(lamp, "name", "title", "distance_m", "lux", "white_cd_m2", "camera"),
         "solid_angle_sr": lamp.solid_angle_sr,
         "azimuth_deg": azimuth,
         "elevation_deg": elevation,

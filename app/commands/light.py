@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from app.commands.arguments import add_questions, finite
-from app.commands.printing import answer, numbers, points, say, short
+from app.commands.printing import answer, fields, numbers, points, say, short
 from app.core.base.errors import CoreError
 from app.core.second_light.added import from_captured, from_numbers
 from app.core.second_light.captured import CapturedLamp, placed
@@ -40,7 +40,8 @@ if TYPE_CHECKING:
     from app.core.second_light.search import Placed
     from app.core.solver.solve import StyleResult
     from app.core.solver.style_pack import StylePack
-    from app.core.solver.transport import Transport
+
+_Lamp: TypeAlias = NumbersLamp | CapturedLamp
 
 _POWERS = ("best", "full")
 _REACHES = ("any", "floor", "arm")
@@ -120,7 +121,10 @@ def run(args: argparse.Namespace) -> int:
     compared = _compared(lamp, scale)
     transport = load_transport_of(pack, args.head)
     shape = load_shape_of(transport, args.head)
-    added = _prepare(lamp, transport, shape)
+    if isinstance(lamp, NumbersLamp):
+        added = from_numbers(transport, shape, lamp)
+    else:
+        added = from_captured(transport, placed(lamp))
     begun = time.perf_counter()
     found = place_all(
         pack,
@@ -141,7 +145,7 @@ def run(args: argparse.Namespace) -> int:
     return answer(args, facts, _table(found, added, shape, pack, environment.name, scale))
 
 
-def _find_lamp(text: str, lux: float | None = None) -> NumbersLamp | CapturedLamp:
+def _find_lamp(text: str, lux: float | None = None) -> _Lamp:
     """Find a lamp; a captured one gives `lux` where its camera stood, if that is said."""
     lamp = _lamp_named(text)
     if lux is None:
@@ -153,7 +157,7 @@ def _find_lamp(text: str, lux: float | None = None) -> NumbersLamp | CapturedLam
     return with_lux(lamp, lux)
 
 
-def _lamp_named(text: str) -> NumbersLamp | CapturedLamp:
+def _lamp_named(text: str) -> _Lamp:
     if text.strip().lower().partition("@")[0] in KINDS:
         return parse(text)
     if Path(text).suffix.lower() in (".exr", ".hdr"):
@@ -172,17 +176,7 @@ def _lamp_named(text: str) -> NumbersLamp | CapturedLamp:
     )
 
 
-def _prepare(
-    lamp: NumbersLamp | CapturedLamp, transport: Transport, shape: HeadShape
-) -> AddedLight:
-    if isinstance(lamp, NumbersLamp):
-        return from_numbers(transport, shape, lamp)
-    return from_captured(transport, placed(lamp))
-
-
-def _scale(
-    radiance: FloatImage, args: argparse.Namespace, lamp: NumbersLamp | CapturedLamp
-) -> _Scale:
+def _scale(radiance: FloatImage, args: argparse.Namespace, lamp: _Lamp) -> _Scale:
     """Find what radiance 1 is in cd/m2: stated by the user, by the file, or assumed."""
     relative = illuminance(radiance, args.front)
     if args.lux is not None:
@@ -201,7 +195,7 @@ def _scale(
     return _Scale(scale.gain, scale.lux, True)
 
 
-def _compared(lamp: NumbersLamp | CapturedLamp, scale: _Scale) -> Comparison:
+def _compared(lamp: _Lamp, scale: _Scale) -> Comparison:
     """Judge whether lamp and place can be compared, and say what is taken instead."""
     if isinstance(lamp, NumbersLamp):
         return Comparison(not scale.assumed)
@@ -234,7 +228,7 @@ def _allowed(reach: str, distance_m: float | None) -> NDArray[np.bool_] | None:
     return allowed & within_arm(distance_m) if reach == "arm" else allowed
 
 
-def _powers(lamp: NumbersLamp | CapturedLamp, args: argparse.Namespace) -> tuple[float, ...]:
+def _powers(lamp: _Lamp, args: argparse.Namespace) -> tuple[float, ...]:
     dimmed = args.power == "best" and args.objective == "picture"
     return powers_of(lamp.kind) if dimmed and isinstance(lamp, NumbersLamp) else FULL
 
@@ -267,13 +261,9 @@ def _as_json(
 
 def _style_json(one: Placed, added: AddedLight, shape: HeadShape) -> dict[str, Any]:
     return {
-        "name": one.name,
-        "title": one.title,
-        "side": one.side,
-        "turn_deg": one.turn_deg,
+        **fields(one, "name", "title", "side", "turn_deg"),
         "turn_refined_deg": round(one.turn_refined_deg, 6),
-        "lamp_azimuth_deg": one.lamp_azimuth_deg,
-        "lamp_altitude_deg": one.lamp_altitude_deg,
+        **fields(one, "lamp_azimuth_deg", "lamp_altitude_deg"),
         "lamp_azimuth_refined_deg": round(one.lamp_azimuth_refined_deg, 6),
         "lamp_altitude_refined_deg": round(one.lamp_altitude_refined_deg, 6),
         "words": _words(one, added, shape),
@@ -282,15 +272,8 @@ def _style_json(one: Placed, added: AddedLight, shape: HeadShape) -> dict[str, A
         "quality": short(one.quality),
         "match": short(one.match),
         "strength": short(one.strength),
-        "attainable": one.attainable,
-        "reason": one.reason,
-        "rescued": one.rescued,
-        "evaluated": one.evaluated,
-        "before": {
-            **numbers(one.before),
-            "attainable": one.before.attainable,
-            "reason": one.before.reason,
-        },
+        **fields(one, "attainable", "reason", "rescued", "evaluated"),
+        "before": numbers(one.before) | fields(one.before, "attainable", "reason"),
     }
 
 

@@ -28,6 +28,11 @@ def say(*lines: object) -> None:
         print(line, file=sys.stderr, flush=True)
 
 
+def fields(thing: object, *names: str) -> dict[str, Any]:
+    """Say for JSON what some fields of an object hold, under their own names."""
+    return {name: getattr(thing, name) for name in names}
+
+
 def numbers(one: StyleResult | PeakResult) -> dict[str, Any]:
     """Say for JSON what a turn does for a style."""
     return {

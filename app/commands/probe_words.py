@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
+from app.commands.printing import fields
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -39,16 +41,11 @@ def probe_facts(probe: Probe) -> dict[str, Any]:
         "sun": _sun(probe),
         "masked": [clutter_facts(each) for each in finished.clutter],
         "mask_changes": [
-            {
-                "name": change.style,
-                "turn_before_deg": change.turn_before_deg,
-                "turn_after_deg": change.turn_after_deg,
-                "given_up": change.given_up,
-            }
+            {"name": change.style} | fields(change, "turn_before_deg", "turn_after_deg", "given_up")
             for change in finished.changes
         ],
         "moved_share": probe.moved.share,
-        "levelled": {"pitch_deg": probe.levelling.pitch_deg, "roll_deg": probe.levelling.roll_deg},
+        "levelled": fields(probe.levelling, "pitch_deg", "roll_deg"),
         "stitching": None if probe.stitching is None else probe.stitching.facts(),
         "warnings": list(probe.warnings),
         "notes": list(probe.notes),
@@ -107,12 +104,7 @@ def shutter_words(seconds: float) -> str:
 
 def clutter_facts(each: Clutter) -> dict[str, Any]:
     """Say for JSON what a mask covers."""
-    return {
-        "name": each.name,
-        "solid_angle_sr": each.solid_angle_sr,
-        "confidence": each.confidence,
-        "reason": each.reason,
-    }
+    return fields(each, "name", "solid_angle_sr", "confidence", "reason")
 
 
 def _frames(probe: Probe) -> list[tuple[Frame, float, float]]:
@@ -148,19 +140,10 @@ def _lamp(light: Light) -> dict[str, Any]:
 
 def _change(change: Any) -> dict[str, Any]:
     return {
-        "name": change.name,
-        "turn_deg": change.turn_deg,
-        "in_doubt": change.in_doubt,
-        "in_reach": change.in_reach,
-        "reach_stops": change.reach_stops,
+        **fields(change, "name", "turn_deg", "in_doubt", "in_reach", "reach_stops"),
         "worst_given_up": change.worst,
         "cases": [
-            {
-                "lamp": case.light,
-                "stops": case.stops,
-                "turn_deg": case.turn_deg,
-                "given_up": case.given_up,
-            }
+            {"lamp": case.light} | fields(case, "stops", "turn_deg", "given_up")
             for case in change.cases
         ],
     }

@@ -14,7 +14,7 @@ from app.commands.arguments import (
     finite,
     head_files,
 )
-from app.commands.printing import answer, numbers, points, say, short
+from app.commands.printing import answer, fields, numbers, points, say, short
 from app.core.base.images import write_png
 from app.core.evaluation.certainty import caution
 from app.core.solver.environment import Environment, read_environment, reduce, reduce_radiance
@@ -89,20 +89,17 @@ def _as_json(
 
 def _style_json(result: StyleResult, epsilon_c: float | None) -> dict[str, Any]:
     values: dict[str, Any] = {
-        "name": result.name,
-        "title": result.title,
-        "side": result.side,
-        "turn_deg": result.turn_deg,
+        **fields(result, "name", "title", "side", "turn_deg"),
         "turn_refined_deg": round(result.turn_refined_deg, 6),
         "direction": result.direction,
-        "quality_curve": [short(value) for value in result.quality_curve.tolist()],
-        "match_curve": [short(value) for value in result.match_curve.tolist()],
-        "strength_curve": [short(value) for value in result.strength_curve.tolist()],
+        **{
+            f"{curve}_curve": [short(value) for value in getattr(result, f"{curve}_curve").tolist()]
+            for curve in ("quality", "match", "strength")
+        },
         "quality": short(result.quality),
         "match": short(result.match),
         "strength": short(result.strength),
-        "attainable": result.attainable,
-        "reason": result.reason,
+        **fields(result, "attainable", "reason"),
         "caution": _caution(result),
         "arc_deg": [round(end, 6) for end in result.arc_deg],
         "peaks": [

@@ -6,7 +6,7 @@ import dataclasses
 from typing import TYPE_CHECKING
 
 from app.commands.arguments import add_json
-from app.commands.printing import answer
+from app.commands.printing import answer, fields
 from app.core.base.paths import user_data
 from app.core.solver.styles import Style, StyleLamp, load_styles
 
@@ -43,11 +43,7 @@ def as_json(styles: Sequence[Style]) -> dict[str, list[dict[str, object]]]:
     return {
         "styles": [
             {
-                "name": style.name,
-                "title": style.title,
-                "side": style.side,
-                "side_words": style.side_words,
-                "note": style.note,
+                **fields(style, "name", "title", "side", "side_words", "note"),
                 "lamps": [dataclasses.asdict(lamp) for lamp in style.lamps],
                 "paper": style.paper,
             }
