@@ -25,7 +25,7 @@ from app.core.second_light.library import add_lamp, list_lamps, read_lamp, updat
 from app.core.storage.places.light import read_light, store_environment
 from app.core.storage.places.store import create_place, list_places, read_place, write_place
 from app.core.storage.settings import DEFAULTS, read_settings, write_settings
-from app.export.set_sheet import write_pdf, write_png
+from app.export.set_page import write_pdf, write_png
 
 __all__ = ["KINDS", "bench_into", "capture_from", "save", "shown"]
 

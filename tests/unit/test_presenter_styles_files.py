@@ -168,7 +168,7 @@ def test_the_sheet_has_the_numbers_of_the_screen(
     table: Table, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     kept = []
-    monkeypatch.setattr("app.export.set_sheet.write_pdf", lambda path, sheet: kept.append(sheet))
+    monkeypatch.setattr("app.export.set_page.write_pdf", lambda path, sheet: kept.append(sheet))
     table.presenter.choose("left-rembrandt")
     for turn in (None, 33.0):
         if turn is not None:

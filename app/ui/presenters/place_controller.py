@@ -11,8 +11,7 @@ from app.core.base.errors import CoreError
 from app.core.painting.gallery import solve_user_styles
 from app.core.painting.library import list_user_styles
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import load_named_pack, load_transport_of, pack_names
-from app.export.result_sheet.words import head_words
+from app.core.solver.style_pack import head_words, load_named_pack, load_transport_of, pack_names
 from app.ui.presenters.event import Event
 from app.ui.presenters.input_sorting import sort_out
 from app.ui.presenters.model import Head, Step

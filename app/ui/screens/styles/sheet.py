@@ -55,7 +55,8 @@ def save_sheet(
     CoreError
         If a file is there that nobody agreed to replace, or it cannot be written.
     """
-    from app.export.set_sheet import assemble, write_pdf, write_png
+    from app.export.set_page import write_pdf, write_png
+    from app.export.set_sheet import assemble
 
     target = path if path.suffix.lower() in _ENDINGS else path.with_name(f"{path.name}.pdf")
     if target != path and target.exists():

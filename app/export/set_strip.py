@@ -9,22 +9,17 @@ import numpy as np
 
 from app.core.base.angles import wrap
 from app.core.localization.views import BACKGROUND_TALL_DEG, Lens, bearings, look
-from app.core.text.turns import direction_of, signed, whole
-from app.export.set_sheet import marks
-from app.export.set_sheet.plan import overlap
-from app.export.set_sheet.theme import AMBER_FILL, DIM, INK, ON_TAG, TAG
+from app.core.text.turns import direction_of, whole
+from app.export.canvas import text_width
+from app.export.set_plan import draw_lamp, overlap
+from app.export.theme import Print, draw_degrees, draw_tag
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from app.core.base.colour import FloatImage
-    from app.export.result_sheet.canvas import Box, Canvas, Point
-    from app.export.result_sheet.lettering import Anchor, Lettering
-    from app.export.result_sheet.theme import Colour
-    from app.export.set_sheet.data import SetSheet, SheetLamp
-
+    from app.export.canvas import Box, Canvas, Colour, Point
+    from app.export.set_sheet import SetSheet, SheetLamp
 
 WIDTH: Final = 706.0
 TOP_DEG: Final = 62.0
@@ -58,7 +53,7 @@ def background(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
     return view.astype(np.float32) / np.float32(255.0)
 
 
-def draw_strip(canvas: Canvas, place: Point, sheet: SetSheet, lettering: Lettering) -> None:
+def draw_strip(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
     """Draw the panorama and its scale of turns."""
     x, y = place
     box = (x, y, WIDTH, HEIGHT)
@@ -67,12 +62,12 @@ def draw_strip(canvas: Canvas, place: Point, sheet: SetSheet, lettering: Letteri
     turn = float(whole(sheet.turn_deg))
     moved = direction_of(turn) != "none"
     if moved:
-        _pole(canvas, (x + x_of(0.0), y), ON_TAG, dashed=True)
-    _pole(canvas, (x + x_of(turn), y), AMBER_FILL, dashed=False)
+        _pole(canvas, (x + x_of(0.0), y), Print.ON_TAG, dashed=True)
+    _pole(canvas, (x + x_of(turn), y), Print.AMBER_FILL, dashed=False)
     for lamp in sheet.shown:
-        marks.draw_lamp(canvas, _spot(place, lamp, sheet), lamp, lettering)
-    _draw_tags(canvas, place, sheet, lettering)
-    _draw_scale(canvas, (x, y + HEIGHT), lettering)
+        draw_lamp(canvas, _spot(place, lamp, sheet), lamp)
+    _draw_tags(canvas, place, sheet)
+    _draw_scale(canvas, (x, y + HEIGHT))
 
 
 def _spot(place: Point, lamp: SheetLamp, sheet: SetSheet) -> Point:
@@ -84,7 +79,7 @@ def _spot(place: Point, lamp: SheetLamp, sheet: SetSheet) -> Point:
     )
 
 
-def _draw_tags(canvas: Canvas, place: Point, sheet: SetSheet, lettering: Lettering) -> None:
+def _draw_tags(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
     """Name the marks, each in the row where it covers no lamp, no other tag and no frame."""
     x, y = place
     turn = float(whole(sheet.turn_deg))
@@ -101,12 +96,12 @@ def _draw_tags(canvas: Canvas, place: Point, sheet: SetSheet, lettering: Letteri
         left = middle[0] + around - frame[0]
         taken.append((left, middle[1] - frame[1], 2.0 * frame[0], 2.0 * frame[1]))
     for text, at_turn in words:
-        width = lettering.width(text, 12, 500) + 16.0
+        width = text_width(text, 12, 500) + 16.0
         left = min(max(x + x_of(at_turn) - width / 2.0, x + 6.0), x + WIDTH - 6.0 - width)
         boxes = [(left, y + row, width, 22.0) for row in _ROWS]
         best = min(boxes, key=lambda box: sum(overlap(box, other) for other in taken))
         taken.append(best)
-        marks.tag(canvas, (left, best[1]), text, lettering)
+        draw_tag(canvas, (left, best[1]), text)
 
 
 def _behind(sheet: SetSheet) -> float:
@@ -132,18 +127,10 @@ def _picture(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
 
 def _outline(turn_deg: float) -> NDArray[np.float64]:
     """(N, 2) edge of the background view: turns and elevations, deg; turns go on past 180."""
-    side = np.arange(0.0, 101.0, 5.0)
-    flat = np.zeros_like(side)
-    full = flat + 100.0
-    pixels = np.concatenate(
-        [
-            np.stack([side, flat], axis=1),
-            np.stack([full, side], axis=1)[1:],
-            np.stack([side[::-1], full], axis=1)[1:],
-            np.stack([flat, side[::-1]], axis=1)[1:],
-        ]
-    )
-    rays = bearings(_LENS, 0.0, 0.0, pixels)
+    side = np.arange(0.0, 100.0, 5.0)
+    none, full = 0.0 * side, 0.0 * side + 100.0
+    edges = ((side, none), (full, side), (100.0 - side, full), (none, 100.0 - side))
+    rays = bearings(_LENS, 0.0, 0.0, np.concatenate([np.stack(edge, axis=1) for edge in edges]))
     turns = np.degrees(np.arctan2(-rays[:, 0], rays[:, 2])) + wrap(turn_deg)
     return np.stack([turns, np.degrees(np.arcsin(rays[:, 1]))], axis=1)
 
@@ -152,59 +139,27 @@ def _draw_frame(canvas: Canvas, place: Point, edge: NDArray[np.float64]) -> None
     """Draw an edge once more on the other side where it goes past the strip's end."""
     x, y = place
     down = (TOP_DEG - edge[:, 1]) / (TOP_DEG - BOTTOM_DEG) * HEIGHT + y
-    for around in (-360.0, 0.0, 360.0):
-        across = (edge[:, 0] + around + 180.0) / _ACROSS
-        inside = (across >= 0.0) & (across <= WIDTH)
-        for run in _runs(inside):
-            points = [(x + float(across[k]), float(down[k])) for k in run]
-            if len(points) > 1:
-                canvas.stroke(points, TAG, 3.5)
-                _dashed(canvas, points)
-
-
-def _runs(inside: NDArray[np.bool_]) -> list[list[int]]:
-    """Unbroken runs of True, as lists of their places."""
-    runs: list[list[int]] = [[]]
-    for index, value in enumerate(inside):
-        if value:
-            runs[-1].append(index)
-        elif runs[-1]:
-            runs.append([])
-    return [run for run in runs if run]
-
-
-def _dashed(canvas: Canvas, points: Sequence[Point]) -> None:
-    path = np.asarray(points)
-    lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
-    fine = np.arange(0.0, lengths[-1], 1.0)
-    dense = [
-        (float(a), float(b))
-        for a, b in zip(
-            np.interp(fine, lengths, path[:, 0]), np.interp(fine, lengths, path[:, 1]), strict=True
-        )
-    ]
-    if len(dense) > 1:
-        canvas.dashes(dense, AMBER_FILL, 1.75, 6.0, 4.0)
+    with canvas.clipped((x, y, WIDTH, HEIGHT)):
+        for around in (-360.0, 0.0, 360.0):
+            across = (edge[:, 0] + around + 180.0) / _ACROSS + x
+            points = [(float(a), float(b)) for a, b in zip(across, down, strict=True)]
+            canvas.stroke(points, Print.TAG, 3.5, closed=True)
+            canvas.stroke(points, Print.AMBER_FILL, 1.75, closed=True, dashes=(6.0, 4.0))
 
 
 def _pole(canvas: Canvas, foot: Point, colour: Colour, *, dashed: bool) -> None:
     x, y = foot
-    canvas.stroke([(x, y + 2.0), (x, y + HEIGHT - 2.0)], TAG, 4.0, opacity=0.7)
-    if dashed:
-        line = [(x, y + 1.0 + step) for step in range(int(HEIGHT) - 1)]
-        canvas.dashes(line, colour, 1.75, 6.0, 5.0)
-    else:
-        canvas.stroke([(x, y + 1.0), (x, y + HEIGHT - 1.0)], colour, 2.0)
+    canvas.stroke([(x, y + 2.0), (x, y + HEIGHT - 2.0)], Print.TAG, 4.0, opacity=0.7)
+    dashes = (6.0, 5.0) if dashed else None
+    line = [(x, y + 1.0), (x, y + HEIGHT - 1.0)]
+    canvas.stroke(line, colour, 1.75 if dashed else 2.0, dashes=dashes)
 
 
-def _draw_scale(canvas: Canvas, place: Point, lettering: Lettering) -> None:
+def _draw_scale(canvas: Canvas, place: Point) -> None:
     x, y = place
     for degrees in range(-180, 181, 15):
         tick = min(max(x + (degrees + 180.0) / _ACROSS, x + 0.5), x + WIDTH - 0.5)
         long = degrees % 45 == 0
-        canvas.stroke([(tick, y + 4.0), (tick, y + (10.0 if long else 7.0))], DIM, 1.0)
+        canvas.stroke([(tick, y + 4.0), (tick, y + (10.0 if long else 7.0))], Print.DIM, 1.0)
         if long:
-            ends: dict[int, Anchor] = {-180: "left", 180: "right"}
-            anchor = ends.get(degrees, "middle")
-            text = "−180°" if degrees == -180 else signed(degrees)
-            lettering.draw(canvas, (tick, y + 23.0), text, 12, 400, INK, anchor)
+            draw_degrees(canvas, (tick, y + 23.0), degrees, Print.INK)

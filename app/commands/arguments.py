@@ -1,24 +1,97 @@
-"""What a command writes must not be what it reads: checked before any work is done."""
+"""What commands are asked with, in the same words, and checked before any work is done.
+
+What a command writes must not be what it reads.
+"""
 
 from __future__ import annotations
 
+import argparse
+import math
 import os
 import stat
 import unicodedata
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.base.files import check_target
 from app.core.solver.head_shape import shape_path
+from app.core.solver.reach import OBJECTIVES
 from app.core.solver.style_pack import pack_path
+from app.ui.display import DesktopError, check_display
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from app.core.hdr.masks import MaskSpec
 
+MOST_DEG: Final = 36000.0
+"""Largest angle that is taken: far beyond, a number has no degrees left in it."""
+
 _Key: TypeAlias = tuple[int, int, str]
+
+
+def add_questions(
+    parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace], int]
+) -> None:
+    """Add the panorama and what is asked of it: styles, head, objective and front."""
+    parser.add_argument("environment", metavar="ENV", help="panorama, OpenEXR or Radiance .hdr")
+    parser.add_argument(
+        "--style", metavar="NAME", nargs="+", action="extend", help="styles wanted (default: all)"
+    )
+    parser.add_argument(
+        "--head",
+        metavar="NAME",
+        default="generic",
+        help="head to light: a name, or a transport file from 'turnlight bake' "
+        "(default: %(default)s)",
+    )
+    parser.add_argument(
+        "--objective",
+        choices=OBJECTIVES,
+        default=OBJECTIVES[0],
+        help="what chooses the turn: the best matching picture, or the paper's quality C "
+        "(default: %(default)s)",
+    )
+    parser.add_argument(
+        "--front",
+        metavar="DEG",
+        type=degrees,
+        default=0.0,
+        help="azimuth in the panorama at which the photographer stands (default: 0)",
+    )
+    add_json(parser, run)
+
+
+def add_json(parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace], int]) -> None:
+    """Add ``--json``, and what the command does."""
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=run)
+
+
+def finite(text: str) -> float:
+    """Read a number that is one, as argparse calls it.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        If it is none, or not finite.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text} is not a finite number")
+    return value
+
+
+def degrees(text: str) -> float:
+    """Read an angle, as `finite`."""
+    value = finite(text)
+    if abs(value) > MOST_DEG:
+        raise argparse.ArgumentTypeError(f"{text} is not an angle in degrees")
+    return value
 
 
 def check_ending(path: Path, endings: Sequence[str], noun: str) -> None:
@@ -66,6 +139,20 @@ def check_outputs(
                 "Choose another name for one of them.",
             )
         written |= keys
+
+
+def check_drawing() -> None:
+    """Refuse a picture where Qt cannot draw: it needs libraries, though no display.
+
+    Raises
+    ------
+    DesktopError
+        Qt itself would end the process.
+    """
+    try:
+        check_display({"QT_QPA_PLATFORM": "offscreen"})
+    except DesktopError as error:
+        raise DesktopError(error.message, " ".join(error.hint.split())) from error
 
 
 def head_files(head: str) -> tuple[Path, ...]:

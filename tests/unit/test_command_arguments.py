@@ -1,8 +1,10 @@
-"""No command writes over what it reads, whatever the file is called there."""
+"""What commands refuse before any work: files they read as files to write, pictures without Qt."""
 
 from __future__ import annotations
 
+import ctypes
 import os
+import sys
 import unicodedata
 from pathlib import Path
 
@@ -10,7 +12,7 @@ import numpy as np
 import pytest
 
 from app.cli import main
-from app.commands.outputs import check_outputs
+from app.commands.arguments import check_outputs
 from app.core.base.errors import CoreError
 from tests.helpers.hostile_files import write_picture
 
@@ -116,3 +118,26 @@ def test_every_command_that_writes(
     assert main(words.split()) == 2
     assert "one of the files" in (said := capsys.readouterr().err) or "twice" in said
     assert {p: p.read_bytes() for p in tmp_path.rglob("*") if p.is_file()} == before
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="others bring all that Qt needs")
+@pytest.mark.parametrize(
+    "command",
+    ["solve {place} --sheet {folder}/sheet.png", "merge {place} -o {folder}/m.exr --preview p.png"],
+)
+def test_a_library_that_pictures_need_is_named(
+    source: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    command: str,
+) -> None:
+    def load(name: str) -> object:
+        raise OSError("libEGL.so.1: cannot open shared object file: No such file or directory")
+
+    monkeypatch.setattr(ctypes, "CDLL", load)
+    words = command.format(place=source, folder=source.parent)
+    assert main(words.split()) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "libEGL.so.1" in line
+    assert "sudo apt install libegl1" in line
+    assert sorted(path.name for path in source.parent.iterdir()) == ["place.exr"]

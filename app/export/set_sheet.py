@@ -1,10 +1,12 @@
-"""Putting a set sheet together from the results of a place."""
+"""What a set sheet shows, and putting it together from the results of a place."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.core.base.angles import difference
 from app.core.hdr.display import display_panorama
@@ -15,19 +17,101 @@ from app.core.portrait.ratio import lighting_ratio
 from app.core.solver.environment import reduce_radiance
 from app.core.solver.portraits import value_at
 from app.core.solver.transport import render, to_image
-from app.export.set_sheet.data import SetSheet, SheetLamp
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
     from app.core.base.colour import FloatImage
+    from app.core.portrait.glare import Flow, Glare
+    from app.core.portrait.ratio import LightingRatio
     from app.core.solver.solve import StyleResult
     from app.core.solver.transport import Transport
 
+Bytes: TypeAlias = NDArray[np.uint8]
+
+_LEAST_SHARE: Final = 0.03
+_MOST_LAMPS: Final = 4
 _WIDEST: Final = 4096
 _SUN_DEG: Final = 4.0
+
+
+@dataclass(frozen=True, slots=True)
+class SheetLamp:
+    """A light of the place, as marked on plan and panorama.
+
+    Attributes
+    ----------
+    azimuth_deg, elevation_deg : float
+        In the panorama's frame, deg.
+    share : float
+        Of all the light of the place, 0 to 1.
+    """
+
+    name: str
+    azimuth_deg: float
+    elevation_deg: float
+    share: float
+    sun: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SetSheet:
+    """One page: a style at a place.
+
+    Attributes
+    ----------
+    turn_deg : float
+        From where the photographer stands at the start, deg, positive clockwise seen from above.
+    arc_deg : tuple of float
+        Tolerance arc (from, to), clockwise, deg.
+    picture : NDArray[np.float32], (N, N, 3)
+        Linear Rec. 709 picture of the head here, on black.
+    coverage : NDArray[np.float32], (N, N)
+        Share of each pixel that the head covers.
+    panorama : NDArray[np.uint8], (H, 2 H, 3)
+        SRGB panorama as measured; 2,048 columns or more look sharp.
+    target : NDArray[np.float32], (N, N, 3), or None
+        Linear picture under the style's own lamps; None for a painted style.
+    painted : NDArray[np.uint8], (h, h, 3), or None
+        SRGB picture of what was painted, shown instead of a target.
+    front_deg : float
+        Panorama azimuth at which the photographer stands at the start, deg.
+    reason : str or None
+        Why the style is out of reach here; None where it is in reach.
+    ratio, glare, flow : optional
+        Of the picture and the light at this turn; None leaves the line out.
+    """
+
+    title: str
+    side: str
+    turn_deg: float
+    arc_deg: tuple[float, float]
+    match: float
+    strength: float
+    picture: FloatImage = field(repr=False)
+    coverage: FloatImage = field(repr=False)
+    panorama: Bytes = field(repr=False)
+    place: str
+    target: FloatImage | None = field(default=None, repr=False)
+    painted: Bytes | None = field(default=None, repr=False)
+    light: str = ""
+    front_deg: float = 0.0
+    lamps: tuple[SheetLamp, ...] = ()
+    reason: str | None = None
+    limit: float = 45.0
+    ratio: LightingRatio | None = None
+    glare: Glare | None = None
+    flow: Flow | None = None
+    made: str = ""
+    age: str = ""
+    head: str = ""
+    notes: str = ""
+
+    @property
+    def shown(self) -> tuple[SheetLamp, ...]:
+        """The lamps that are drawn: the sun, and up to four with a fair share of the light."""
+        fair = [lamp for lamp in self.lamps if lamp.sun or lamp.share >= _LEAST_SHARE]
+        return tuple(sorted(fair, key=lambda lamp: not lamp.sun)[:_MOST_LAMPS])
 
 
 def lamps_of(radiance: FloatImage, sun: tuple[float, float] | None = None) -> tuple[SheetLamp, ...]:
