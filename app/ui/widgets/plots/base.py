@@ -16,9 +16,10 @@ from app.ui.widgets.tags import draw_tag, tag_size
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Sequence
 
-    from PySide6.QtGui import QFont, QKeyEvent, QPaintEvent
+    from PySide6.QtGui import QFont, QKeyEvent, QPaintEvent, QResizeEvent
 
     from app.ui.widgets.plots.geometry import Point
+    from app.ui.widgets.plots.graphics import PanoramaPanel
 
 _STEPS: Final = {
     Qt.Key.Key_Right: 1.0,
@@ -152,6 +153,33 @@ class Plot(QWidget):
         self.setAccessibleName(name)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self._cache: dict[str, tuple[Hashable, QPixmap]] = {}
+        self._panel: PanoramaPanel | None = None
+
+    @property
+    def panel(self) -> PanoramaPanel:
+        """The panorama of a plot that shows one; made when it is first asked for."""
+        if self._panel is None:
+            # Not before it is needed: see there.
+            from app.ui.widgets.plots.graphics import PanoramaPanel
+
+            self._panel = PanoramaPanel(self, self.draw_over)
+            self._panel.setGeometry(self.panel_rect())
+            self._panel.lower()
+            self._panel.show()
+        return self._panel
+
+    def panel_rect(self) -> QRect:
+        """Where the panorama lies."""
+        return self.rect()
+
+    def draw_over(self, painter: QPainter, ratio: float) -> None:
+        """Paint what lies over the panorama, in its coordinates."""
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the panorama in its place."""
+        super().resizeEvent(event)
+        if self._panel is not None:
+            self._panel.setGeometry(self.panel_rect())
 
     def say(self, words: str) -> None:
         """Set what a screen reader says about the values."""

@@ -70,27 +70,30 @@ def label_step(pixels_per_degree: float, room: float) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Viewport:
-    """The part of a panorama that a window of 2:1 shows.
+    """The part of a panorama that a window shows: what a ViewBox is told to show.
+
+    A ViewBox of pyqtgraph knows neither wrapping nor poles.
 
     Attributes
     ----------
     width : float
-        Of the window, logical pixels; its height is half of it.
-    azimuth_deg : float
-        Azimuth in the middle, deg in (-180, 180].
-    elevation_deg : float
-        Elevation in the middle, deg.
+        Of the window, logical pixels.
+    azimuth_deg, elevation_deg : float
+        In the middle; azimuth in (-180, 180].
+    shape : float
+        Height of the window for its width.
     """
 
     width: float
     zoom: float = 1.0
     azimuth_deg: float = 0.0
     elevation_deg: float = 0.0
+    shape: float = 0.5
 
     @property
     def height(self) -> float:
         """Height of the window, logical pixels."""
-        return self.width / 2.0
+        return self.width * self.shape
 
     @property
     def scale(self) -> float:
@@ -124,7 +127,7 @@ class Viewport:
 
     def moved_to(self, azimuth_deg: float, elevation_deg: float) -> Viewport:
         """Look elsewhere; the window never reaches past the zenith or the nadir."""
-        limit = 90.0 - 90.0 / self.zoom
+        limit = max(90.0 - self.height / 2.0 / self.scale, 0.0)
         held = min(max(elevation_deg, -limit), limit)
         return replace(self, azimuth_deg=wrap(azimuth_deg), elevation_deg=held)
 

@@ -8,18 +8,22 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import QImage, QPainter, QPainterPath, QPen
+from PySide6.QtGui import QPainter, QPen
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import wrap
 from app.core.text.turns import turn_words
 from app.ui.theme import theme
+from app.ui.widgets.paint import box
 from app.ui.widgets.plots.base import TurnPlot, draw_label, label_area, snap
 from app.ui.widgets.plots.mapping import Viewport
+from app.ui.widgets.plots.scenery import draw_corners
 
 if TYPE_CHECKING:
-    from PySide6.QtGui import QMouseEvent
+    from PySide6.QtGui import QMouseEvent, QResizeEvent
     from PySide6.QtWidgets import QWidget
+
+    from app.ui.widgets.plots.graphics import PanoramaLayer
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
@@ -30,24 +34,11 @@ _GAMMA: Final = 0.8
 _DOTS: Final = (2.0, 2.0)
 
 
-def dimmed(picture: Bytes, columns: int) -> Bytes:
-    """Make a panorama grey and darker, and move its columns.
-
-    Parameters
-    ----------
-    picture : NDArray[np.uint8], (h, w, 3)
-        sRGB.
-    columns : int
-        How many columns everything moves to the left; what leaves comes in at the right.
-
-    Returns
-    -------
-    NDArray[np.uint8], (h, w)
-        Grey, sRGB bytes.
-    """
+def dimmed(picture: Bytes) -> Bytes:
+    """Make a panorama (h, w, 3) grey and darker: (h, w), sRGB bytes."""
     grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
     table = np.round(np.arange(256) * _SHADE).astype(np.uint8)
-    return np.roll(np.asarray(cv2.LUT(grey, table), np.uint8), -columns, axis=1)
+    return np.asarray(cv2.LUT(grey, table), np.uint8)
 
 
 def tinted(
@@ -76,34 +67,6 @@ def tinted(
     return np.asarray(chosen * opacity[..., np.newaxis] + 0.5, np.uint8)
 
 
-def enlarged(tint: Bytes, width: int, height: int) -> Bytes:
-    """Enlarge a panorama of texels smoothly; its left and right edge meet without a seam.
-
-    Parameters
-    ----------
-    tint : NDArray[np.uint8], (H, W, 4)
-        As from `tinted`.
-    width, height : int
-        Device pixels wanted.
-
-    Returns
-    -------
-    NDArray[np.uint8], (height, width, 4)
-        Bilinear between the middles of the texels.
-    """
-    rows, columns = tint.shape[:2]
-    wide = np.pad(tint, ((1, 1), (1, 1), (0, 0)), mode="wrap")
-    wide[0], wide[-1] = wide[1], wide[-2]
-    across, down = columns / width, rows / height
-    # Pixel i has its middle at (i + 0.5) texels; the padding moves everything by one.
-    matrix = np.array([[across, 0.0, 0.5 * across + 0.5], [0.0, down, 0.5 * down + 0.5]])
-    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    shown = cv2.warpAffine(
-        wide, matrix, (width, height), flags=flags, borderMode=cv2.BORDER_REPLICATE
-    )
-    return np.asarray(shown, np.uint8)
-
-
 class WeightPanorama(TurnPlot):
     """The panorama of a place with the weights of a style, turned as the sitter is.
 
@@ -129,8 +92,8 @@ class WeightPanorama(TurnPlot):
         self._words = (sitter, behind)
         self._picture: Bytes | None = None
         self._front = 0.0
+        self._weights: PanoramaLayer | None = None
         self._tint: Bytes | None = None
-        self._version = [0, 0]
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.describe()
 
@@ -151,7 +114,16 @@ class WeightPanorama(TurnPlot):
         if picture is self._picture and front_deg == self._front:
             return
         self._picture, self._front = picture, front_deg
-        self._version[0] += 1
+        if picture is not None and self._weights is None:
+            self._place = self.panel.add_layer()
+            self._weights = self.panel.add_layer()
+            self._weights.set_pixels(self._tint)
+            self._weights.setX(self.needle)
+            self.panel.look(self.view)
+        if self._weights is not None:
+            self._place.set_pixels(None if picture is None else dimmed(picture))
+            self._place.setX(-wrap(front_deg))
+            self.panel.setVisible(picture is not None)
         self.update()
 
     def set_target(self, target: NDArray[np.floating[Any]] | None) -> None:
@@ -165,8 +137,15 @@ class WeightPanorama(TurnPlot):
         c = theme().c
         plus, minus = ((each.red(), each.green(), each.blue()) for each in (c.plus, c.minus))
         self._tint = None if target is None else tinted(target, plus, minus)
-        self._version[1] += 1
+        if self._weights is not None:
+            self._weights.set_pixels(self._tint)
         self.update()
+
+    def set_needle(self, turn_deg: float) -> None:
+        """Turn the sitter and their weights, without a signal."""
+        super().set_needle(turn_deg)
+        if self._weights is not None:
+            self._weights.setX(self.needle)
 
     def set_turn(self, turn_deg: float, best_deg: float | None = None) -> None:
         """Turn the sitter, without a signal.
@@ -195,52 +174,21 @@ class WeightPanorama(TurnPlot):
         """The whole panorama, its middle at turn 0."""
         return Viewport(float(self.width()))
 
-    def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint the panorama, the weights at their turn, and the two lines."""
-        base = self.kept("base", self._version[0], self.size(), ratio, self._draw_base)
-        painter.drawPixmap(0, 0, base)
-        clip = QPainterPath()
-        clip.addRoundedRect(QRectF(self.rect()), theme().px(_RADIUS), theme().px(_RADIUS))
-        painter.setClipPath(clip)
-        if self._tint is not None and self._picture is not None:
-            self._draw_weights(painter, ratio)
-        if self._picture is not None:
-            self._draw_lines(painter, ratio)
-        painter.setClipping(False)
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Show the whole panorama at every size."""
+        super().resizeEvent(event)
+        if self._weights is not None:
+            self.panel.look(self.view)
 
-    def _draw_base(self, painter: QPainter) -> None:
-        t, area = theme(), QRectF(self.rect())
-        shape = QPainterPath()
-        shape.addRoundedRect(area, t.px(_RADIUS), t.px(_RADIUS))
-        painter.fillPath(shape, t.c.well)
+    def draw(self, painter: QPainter, _ratio: float) -> None:
+        """Paint the well while there is no place."""
         if self._picture is None:
-            return
-        pixels = painter.device()
-        size = (max(pixels.width(), 1), max(pixels.height(), 1))
-        small = np.asarray(cv2.resize(self._picture, size, interpolation=cv2.INTER_AREA), np.uint8)
-        grey = np.ascontiguousarray(dimmed(small, round(self._front * size[0] / 360.0)))
-        image = QImage(grey.data, *size, size[0], QImage.Format.Format_Grayscale8)
-        painter.setClipPath(shape)
-        painter.drawImage(area, image)
+            box(painter, self.rect(), theme().px(_RADIUS), theme().c.well)
 
-    def _draw_weights(self, painter: QPainter, ratio: float) -> None:
-        """Lay the enlarged weights over the panorama, wrapped around its edge."""
-        pixmap = self.kept("tint", self._version[1], self.size(), ratio, self._draw_tint)
-        offset = round(self._needle * self.width() / 360.0 * ratio) / ratio
-        left = offset % self.width()
-        painter.drawPixmap(QPointF(left, 0.0), pixmap)
-        if left > 0.0:
-            painter.drawPixmap(QPointF(left - self.width(), 0.0), pixmap)
-
-    def _draw_tint(self, painter: QPainter) -> None:
-        pixels = painter.device()
-        if self._tint is None:
-            return
-        shown = enlarged(self._tint, pixels.width(), pixels.height())
-        kind = QImage.Format.Format_ARGB32_Premultiplied
-        image = QImage(shown.data, pixels.width(), pixels.height(), shown.strides[0], kind)
-        painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_Source)
-        painter.drawImage(QRectF(self.rect()), image)
+    def draw_over(self, painter: QPainter, ratio: float) -> None:
+        """Paint the two lines."""
+        self._draw_lines(painter, ratio)
+        draw_corners(painter, self.size(), theme().c.panel)
 
     def _draw_lines(self, painter: QPainter, ratio: float) -> None:
         sitter, behind = self._words

@@ -1,28 +1,22 @@
-"""What a panorama view paints: the picture in pieces, the marks over it, the scale underneath."""
+"""The marks over a panorama and the scale underneath: crisp lines and tags, painted by hand."""
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QPointF, QRect, QRectF, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPainterPath, QPen, QPixmap
+from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen
 
 from app.core.base.angles import difference
 from app.core.text.turns import signed
 from app.ui.theme import theme
 from app.ui.widgets.plots.base import draw_text, outlined_line, polygon, snap
 from app.ui.widgets.plots.mapping import label_step
-from app.ui.widgets.plots.tiles import cut, hatch
 
 if TYPE_CHECKING:
     from app.ui.widgets.plots.mapping import Viewport
-    from app.ui.widgets.plots.tiles import Layers
 
-_TILE: Final = 256
-_MOST: Final = 160  # tiles kept: 40 MB, twice a large window at 2x
-_HATCH: Final = 8.0
 _RADIUS: Final = 6
 _LABEL_ROOM: Final = 72
 
@@ -60,100 +54,8 @@ class Marks:
     grid: bool
 
 
-class TileStore:
-    """Pieces of the panorama at the present zoom, made when they come into the window."""
-
-    def __init__(self) -> None:
-        self._kept: OrderedDict[tuple[int, int], QPixmap] = OrderedDict()
-        self._key: tuple[object, ...] = ()
-        self._layers: Layers | None = None
-
-    def draw(
-        self,
-        painter: QPainter,
-        ratio: float,
-        area: QRect,
-        view: Viewport,
-        layers: Layers,
-        *,
-        hatched: bool,
-    ) -> None:
-        """Paint the part of the panorama that is in the window.
-
-        Parameters
-        ----------
-        painter : QPainter
-            In logical pixels.
-        ratio : float
-            Device pixels per logical one.
-        """
-        width = max(round(area.width() * view.zoom * ratio / 2.0) * 2, 2)
-        whole = (width, width // 2)
-        key = (whole, hatched, ratio)
-        if key != self._key or layers is not self._layers:
-            self._kept.clear()
-            self._key, self._layers = key, layers
-        seen = (round(area.width() * ratio), round(area.height() * ratio))
-        left = round((view.azimuth_deg / 360.0 + 0.5) * whole[0] - seen[0] / 2.0)
-        top = round((0.5 - view.elevation_deg / 180.0) * whole[1] - seen[1] / 2.0)
-        top = min(max(top, 0), max(whole[1] - seen[1], 0))
-        painter.save()
-        painter.setClipRect(area)
-        x = left
-        while x < left + seen[0]:
-            column = (x % whole[0]) // _TILE
-            start = x - (x % whole[0] - column * _TILE)
-            for row in range(top // _TILE, (min(top + seen[1], whole[1]) - 1) // _TILE + 1):
-                tile = self._tile((column, row), whole, layers, ratio, hatched=hatched)
-                place = QPointF(
-                    area.left() + (start - left) / ratio,
-                    area.top() + (row * _TILE - top) / ratio,
-                )
-                painter.drawPixmap(place, tile)
-            x = start + min(_TILE, whole[0] - column * _TILE)
-        painter.restore()
-
-    def _tile(
-        self,
-        index: tuple[int, int],
-        whole: tuple[int, int],
-        layers: Layers,
-        ratio: float,
-        *,
-        hatched: bool,
-    ) -> QPixmap:
-        known = self._kept.get(index)
-        if known is not None:
-            self._kept.move_to_end(index)
-            return known
-        x, y = index[0] * _TILE, index[1] * _TILE
-        place = (x, y, min(_TILE, whole[0] - x), min(_TILE, whole[1] - y))
-        piece = cut(layers, whole, place)
-        if hatched:
-            hatch(piece, layers, whole, place, _HATCH * ratio)
-        kind = QImage.Format.Format_RGB888
-        image = QImage(piece.data, place[2], place[3], piece.strides[0], kind)
-        pixmap = QPixmap.fromImage(image)
-        pixmap.setDevicePixelRatio(ratio)
-        self._kept[index] = pixmap
-        while len(self._kept) > _MOST:
-            self._kept.popitem(last=False)
-        return pixmap
-
-
-def draw_marks(painter: QPainter, ratio: float, area: QRect, view: Viewport, marks: Marks) -> None:
-    """Paint grid, lamps and the marker's line.
-
-    Parameters
-    ----------
-    painter : QPainter
-        Antialiased, in logical pixels.
-    ratio : float
-        Device pixels per logical one.
-    """
-    painter.save()
-    painter.setClipRect(area)
-    painter.translate(area.topLeft())
+def draw_marks(painter: QPainter, ratio: float, view: Viewport, marks: Marks) -> None:
+    """Paint grid, lamps and the marker's line; antialiased, in the panorama's coordinates."""
     if marks.grid:
         _draw_grid(painter, ratio, view, marks.front_deg)
     for lamp in marks.lamps:
@@ -164,8 +66,6 @@ def draw_marks(painter: QPainter, ratio: float, area: QRect, view: Viewport, mar
             x = snap(place, ratio, 2.0)
             ends = ((x, 0.0), (x, view.height))
             outlined_line(painter, *ends, t.c.amberfill, t.c.tag, 2.0)
-    painter.restore()
-    _draw_corners(painter, area)
 
 
 def _draw_grid(painter: QPainter, ratio: float, view: Viewport, front_deg: float) -> None:
@@ -203,13 +103,13 @@ def _draw_lamp(painter: QPainter, view: Viewport, lamp: SceneLamp) -> None:
         draw_text(painter, middle, lamp.letter, t.font(14, 700), t.c.ontag)
 
 
-def _draw_corners(painter: QPainter, area: QRect) -> None:
-    """Round the picture's corners: cheaper than to clip every piece."""
-    t, outer = theme(), QRectF(area)
+def draw_corners(painter: QPainter, size: QSize, ground: QColor) -> None:
+    """Round the corners of a panorama that lies on some ground: cheaper than to clip it."""
+    t, outer = theme(), QRectF(QPointF(), size)
     path = QPainterPath()
     path.addRect(outer)
     path.addRoundedRect(outer, t.px(_RADIUS), t.px(_RADIUS))
-    painter.fillPath(path, t.c.bg)
+    painter.fillPath(path, ground)
 
 
 def draw_scale(painter: QPainter, ratio: float, area: QRect, view: Viewport, marks: Marks) -> None:
