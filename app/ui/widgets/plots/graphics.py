@@ -20,7 +20,7 @@ from PySide6.QtGui import (
     QPolygonF,
     QTransform,
 )
-from PySide6.QtWidgets import QGraphicsPathItem
+from PySide6.QtWidgets import QGraphicsItem
 
 from app.ui.widgets.plots.base import device_ratio
 
@@ -156,8 +156,13 @@ def _image_around(pixels: Bytes) -> QImage:
     return image.convertToFormat(formats.Format_RGB32)
 
 
-class Hatching(QGraphicsPathItem):
+class Hatching(QGraphicsItem):
     """Black and white lines with a black edge over what is clipped, equally wide at every zoom."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._outlines: list[tuple[QRectF, QPainterPath]] = []
+        self.setFlag(self.GraphicsItemFlag.ItemUsesExtendedStyleOption)
 
     def set_clipped(self, clipped: NDArray[Any] | None) -> None:
         """Hatch something else.
@@ -167,27 +172,34 @@ class Hatching(QGraphicsPathItem):
         clipped : (h, w) bool or float, or None
             True, or the clipped share of each texel, 0 to 1; any size.
         """
-        self.setPath(QPainterPath() if clipped is None else outline(clipped))
+        self._outlines = [] if clipped is None else _outlines(clipped)
+        self.update()
+
+    def boundingRect(self) -> QRectF:
+        """Return the panorama and half a turn more on both sides."""
+        return QRectF(-360.0, -90.0, 720.0, 180.0)
 
     def paint(
-        self, painter: QPainter, _option: QStyleOptionGraphicsItem, _widget: QWidget | None = None
+        self, painter: QPainter, option: QStyleOptionGraphicsItem, _widget: QWidget | None = None
     ) -> None:
         """Paint edge and lines; what is thinner than a pixel still gets lines."""
-        path = self.path()
+        path = QPainterPath()
+        for area, outline in self._outlines:
+            if area.intersects(option.exposedRect):
+                path.addPath(outline)
         if path.isEmpty():
             return
         transform = painter.deviceTransform()
         ratio = self._ratio(painter)
         lines = QBrush(_tile(max(round(_PERIOD * ratio), 4)))
         lines.setTransform(QTransform.fromScale(1.0 / transform.m11(), 1.0 / transform.m22()))
-        # Strokes with soft edges would take ten times as long.
+        # Soft edges would take ten times as long.
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, False)
         for brush, width in ((QBrush(_INK), 3.0), (lines, 1.0)):
             pen = QPen(brush, width * ratio, j=Qt.PenJoinStyle.BevelJoin)
             pen.setCosmetic(True)
             painter.strokePath(path, pen)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.fillPath(path, lines)
 
     def _ratio(self, painter: QPainter) -> float:
@@ -195,26 +207,33 @@ class Hatching(QGraphicsPathItem):
         return painter.deviceTransform().m11() / max(self.sceneTransform().m11(), 1e-9)
 
 
-def outline(clipped: NDArray[Any]) -> QPainterPath:
-    """Outline what is clipped, in degrees, with half a turn more on both sides."""
+def _outlines(clipped: NDArray[Any]) -> list[tuple[QRectF, QPainterPath]]:
+    """Outline what is clipped, in degrees, with half a turn more on both sides.
+
+    Returns
+    -------
+    list of (QRectF, QPainterPath)
+        Each piece with its holes, and around it what its edge may cover.
+    """
     mask = np.asarray(np.asarray(clipped, np.float32) > _CLIPPED, np.uint8)
-    path = QPainterPath()
-    path.setFillRule(Qt.FillRule.OddEvenFill)
     if not mask.any():
-        return path
+        return []
+    mask = _joined(mask)
     rows, columns = mask.shape
     half = columns // 2
-    mask = _joined(mask)
     around = np.concatenate([mask[:, -half:], mask, mask[:, :half]], axis=1)
     # Contours lead through the middles of pixels: of fourths of a texel, so that none is empty.
-    large = np.repeat(np.repeat(around, 2, axis=0), 2, axis=1)
-    contours, _ = cv2.findContours(large, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_TC89_L1)
-    unit = 180.0 / columns, 90.0 / rows
-    for contour in contours:
-        points = (contour[:, 0] + 0.5) * unit - (180.0 + half * 360.0 / columns, 90.0)
-        path.addPolygon(QPolygonF([QPointF(*point) for point in points.tolist()]))
+    large = cv2.resize(around, None, fx=2, fy=2, interpolation=cv2.INTER_NEAREST)
+    contours, tree = cv2.findContours(large, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_TC89_L1)
+    unit, corner = (180.0 / columns, 90.0 / rows), (180.0 + half * 360.0 / columns, 90.0)
+    found: dict[int, QPainterPath] = {}
+    for index, contour in enumerate(contours):
+        parent = int(tree[0, index, 3])
+        path = found.setdefault(index if parent < 0 else parent, QPainterPath())
+        points = ((contour[:, 0] + 0.5) * unit - corner).tolist()
+        path.addPolygon(QPolygonF([QPointF(*point) for point in points]))
         path.closeSubpath()
-    return path
+    return [(path.boundingRect().adjusted(-1, -1, 1, 1), path) for path in found.values()]
 
 
 def _joined(mask: Bytes) -> Bytes:
