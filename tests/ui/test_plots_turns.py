@@ -15,8 +15,8 @@ from pytestqt.qtbot import QtBot
 from app.core.base.angles import difference
 from app.ui.theme import set_theme, theme
 from app.ui.widgets.plots.geometry import at_turn
-from app.ui.widgets.plots.overlay import WeightPanorama, dimmed, tinted
 from app.ui.widgets.plots.polar import PolarPlot
+from app.ui.widgets.plots.weights import WeightPanorama, dimmed, tinted
 
 ORANGE, BLUE = (255, 140, 30), (40, 140, 255)
 LEFT = Qt.MouseButton.LeftButton

@@ -10,11 +10,10 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from app.ui.theme import theme
 from app.ui.theme.icons import icon_pixmap
+from app.ui.widgets.accessibility import describe
 from app.ui.widgets.buttons import Button
-from app.ui.widgets.keys import KeyHint
-from app.ui.widgets.labels import Text
-from app.ui.widgets.progress import Bar
-from app.ui.widgets.tips import describe
+from app.ui.widgets.displays import Bar
+from app.ui.widgets.labels import KeyHint, Text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -10,8 +10,8 @@ from PySide6.QtWidgets import QWidget
 
 from app.core.base.angles import wrap
 from app.ui.theme import theme
+from app.ui.widgets.paint import draw_tag, tag_size
 from app.ui.widgets.plots.geometry import smooth
-from app.ui.widgets.tags import draw_tag, tag_size
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Sequence

@@ -22,14 +22,14 @@ from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import box
 from app.ui.widgets.plots.base import closed_path, draw_text, snap
-from app.ui.widgets.plots.lamp_plot import HIGHEST_DEG, LampPlot, draw_best, draw_lamp
+from app.ui.widgets.plots.lamps import HIGHEST_DEG, LampPlot, draw_best, draw_lamp
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QFont
     from PySide6.QtWidgets import QWidget
 
     from app.ui.widgets.plots.geometry import Point
-    from app.ui.widgets.plots.lamp_plot import Heads
+    from app.ui.widgets.plots.lamps import Heads
 
 _DOT: Final = 24
 _RING_SHARE: Final = 0.445  # of the width: room for the dot beside the ring

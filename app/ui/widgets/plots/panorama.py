@@ -14,9 +14,9 @@ from app.core.base.angles import difference, wrap
 from app.core.text.turns import turn_words
 from app.ui.theme import theme
 from app.ui.widgets.plots.base import Plot
-from app.ui.widgets.plots.grip import MarkerGrip
 from app.ui.widgets.plots.mapping import Viewport
-from app.ui.widgets.plots.scenery import (
+from app.ui.widgets.plots.marks import (
+    MarkerGrip,
     Marks,
     SceneLamp,
     draw_corners,
