@@ -90,13 +90,7 @@ class JobLineBar(QWidget):
         describe(self._bell, name, tip=name)
 
     def show_hints(self, hints: Sequence[tuple[str, str]]) -> None:
-        """Show the screen's shortcuts.
-
-        Parameters
-        ----------
-        hints : sequence of (str, str)
-            Keys and what they do; at most four are shown.
-        """
+        """Show the screen's shortcuts: keys and what they do, at most four."""
         while (item := self._hint_row.takeAt(0)) is not None:
             if (widget := item.widget()) is not None:
                 widget.setParent(None)

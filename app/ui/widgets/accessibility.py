@@ -59,13 +59,7 @@ class Roving(QObject):
         self._members: list[QWidget] = []
 
     def set_members(self, members: Sequence[QWidget]) -> None:
-        """Take the widgets of the group.
-
-        Parameters
-        ----------
-        members : sequence of QWidget
-            In reading order; the one that was the stop stays it.
-        """
+        """Take the widgets of the group in reading order; the one that was the stop stays it."""
         stop = self.stop
         for old in self._members:
             if shiboken6.isValid(old):
@@ -84,13 +78,7 @@ class Roving(QObject):
         return next((m for m in living if m.focusPolicy() & tabbed), None)
 
     def set_stop(self, stop: QWidget | None) -> None:
-        """Choose the widget that Tab comes to.
-
-        Parameters
-        ----------
-        stop : QWidget or None
-            One of the members; None leaves it as it is.
-        """
+        """Choose the member that Tab comes to; None leaves it as it is."""
         if stop is None:
             return
         for member in self._members:

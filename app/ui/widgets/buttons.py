@@ -50,13 +50,7 @@ _ARROWS: Final = frozenset({Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Up, Qt
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Colours of a control in one state; None means nothing is painted.
-
-    Attributes
-    ----------
-    width : int
-        Width of the edge, logical pixels.
-    """
+    """Colours of a control in one state, and the width of its edge; None paints nothing."""
 
     fill: QColor | None
     edge: QColor | None
@@ -157,13 +151,7 @@ class Button(Pressable):
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
 
     def set_text(self, text: str, icon: str | None = None) -> None:
-        """Change the words, and the icon before them.
-
-        Parameters
-        ----------
-        icon : str, optional
-            New icon; None keeps the old one.
-        """
+        """Change the words, and the icon before them; None keeps the icon."""
         if text != self.text() or icon not in (None, self._icon):
             self._icon = self._icon if icon is None else icon
             self.setText(text)
@@ -172,13 +160,7 @@ class Button(Pressable):
             self.update()
 
     def set_busy(self, label: str | None) -> None:
-        """Show that what it started is under way; until then it cannot be pressed.
-
-        Parameters
-        ----------
-        label : str or None
-            Words beside the ring, such as "Saving…"; None when it is over. The size stays.
-        """
+        """Show "Saving…" and a ring at the same size, and take no press, until it is None again."""
         if label is not None and self._busy is None:
             self._kept = self.size() if self.isVisible() else self.sizeHint()
         self._busy = label

@@ -31,15 +31,10 @@ _FAST: Final = 10
 
 
 class LabelledSlider(QSlider):
-    """A slider; its label and value stand above the rail, or before and after it.
+    """A slider; its label and value in words stand above the rail, or before and after it.
 
     Wheel and arrows step, Page Up and Page Down step ten times as far, Home and End go to the
     ends, a double click goes back to the default.
-
-    Parameters
-    ----------
-    words : callable
-        Gives the printed value, for example ``lambda v: f"{v:.0f} px"``.
 
     Raises
     ------
@@ -306,13 +301,8 @@ class _Part(Pressable):
 class Segmented(QWidget):
     """A choice of one among a few, one stop for Tab; arrows move inside it.
 
-    Parameters
-    ----------
-    items : sequence of (key, text) or (key, text, second line)
-        The parts, from left to right; the first one is chosen.
-    equal : bool, optional
-        Whether all parts are equally wide and fill the width there is; otherwise each is as
-        wide as its words.
+    The first of the items, (key, text) or (key, text, second line), is chosen. With `equal` all
+    parts are equally wide and fill the width there is.
     """
 
     chosen = Signal(str)
@@ -344,26 +334,14 @@ class Segmented(QWidget):
         return next(key for key, part in self._parts.items() if part.isChecked())
 
     def choose(self, key: str) -> None:
-        """Choose a part without telling anybody.
-
-        Raises
-        ------
-        KeyError
-            When there is no such part.
-        """
+        """Choose a part without a signal; KeyError when there is none."""
         self._parts[key].setChecked(True)
         for other, part in self._parts.items():
             alone = other == key
             part.setFocusPolicy(Qt.FocusPolicy.StrongFocus if alone else Qt.FocusPolicy.ClickFocus)
 
     def set_text(self, key: str, text: str, second: str | None = None) -> None:
-        """Change the words of a part.
-
-        Parameters
-        ----------
-        second : str, optional
-            New second line; None keeps the old one.
-        """
+        """Change the words of a part; None keeps its second line."""
         part = self._parts[key]
         words = part.second if second is None else second
         if (part.text(), part.second) != (text, words):

@@ -73,13 +73,9 @@ class _Panel(QWidget):
 class Sheet(QWidget):
     """A panel with title and close button over a darkened window.
 
-    It opens only because the user asked for it. Esc and a click beside it close it; Tab stays
-    inside; closing gives the keyboard back to whoever had it.
-
-    Parameters
-    ----------
-    side : {"centre", "right", "top"}, optional
-        In the middle, a column at the right edge, or in the middle near the top.
+    It opens only because the user asked for it: in the middle, near the top, or as a column at
+    the right edge. Esc and a click beside it close it; Tab stays inside; closing gives the
+    keyboard back.
     """
 
     closed = Signal()

@@ -32,13 +32,7 @@ _SPAN_DEG: Final = 100
 
 
 def draw_ring(painter: QPainter, rect: QRect | QRectF, colour: QColor, phase_deg: float) -> None:
-    """Paint the ring of something busy.
-
-    Parameters
-    ----------
-    phase_deg : float
-        Where the moving part starts, clockwise from the top.
-    """
+    """Paint the ring of something busy; its moving part starts clockwise from the top."""
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setBrush(Qt.BrushStyle.NoBrush)
@@ -121,13 +115,7 @@ class Bar(QProgressBar):
         self._beat = Beat(self)
 
     def set(self, fraction: float | None) -> None:
-        """Show how much is done.
-
-        Parameters
-        ----------
-        fraction : float or None
-            0 to 1; None when nobody knows, which shows a part that moves along.
-        """
+        """Show how much is done, 0 to 1; None shows a part that moves along."""
         self._unknown = fraction is None
         self._beat.run(self._unknown and self.isVisible())
         # Qt would paint it at once, and all else in the window that waits to be painted.
@@ -184,15 +172,7 @@ def draw_meter(
     before: float | None = None,
     fill: QColor | None = None,
 ) -> None:
-    """Paint a meter into the middle of a rectangle.
-
-    Parameters
-    ----------
-    value : float
-        0 to 100.
-    limit : float or None, optional
-        Where the tick stands; None for no tick.
-    """
+    """Paint a meter of 0 to 100 into the middle of a rectangle; a limit of None has no tick."""
     t = theme()
     ink = fill or t.c.text
     area, high = QRectF(rect), float(t.px(_RAIL))
@@ -231,15 +211,7 @@ class Meter(QWidget):
         self._describe()
 
     def set(self, value: float, limit: float | None = 45, before: float | None = None) -> None:
-        """Show a value.
-
-        Parameters
-        ----------
-        value : float
-            0 to 100.
-        limit : float or None, optional
-            Where the tick stands; None for no tick.
-        """
+        """Show a value of 0 to 100; a limit of None has no tick."""
         if (value, limit, before) != self._shown:
             self._shown = (value, limit, before)
             self._describe()
@@ -270,12 +242,7 @@ _TAG_INSET: Final = 8
 
 
 def to_image(picture: NDArray[np.uint8]) -> QImage:
-    """Copy an array into an image that Qt can paint.
-
-    Parameters
-    ----------
-    picture : ndarray, (h, w, 3) uint8
-        sRGB, row 0 on top.
+    """Copy an sRGB array, (h, w, 3) uint8 with row 0 on top, into an image that Qt can paint.
 
     Raises
     ------
@@ -304,12 +271,7 @@ class Picture(QWidget):
         self._tags: dict[Corner, str] = {}
 
     def set_picture(self, picture: NDArray[np.uint8] | None) -> None:
-        """Show a picture.
-
-        Parameters
-        ----------
-        picture : ndarray, (h, w, 3) uint8, or None
-            sRGB; None leaves the well empty. The array must not be changed afterwards.
+        """Show an sRGB array, (h, w, 3) uint8, not to be changed later; None leaves the well empty.
 
         Raises
         ------

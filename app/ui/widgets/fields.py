@@ -312,12 +312,8 @@ class _Box(Pressable):
 class ListField(_Labelled):
     """A field that shows what is chosen and drops a list.
 
-    Arrows step without opening it; Space, Enter and Alt Down open it.
-
-    Parameters
-    ----------
-    items : sequence of (key, text, second line) or Entry
-        What can be chosen; the first one is. A second line makes the field 56 high.
+    Arrows step without opening it; Space, Enter and Alt Down open it. Items are (key, text) with
+    a second line and an icon if wanted; a second line makes the field 56 high.
     """
 
     chosen = Signal(str)
@@ -354,13 +350,7 @@ class ListField(_Labelled):
         return self._box
 
     def set_items(self, items: Sequence[tuple[str, ...]]) -> None:
-        """Change what can be chosen; the choice stays where its key is still there.
-
-        Parameters
-        ----------
-        items : sequence of (key, text, second line) or Entry
-            What can be chosen.
-        """
+        """Change what can be chosen; the choice stays where its key is still there."""
         entries = [Entry(*item) for item in items]
         if entries == self._entries:
             return
@@ -370,13 +360,7 @@ class ListField(_Labelled):
         self._show(entries[keys.index(self.key) if self.key in keys else 0] if keys else None)
 
     def choose(self, key: str) -> None:
-        """Choose without telling anybody.
-
-        Raises
-        ------
-        KeyError
-            When there is no such entry.
-        """
+        """Choose without a signal; KeyError when there is no such entry."""
         for entry in self._entries:
             if entry.key == key:
                 self._show(entry)

@@ -48,13 +48,7 @@ class KeyHint(QWidget):
         self.setAccessibleName(f"{self._keys}: {self._words}")
 
     def align(self, column: int) -> None:
-        """Begin the words where those of the hints above and below begin.
-
-        Parameters
-        ----------
-        column : int
-            Width kept for the key, logical pixels.
-        """
+        """Begin the words where those of the hints above and below begin."""
         self._column = column
         self.updateGeometry()
         self.update()
@@ -95,13 +89,7 @@ class Icon(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def set(self, name: str, role: Role | None = None) -> None:
-        """Change the icon, and its colour.
-
-        Parameters
-        ----------
-        role : str, optional
-            Token of its colour; None keeps the old one.
-        """
+        """Change the icon, and its colour; None keeps the colour."""
         if (name, role or self._role) != (self._name, self._role):
             self._name, self._role = name, role or self._role
             self.update()
@@ -157,15 +145,10 @@ _FLUSH_FROM: Final = 28  # type size from which the first figure's own margin is
 
 
 class Text(QLabel):
-    """A text of one or several lines.
+    """A text of one or several lines, in the colour of a token.
 
-    Parameters
-    ----------
-    role : str, optional
-        "text", "dim", "amber", "ok" or "err".
-    elide : bool, optional
-        Whether it may become narrower than it needs and then ends in "…", with the whole text
-        as tool tip.
+    With `elide` it may become narrower than it needs: it then ends in "…", with the whole text as
+    tool tip.
     """
 
     def __init__(
@@ -205,13 +188,7 @@ class Text(QLabel):
             self.updateGeometry()
 
     def set_role(self, role: Role) -> None:
-        """Change the token it takes its colour from.
-
-        Parameters
-        ----------
-        role : str
-            "text", "dim", "amber", "ok" or "err".
-        """
+        """Change the token it takes its colour from."""
         if role != self._role:
             self._role = role
             self.update()

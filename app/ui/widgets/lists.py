@@ -48,13 +48,7 @@ _LETTER: Final = 24
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column of a table.
-
-    Attributes
-    ----------
-    title : str
-        Printed in the head; also names the cell when a row is read out.
-    """
+    """A column of a table; its title stands in the head, and names the cell when a row is read."""
 
     title: str
     width: int = 0
@@ -71,18 +65,7 @@ class Cell:
 
 
 def places(columns: Sequence[Column], width: int) -> list[tuple[int, int]]:
-    """Give left edge and width of each column.
-
-    Parameters
-    ----------
-    width : int
-        Width of the table, logical pixels.
-
-    Returns
-    -------
-    list of tuple of int
-        (left, width) in logical pixels at the theme's scale.
-    """
+    """Give left edge and width of each column of a table so wide, logical pixels."""
     t = theme()
     fixed = sum(t.px(column.width) for column in columns)
     free = sum(1 for column in columns if not column.width)
@@ -145,13 +128,7 @@ class TableRow(Pressable):
         self.set(cells)
 
     def set(self, cells: Sequence[Cell]) -> None:
-        """Change what it says.
-
-        Parameters
-        ----------
-        cells : sequence of Cell
-            As many as there are columns.
-        """
+        """Change what it says: as many cells as there are columns."""
         if tuple(cells) == self._cells:
             return
         self._cells = tuple(cells)
@@ -303,13 +280,7 @@ class ListPopup(QFrame):
         self._list.installEventFilter(self)
 
     def drop(self, under: QWidget, entries: Sequence[Entry], chosen: str, width: int = 0) -> None:
-        """Open under a widget, or above it where there is no room.
-
-        Parameters
-        ----------
-        width : int, optional
-            Least width in logical pixels.
-        """
+        """Open under a widget, or above it where there is no room; at least so wide."""
         t = theme()
         height = t.px(56 if any(entry.second for entry in entries) else 40)
         rows = _Rows(self._list, height)

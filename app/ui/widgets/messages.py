@@ -89,24 +89,12 @@ class Banner(Frame):
         self._buttons.setContentsMargins(0, theme().px(8) if actions else 0, 0, 0)
 
     def button(self, number: int = 0) -> Button:
-        """Give one of its buttons, for example to show that it is busy.
-
-        Raises
-        ------
-        IndexError
-            When there are not so many.
-        """
+        """Give one of its buttons, for example to show that it is busy."""
         return _buttons_in(self._buttons)[number]
 
 
 class Empty(QWidget):
-    """One sentence in an empty place, and the action that fills it.
-
-    Parameters
-    ----------
-    second : str, optional
-        Words on a second button.
-    """
+    """One sentence in an empty place, and one or two buttons that fill it."""
 
     pressed = Signal(int)
 
@@ -147,13 +135,7 @@ class Empty(QWidget):
             _refill(self._buttons, words, self.pressed, centred=True, small=False)
 
     def button(self, number: int = 0) -> Button:
-        """Give one of its buttons.
-
-        Raises
-        ------
-        IndexError
-            When there are not so many.
-        """
+        """Give one of its buttons."""
         return _buttons_in(self._buttons)[number]
 
 
@@ -342,13 +324,7 @@ class Toasts(QObject):
         stay: bool = False,
         closed: Callable[[], None] | None = None,
     ) -> None:
-        """Show a message and read it out.
-
-        Parameters
-        ----------
-        actions : sequence of (words, callable), optional
-            At most two; pressing one closes the message.
-        """
+        """Show a message and read it out; of its actions, two at most, each closes it."""
         # Said again, it is not stacked upon itself.
         self.drop(message)
         toast = _Toast(self._parent, message, kind, actions, None if stay else self._stay_ms)

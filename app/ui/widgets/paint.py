@@ -17,13 +17,7 @@ _PADDING: Final = 8
 
 
 def tag_size(text: str, weight: int = 400) -> tuple[int, int]:
-    """Give width and height of a tag in logical pixels.
-
-    Returns
-    -------
-    tuple of int
-        (width, height).
-    """
+    """Give width and height of a tag, logical pixels."""
     t = theme()
     return text_width(t.font(12, weight), text) + 2 * t.px(_PADDING), t.px(_HEIGHT)
 
@@ -38,15 +32,7 @@ def draw_tag(
     ink: QColor | None = None,
     weight: int = 400,
 ) -> QRectF:
-    """Paint a tag: 12 px letters on a dark plate with corners of 4.
-
-    Parameters
-    ----------
-    x, y : float
-        The point that `anchor` names, logical pixels.
-    anchor : str, optional
-        "tl", "tr", "bl", "br", "t", "b" or "c".
-    """
+    """Paint a tag: 12 px letters on a dark plate with corners of 4; `anchor` lies at (x, y)."""
     t = theme()
     width, height = tag_size(text, weight)
     left = x - (width if "r" in anchor else 0 if "l" in anchor else width / 2)
@@ -63,13 +49,7 @@ RIGHT: Final = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 def mix(first: QColor, second: QColor, share: float) -> QColor:
-    """Blend two colours in sRGB, as painting one over the other would.
-
-    Parameters
-    ----------
-    share : float
-        How much of the second, 0 to 1.
-    """
+    """Blend two colours in sRGB, as painting the second over the first would."""
     pairs = zip(first.getRgb()[:3], second.getRgb()[:3], strict=True)  # type: ignore[index]
     return QColor(*(round(a + (b - a) * share) for a, b in pairs))
 
@@ -88,15 +68,7 @@ def box(
     width: float = 1.0,
     dashed: bool = False,
 ) -> None:
-    """Paint a rectangle with rounded corners whose edge lies inside it.
-
-    Parameters
-    ----------
-    rect : QRect or QRectF
-        Outer rectangle, logical pixels.
-    fill, edge : QColor, optional
-        None leaves it out.
-    """
+    """Paint a rectangle with rounded corners whose edge lies inside it."""
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setBrush(fill if fill is not None else Qt.BrushStyle.NoBrush)

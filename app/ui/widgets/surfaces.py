@@ -70,13 +70,7 @@ class Menu(QMenu):
 
 
 class Divider(QWidget):
-    """A line, as wide as edges are.
-
-    Parameters
-    ----------
-    upright : bool, optional
-        Whether it stands between columns and not between rows.
-    """
+    """A line as wide as edges are, between rows or, upright, between columns."""
 
     def __init__(self, upright: bool = False) -> None:
         super().__init__()
@@ -283,13 +277,7 @@ class Card(Pressable):
 
 
 class PictureLine(Frame):
-    """A framed line: a picture, words one below the other, and what can be done with it.
-
-    Parameters
-    ----------
-    picture : (h, w, 3) uint8 or None
-        sRGB, as for `Picture.set_picture`; None leaves its place empty.
-    """
+    """A framed line: a picture (see `Picture.set_picture`), words below each other, and buttons."""
 
     def __init__(
         self,

@@ -36,17 +36,7 @@ def device_ratio(painter: QPainter) -> float:
 
 
 def snap(value: float, ratio: float, width: float = 1.0) -> float:
-    """Move the middle of a line so that both of its edges lie on device pixels.
-
-    Parameters
-    ----------
-    value : float
-        Middle of the line, logical pixels.
-    ratio : float
-        Device pixels per logical one.
-    width : float, optional
-        Of the line, logical pixels.
-    """
+    """Move the middle of a line so that both of its edges lie on device pixels."""
     odd = round(width * ratio) % 2
     return (round(value * ratio - odd / 2.0) + odd / 2.0) / ratio
 
@@ -80,17 +70,9 @@ def outlined_line(
 def draw_text(
     painter: QPainter, middle: Point, text: str, font: QFont, colour: QColor, align: float = 0.5
 ) -> float:
-    """Draw one line of text on whole device pixels.
+    """Draw one line of text on whole device pixels, and give its width.
 
-    Parameters
-    ----------
-    middle : Point
-        x as `align` says, y of the middle of the capital letters, logical pixels.
-
-    Returns
-    -------
-    float
-        Width of the text, logical pixels.
+    `middle` is the middle of the capital letters, and across what `align` says.
     """
     painter.setFont(font)
     metrics = painter.fontMetrics()
@@ -113,17 +95,9 @@ def draw_label(
     ink: QColor | None = None,
     weight: int = 400,
 ) -> QRectF:
-    """Draw a label on a picture: a tag, in other colours with a dark edge.
+    """Draw a label on a picture: a tag, in other colours with a dark edge; give where it lies.
 
-    Parameters
-    ----------
-    align : (float, float), optional
-        (0, 0): `place` is the upper left corner; (1, 1): the lower right one.
-
-    Returns
-    -------
-    QRectF
-        Where the label lies, logical pixels.
+    `align` (0, 0) puts its upper left corner at `place`, (1, 1) its lower right one.
     """
     area = label_area(place, text, align, weight)
     if fill is not None:
@@ -196,14 +170,7 @@ class Plot(QWidget):
     ) -> QPixmap:
         """Give a picture that is drawn again only when its key changes.
 
-        Parameters
-        ----------
-        size : QSize
-            Logical pixels.
-        ratio : float
-            Device pixels per logical one.
-        draw : callable
-            Draws it with a painter in logical pixels, on transparent ground.
+        It is drawn in logical pixels on transparent ground.
         """
         t = theme()
         whole = (key, t.name, t.scale, size.width(), size.height(), ratio)
@@ -267,13 +234,7 @@ class TurnPlot(Plot):
         return self._needle
 
     def set_needle(self, turn_deg: float) -> None:
-        """Move the needle without a signal.
-
-        Parameters
-        ----------
-        turn_deg : float
-            Turn, deg.
-        """
+        """Move the needle without a signal."""
         self._needle = wrap(turn_deg)
         self.describe()
         self.update()

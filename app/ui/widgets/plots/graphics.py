@@ -45,12 +45,7 @@ class PanoramaPanel(pg.GraphicsView):  # type: ignore[misc]
     """The part of a plot that shows a panorama: azimuth to the right, elevation up, in degrees.
 
     The plot keeps mouse and keyboard. `look` shows a part; azimuths wrap, since every layer holds
-    half a turn more on both sides.
-
-    Parameters
-    ----------
-    over : callable
-        Paints what lies over the layers, with an antialiased painter in logical pixels.
+    half a turn more on both sides. `over` paints what lies over the layers.
     """
 
     def __init__(self, plot: QWidget, over: Callable[[QPainter, float], None]) -> None:

@@ -27,15 +27,9 @@ _SIGN_SIZE: Final = 0.54  # of the number's size: the sign is read at a glance, 
 
 
 class BigDegrees(Plot):
-    """A large number with its degree sign, and words at its foot.
+    """A large number with its degree sign in the middle, and words at its foot.
 
-    The number and its sign stand in the middle; everything shrinks together where it is wider
-    than the widget.
-
-    Parameters
-    ----------
-    size : int, optional
-        Type size of the number, logical pixels at scale 1.
+    Everything shrinks together where it is wider than the widget.
     """
 
     def __init__(self, size: int = _FIGURE, parent: QWidget | None = None) -> None:
@@ -56,14 +50,9 @@ class BigDegrees(Plot):
         return QSize(theme().px(160), self.sizeHint().height())
 
     def set_value(self, degrees: int | None, words: str = "to go") -> None:
-        """Show another number.
+        """Show another number, not negative; None shows nothing, while the heading is lost.
 
-        Parameters
-        ----------
-        degrees : int or None
-            Whole degrees, not negative; None shows nothing, while the heading is lost.
-        words : str, optional
-            "to go", "to the best", "too far"; more than two words take two lines.
+        Words such as "to go" and "too far"; more than two of them take two lines.
         """
         self._number = degrees
         parts = words.split()

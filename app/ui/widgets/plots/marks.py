@@ -60,26 +60,14 @@ class MarkerGrip(QWidget):
         self.set_words(words)
 
     def set_words(self, words: str) -> None:
-        """Say something else while it does not move.
-
-        Parameters
-        ----------
-        words : str
-            "Photographer stands here" or "You face this way now".
-        """
+        """Say "Photographer stands here" or "You face this way now" while it does not move."""
         self._words = words
         self.setAccessibleName(words)
         self.resize(self.sizeHint())
         self.update()
 
     def set_moving(self, words: str) -> None:
-        """Say how far it has moved.
-
-        Parameters
-        ----------
-        words : str
-            "12° clockwise"; empty while it does not move.
-        """
+        """Say how far it has moved; empty while it does not move."""
         if words != self._moving:
             self._moving = words
             self.setAccessibleDescription(words)
@@ -171,13 +159,7 @@ _LABEL_ROOM: Final = 72
 
 @dataclass(frozen=True, slots=True)
 class SceneLamp:
-    """A lamp found in the panorama.
-
-    Attributes
-    ----------
-    azimuth_deg, elevation_deg : float
-        Of its middle in the panorama as captured, deg.
-    """
+    """A lamp found in the panorama, with the direction of its middle as captured."""
 
     letter: str
     azimuth_deg: float
@@ -186,15 +168,7 @@ class SceneLamp:
 
 @dataclass(frozen=True, slots=True)
 class Marks:
-    """What lies over the picture.
-
-    Attributes
-    ----------
-    front_deg : float
-        Azimuth that the scale counts from, deg.
-    marker_deg : float or None
-        Azimuth of the photographer's marker, deg.
-    """
+    """What lies over the picture; the scale counts from the front."""
 
     front_deg: float
     marker_deg: float | None
@@ -261,15 +235,7 @@ def draw_corners(painter: QPainter, size: QSize, ground: QColor) -> None:
 
 
 def draw_scale(painter: QPainter, ratio: float, area: QRect, view: Viewport, marks: Marks) -> None:
-    """Paint the scale of azimuths under the picture, with the marker's place in amber.
-
-    Parameters
-    ----------
-    painter : QPainter
-        Antialiased, in logical pixels.
-    ratio : float
-        Device pixels per logical one.
-    """
+    """Paint the scale of azimuths under the picture, with the marker's place in amber."""
     t = theme()
     left, top = area.left(), float(area.bottom() + 1)
     amber = [] if marks.marker_deg is None else view.xs_of(marks.marker_deg)

@@ -39,16 +39,7 @@ def draw_brush_ring(
 ) -> None:
     """Draw how far the brush reaches, where it has its full strength, and what it does.
 
-    Parameters
-    ----------
-    painter : QPainter
-        Antialiased, in logical pixels.
-    centre : Point
-        Of the brush, logical pixels.
-    radius : float
-        Of the brush, logical pixels.
-    inner : float
-        Radius of full strength, logical pixels; left out where there is no room for it.
+    The inner ring is left out where there is no room for it.
     """
     middle = QPointF(*centre)
     painter.save()

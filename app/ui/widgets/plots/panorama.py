@@ -97,7 +97,7 @@ class PanoramaView(Plot):
 
         Parameters
         ----------
-        picture : NDArray[np.uint8], (h, w, 3), or None
+        picture : (h, w, 3) uint8, or None
             Panorama of 2:1, sRGB, up to 4096 x 2048; None shows an empty well.
         """
         if picture is self._picture:
@@ -148,15 +148,7 @@ class PanoramaView(Plot):
         self._changed()
 
     def set_front(self, azimuth_deg: float, *, glide: bool = False) -> None:
-        """Say where the photographer stands; that azimuth comes to the middle.
-
-        Parameters
-        ----------
-        azimuth_deg : float
-            Azimuth in the panorama, deg.
-        glide : bool, optional
-            Scroll there within a quarter of a second.
-        """
+        """Say where the photographer stands; that comes to the middle, at once or gliding."""
         self._front = self._marker = wrap(azimuth_deg)
         self.grip.set_moving("")
         self._glide.stop()
@@ -170,13 +162,7 @@ class PanoramaView(Plot):
         self._changed()
 
     def set_marker_words(self, words: str) -> None:
-        """Say what the marker stands for.
-
-        Parameters
-        ----------
-        words : str
-            "Photographer stands here" or, in selfie mode, "You face this way now".
-        """
+        """Say what the marker stands for."""
         self.grip.set_words(words)
         self._changed()
 

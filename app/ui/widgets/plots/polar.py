@@ -56,11 +56,6 @@ class PolarPlot(TurnPlot):
 
     Arrows move the needle by 1°, with Shift by 10°, Home to the best turn, Page Down and Page Up
     to the next peak clockwise and counter-clockwise.
-
-    Parameters
-    ----------
-    size : int, optional
-        Side of the square that it would like to have, logical pixels at scale 1.
     """
 
     peak_chosen = Signal(int)
@@ -102,12 +97,9 @@ class PolarPlot(TurnPlot):
         Parameters
         ----------
         curve : sequence of float
-            Match at evenly spaced turns from 0 on, clockwise (64 values), of 100; what lies
-            outside 0 to 100 is drawn at its ends. Empty shows the bare dial.
+            Match at evenly spaced turns from 0 on, clockwise, of 100; empty shows the bare dial.
         arc : tuple of float or None
-            Tolerance arc (from, to), clockwise, deg; may wrap. None: out of reach, no arc.
-        best : float or None
-            Best turn, deg; where Home leads.
+            Tolerance arc (from, to), clockwise, deg; may wrap. None: out of reach.
         peaks : sequence of float, optional
             Turns of the second peaks, deg, without the best.
         needle : float, optional

@@ -43,16 +43,10 @@ class StripState:
     ----------
     picture : (h, w, 3) uint8 or None
         150° of background, sRGB, its middle straight behind the sitter at the goal.
-    goal_deg : float
-        Goal, a turn, deg.
     now_deg : float or None
         Turn that the camera sees now, deg; None while the heading is lost.
-    fov_deg : float
-        Horizontal field of view of the camera, deg.
     arc_deg : tuple of float or None
         Turns inside the light (from, to), clockwise, deg.
-    goal_words, now_words : str
-        On the scale: "goal 96°", "now 73°".
     camera_deg : float or None
         Turn at which the camera's axis would have the sitter in the middle, deg; None for
         `now_deg`.
@@ -101,13 +95,7 @@ class BackgroundStrip(Plot):
         return QSize(320, theme().px(120 + _SCALE))
 
     def set_state(self, state: StripState | None) -> None:
-        """Show a state; what has not changed is not drawn again.
-
-        Parameters
-        ----------
-        state : StripState or None
-            None shows an empty strip.
-        """
+        """Show a state, or an empty strip; what has not changed is not drawn again."""
         if state is self._state:
             return
         before = self._state.picture if self._state else None

@@ -33,15 +33,7 @@ _GAP: Final = 12
 
 
 def draw_sign(painter: QPainter, area: QRectF, sign: WeightSign) -> None:
-    """Draw the tile of a weight: orange with a plus, or blue with a minus.
-
-    Parameters
-    ----------
-    painter : QPainter
-        Antialiased, in logical pixels.
-    area : QRectF
-        Of the tile; square, on whole pixels.
-    """
+    """Draw the tile of a weight on whole pixels: orange with a plus, or blue with a minus."""
     t = theme()
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(t.c.plus if sign == "plus" else t.c.minus)
@@ -166,7 +158,7 @@ def tinted(
 
     Returns
     -------
-    NDArray[np.uint8], (H, W, 4)
+    (H, W, 4) uint8
         Blue, green, red, opacity; colours multiplied by opacity, as Qt blends them fastest.
     """
     values = np.nan_to_num(np.asarray(target, np.float32), posinf=0.0, neginf=0.0)
@@ -183,11 +175,6 @@ class WeightPanorama(TurnPlot):
 
     Its middle is where the photographer stands at turn 0. A solid line marks where the sitter
     faces, a dotted one what is behind them. Dragging moves the sitter; arrows 1°, Shift 10°.
-
-    Parameters
-    ----------
-    size : (int, int), optional
-        Size that it would like to have, logical pixels at scale 1; 2:1.
     """
 
     def __init__(
@@ -213,15 +200,7 @@ class WeightPanorama(TurnPlot):
         return QSize(theme().px(self._size[0]), theme().px(self._size[1]))
 
     def set_picture(self, picture: Bytes | None, front_deg: float = 0.0) -> None:
-        """Show another place.
-
-        Parameters
-        ----------
-        picture : NDArray[np.uint8], (h, w, 3), or None
-            Panorama, sRGB.
-        front_deg : float, optional
-            Panorama azimuth at which the photographer stands, deg: it comes to the middle.
-        """
+        """Show another place, sRGB (h, w, 3) uint8, with an azimuth of it in the middle."""
         if picture is self._picture and front_deg == self._front:
             return
         self._picture, self._front = picture, front_deg
@@ -238,13 +217,7 @@ class WeightPanorama(TurnPlot):
         self.update()
 
     def set_target(self, target: NDArray[np.floating[Any]] | None) -> None:
-        """Show other weights.
-
-        Parameters
-        ----------
-        target : (H, W) float or None
-            Pre-integrated target F (eq. 3) of turn 0, any scale; 64 x 32 texels.
-        """
+        """Show other weights: the pre-integrated F (eq. 3) of turn 0, (H, W) at any scale."""
         c = theme().c
         plus, minus = ((each.red(), each.green(), each.blue()) for each in (c.plus, c.minus))
         self._tint = None if target is None else tinted(target, plus, minus)
@@ -259,13 +232,7 @@ class WeightPanorama(TurnPlot):
             self._weights.setX(self.needle)
 
     def set_turn(self, turn_deg: float, best_deg: float | None = None) -> None:
-        """Turn the sitter, without a signal.
-
-        Parameters
-        ----------
-        turn_deg : float
-            Turn, deg: the weights of azimuth a are then shown at a + turn.
-        """
+        """Turn the sitter without a signal: the weights of azimuth a are then shown at a + turn."""
         if best_deg is not None:
             self._best = wrap(best_deg)
         self.set_needle(turn_deg)
