@@ -9,12 +9,10 @@ from PySide6.QtCore import QPoint, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import (
     QColor,
     QFont,
-    QHideEvent,
     QKeyEvent,
     QKeySequence,
     QPainter,
     QPaintEvent,
-    QShowEvent,
 )
 from PySide6.QtWidgets import QAbstractButton, QSizePolicy
 
@@ -165,7 +163,7 @@ class Button(Pressable):
             self._kept = self.size() if self.isVisible() else self.sizeHint()
         self._busy = label
         self.setAccessibleDescription(label or "")
-        self._beat.run(label is not None and self.isVisible())
+        self._beat.run(label is not None)
         self.updateGeometry()
         self.update()
 
@@ -183,16 +181,6 @@ class Button(Pressable):
         if self.busy and event.key() in (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter):
             return
         super().keyPressEvent(event)
-
-    def showEvent(self, event: QShowEvent) -> None:
-        """Start moving what moves."""
-        super().showEvent(event)
-        self._beat.run(self.busy)
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        """Nothing moves while it cannot be seen."""
-        super().hideEvent(event)
-        self._beat.run(False)
 
     def sizeHint(self) -> QSize:
         """Room for icons and words, at the height of its size."""

@@ -5,18 +5,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, QTimer
+from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, QSize, Qt, QTimer
 from PySide6.QtGui import (
     QColor,
-    QHideEvent,
     QImage,
     QPainter,
     QPaintEvent,
     QPen,
     QPixmap,
-    QShowEvent,
 )
 from PySide6.QtWidgets import QProgressBar, QSizePolicy, QWidget
+from shiboken6 import isValid
 
 from app.ui.theme import theme
 from app.ui.widgets.paint import Anchor, box, draw_tag, mix, tag_size
@@ -49,26 +48,37 @@ def draw_ring(painter: QPainter, rect: QRect | QRectF, colour: QColor, phase_deg
     painter.restore()
 
 
-class Beat:
+class Beat(QObject):
     """A timer that repaints a widget while it is busy and can be seen."""
 
     def __init__(self, widget: QWidget) -> None:
+        super().__init__()
         self._widget = widget
         self.phase_deg = 0.0
+        self._wanted = False
         self._timer: QTimer | None = None
 
     def run(self, wanted: bool) -> None:
         """Start or stop."""
+        self._wanted = wanted
         if wanted and self._timer is None:
             # Every button has a beat, and few are ever busy.
             self._timer = QTimer(self._widget, interval=_TICK_MS)
             self._timer.timeout.connect(self._advance)
-        if self._timer is None:
-            return
-        if wanted and not self._timer.isActive():
-            self._timer.start()
-        elif not wanted:
-            self._timer.stop()
+            self._widget.installEventFilter(self)
+        self._follow()
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        """Let nothing move while it cannot be seen."""
+        if event.type() in (QEvent.Type.Show, QEvent.Type.Hide):
+            self._follow()
+        return False
+
+    def _follow(self) -> None:
+        if self._timer is not None and isValid(self._timer):
+            moving = self._wanted and self._widget.isVisible()
+            if moving != self._timer.isActive():
+                self._timer.start() if moving else self._timer.stop()
 
     def _advance(self) -> None:
         self.phase_deg = (self.phase_deg + _TURN_DEG) % 360
@@ -84,16 +94,7 @@ class Spinner(QWidget):
         self.setFixedSize(side, side)
         self.setAccessibleName(name)
         self._beat = Beat(self)
-
-    def showEvent(self, event: QShowEvent) -> None:
-        """Start moving what moves."""
-        super().showEvent(event)
         self._beat.run(True)
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        """Nothing moves while it cannot be seen."""
-        super().hideEvent(event)
-        self._beat.run(False)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Paint it in the current theme."""
@@ -117,7 +118,7 @@ class Bar(QProgressBar):
     def set(self, fraction: float | None) -> None:
         """Show how much is done, 0 to 1; None shows a part that moves along."""
         self._unknown = fraction is None
-        self._beat.run(self._unknown and self.isVisible())
+        self._beat.run(self._unknown)
         # Qt would paint it at once, and all else in the window that waits to be painted.
         self.setUpdatesEnabled(False)
         self.setValue(0 if fraction is None else round(min(max(fraction, 0.0), 1.0) * _STEPS))
@@ -126,16 +127,6 @@ class Bar(QProgressBar):
     def sizeHint(self) -> QSize:
         """160 x 4 at the theme's scale."""
         return QSize(theme().px(160), theme().px(4))
-
-    def showEvent(self, event: QShowEvent) -> None:
-        """Start moving what moves."""
-        super().showEvent(event)
-        self._beat.run(self._unknown)
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        """Nothing moves while it cannot be seen."""
-        super().hideEvent(event)
-        self._beat.run(False)
 
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Paint it in the current theme."""

@@ -21,13 +21,19 @@ if TYPE_CHECKING:
     from app.ui.widgets.plots.geometry import Point
     from app.ui.widgets.plots.graphics import PanoramaPanel
 
-_STEPS: Final = {
-    Qt.Key.Key_Right: 1.0,
-    Qt.Key.Key_Up: 1.0,
-    Qt.Key.Key_Left: -1.0,
-    Qt.Key.Key_Down: -1.0,
+_ARROWS: Final = {
+    Qt.Key.Key_Left: (-1.0, 0.0),
+    Qt.Key.Key_Right: (1.0, 0.0),
+    Qt.Key.Key_Up: (0.0, 1.0),
+    Qt.Key.Key_Down: (0.0, -1.0),
 }
-_COARSE: Final = 10.0
+
+
+def arrow_step(event: QKeyEvent) -> tuple[float, float] | None:
+    """Read an arrow key as degrees to the right and up: 1, with Shift 10; None for other keys."""
+    way = _ARROWS.get(Qt.Key(event.key()))
+    size = 10.0 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1.0
+    return None if way is None else (way[0] * size, way[1] * size)
 
 
 def device_ratio(painter: QPainter) -> float:
@@ -122,8 +128,8 @@ def label_area(
 class Plot(QWidget):
     """A painted widget that can have the focus and says in words what it shows."""
 
-    def __init__(self, name: str, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, name: str) -> None:
+        super().__init__()
         self.setAccessibleName(name)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self._cache: dict[str, tuple[Hashable, QPixmap]] = {}
@@ -221,8 +227,8 @@ class TurnPlot(Plot):
     released = Signal(float)
     """The hand left the needle at this turn, deg."""
 
-    def __init__(self, name: str, parent: QWidget | None = None) -> None:
-        super().__init__(name, parent)
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
         self._needle = 0.0
         self._best: float | None = None
         self._dragging = False
@@ -249,11 +255,9 @@ class TurnPlot(Plot):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Move the needle with the keyboard."""
-        step = _STEPS.get(Qt.Key(event.key()))
-        if step is not None:
-            coarse = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+        if step := arrow_step(event):
             # From a whole number, so that what is shown counts on by whole degrees.
-            self.turn_to(round(self._needle) + step * (_COARSE if coarse else 1.0))
+            self.turn_to(round(self._needle) + sum(step))
         elif event.key() == Qt.Key.Key_Home and self._best is not None:
             self.turn_to(self._best)
         else:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QFont, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF
@@ -12,10 +12,6 @@ from PySide6.QtWidgets import QSizePolicy
 from app.ui.theme import theme
 from app.ui.widgets.plots.base import Plot, polygon
 from app.ui.widgets.plots.geometry import arrow_shape
-
-if TYPE_CHECKING:
-    from PySide6.QtWidgets import QWidget
-
 
 _FIGURE: Final = 224
 _LINE: Final = 176
@@ -32,8 +28,8 @@ class BigDegrees(Plot):
     Everything shrinks together where it is wider than the widget.
     """
 
-    def __init__(self, size: int = _FIGURE, parent: QWidget | None = None) -> None:
-        super().__init__("", parent)
+    def __init__(self, size: int = _FIGURE) -> None:
+        super().__init__("")
         self._size = size
         self._number: int | None = None
         self._words: tuple[str, ...] = ()
@@ -138,8 +134,8 @@ _NAMES = {
 class TurnArrow(Plot):
     """A thick curved arrow in amber, or a green check."""
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("", parent)
+    def __init__(self) -> None:
+        super().__init__("")
         self._sign: Sign = "none"
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)

@@ -26,7 +26,6 @@ from app.ui.widgets.plots.lamps import HIGHEST_DEG, LampPlot, draw_best, draw_la
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QFont
-    from PySide6.QtWidgets import QWidget
 
     from app.ui.widgets.plots.geometry import Point
     from app.ui.widgets.plots.lamps import Heads
@@ -45,8 +44,8 @@ _ARROW: Final = 56  # room beside the head for an arrow with words
 class _HeadView(LampPlot):
     """What both drawings share: scale, ring, frame and title."""
 
-    def __init__(self, name: str, parent: QWidget | None = None) -> None:
-        super().__init__(name, parent)
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def sizeHint(self) -> QSize:
@@ -149,8 +148,8 @@ class AboveView(_HeadView):
     Dragging moves the lamp around the head; its altitude stays.
     """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("Lamp from above", parent)
+    def __init__(self) -> None:
+        super().__init__("Lamp from above")
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
         """Where a lamp is drawn: its distance is seen shortened by its altitude."""
@@ -273,8 +272,8 @@ class SideView(_HeadView):
     Dragging raises and lowers the lamp, and moves it between front and back on its side.
     """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("Lamp from the side", parent)
+    def __init__(self) -> None:
+        super().__init__("Lamp from the side")
 
     @property
     def from_left(self) -> bool:

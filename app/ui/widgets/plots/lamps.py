@@ -14,12 +14,11 @@ from PySide6.QtWidgets import QSizePolicy
 from app.core.base.angles import wrap
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.plots.base import Plot, draw_text
+from app.ui.widgets.plots.base import Plot, arrow_step, draw_text
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
     from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent
-    from PySide6.QtWidgets import QWidget
 
     from app.core.solver.head_shape import HeadShape
     from app.ui.widgets.plots.geometry import Point
@@ -85,13 +84,6 @@ _DOT: Final = 24
 _HIT: Final = 40
 _BEST: Final = 14
 _BULB: Final = 14
-_STEPS: Final = {
-    Qt.Key.Key_Left: (-1.0, 0.0),
-    Qt.Key.Key_Right: (1.0, 0.0),
-    Qt.Key.Key_Up: (0.0, 1.0),
-    Qt.Key.Key_Down: (0.0, -1.0),
-}
-_COARSE: Final = 10.0
 _POWER: Final = {Qt.Key.Key_PageUp: 1, Qt.Key.Key_PageDown: -1}
 
 
@@ -153,8 +145,8 @@ class LampPlot(Plot):
     power_asked = Signal(int)
     """Up or down by so many stops."""
 
-    def __init__(self, name: str, parent: QWidget | None = None) -> None:
-        super().__init__(name, parent)
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
         self._state: Heads | None = None
         self._dragging = False
         self.setMouseTracking(True)
@@ -196,16 +188,14 @@ class LampPlot(Plot):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Move the lamp with the keyboard."""
-        state, step = self._state, _STEPS.get(Qt.Key(event.key()))
+        state, step = self._state, arrow_step(event)
         if state is not None and state.shape is not None and step is not None:
-            coarse = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-            size = _COARSE if coarse else 1.0
             azimuth, altitude = state.azimuth_deg, state.altitude_deg
             # From a whole number, so that what is shown counts on by whole degrees.
             if step[0]:
-                azimuth = round(azimuth) + step[0] * size
+                azimuth = round(azimuth) + step[0]
             else:
-                altitude = round(altitude) + step[1] * size
+                altitude = round(altitude) + step[1]
             self.moved.emit(azimuth, min(max(altitude, -HIGHEST_DEG), HIGHEST_DEG))
         elif event.key() == Qt.Key.Key_Home:
             self.home_asked.emit()
@@ -280,8 +270,8 @@ class SkyMap(LampPlot):
     Azimuth grows to the right, which is toward the sitter's left as the camera sees it.
     """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("Where the lamp works at this turn", parent)
+    def __init__(self) -> None:
+        super().__init__("Where the lamp works at this turn")
         self._sky: Sky = _Blank()
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 

@@ -13,7 +13,7 @@ from app.core.base.angles import difference
 from app.core.text.turns import signed
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.plots.base import draw_text, outlined_line, polygon, snap
+from app.ui.widgets.plots.base import arrow_step, draw_text, outlined_line, polygon, snap
 from app.ui.widgets.plots.mapping import label_step
 
 if TYPE_CHECKING:
@@ -136,10 +136,8 @@ class MarkerGrip(QWidget):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Step, keep or take back."""
         key = Qt.Key(event.key())
-        way = {Qt.Key.Key_Right: 1.0, Qt.Key.Key_Left: -1.0}.get(key)
-        if way is not None:
-            coarse = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-            self.stepped.emit(way * (10.0 if coarse else 1.0))
+        if (step := arrow_step(event)) and step[0]:
+            self.stepped.emit(step[0])
         elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self._moving:
             self.dropped.emit()
         elif key == Qt.Key.Key_Home or (key == Qt.Key.Key_Escape and self._moving):

@@ -14,13 +14,12 @@ from PySide6.QtWidgets import QSizePolicy
 from app.core.base.angles import wrap
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.plots.base import Plot
+from app.ui.widgets.plots.base import Plot, arrow_step
 from app.ui.widgets.plots.mapping import Viewport
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
     from PySide6.QtGui import QKeyEvent, QMouseEvent, QResizeEvent, QWheelEvent
-    from PySide6.QtWidgets import QWidget
 
     from app.ui.widgets.plots.geometry import Point
     from app.ui.widgets.plots.graphics import PanoramaLayer
@@ -89,13 +88,6 @@ _ZOOMS: Final = (1.0, 2.0, 4.0, 8.0)
 _NOTCH: Final = 120
 _TINT: Final = 0.35
 _WHITE: Final = 245
-_STEPS: Final = {
-    Qt.Key.Key_Left: (-1.0, 0.0),
-    Qt.Key.Key_Right: (1.0, 0.0),
-    Qt.Key.Key_Up: (0.0, 1.0),
-    Qt.Key.Key_Down: (0.0, -1.0),
-}
-_COARSE: Final = 10.0
 _DABS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space})
 
 
@@ -138,8 +130,8 @@ class MaskCanvas(Plot):
 
     lifted = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("Where the lamp is", parent)
+    def __init__(self) -> None:
+        super().__init__("Where the lamp is")
         self._state: Drawn | None = None
         self._layer: PanoramaLayer | None = None
         self._lamp_picture = np.zeros((0, 0, 3), np.uint8)
@@ -266,12 +258,9 @@ class MaskCanvas(Plot):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Move the brush, paint a dab, or zoom."""
         key = Qt.Key(event.key())
-        if self._brush is not None and key in _STEPS:
-            coarse = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-            size = _COARSE if coarse else 1.0
-            across, up = _STEPS[key]
-            height = min(max(self._brush[1] + up * size, -90.0), 90.0)
-            self._brush = (wrap(self._brush[0] + across * size), height)
+        if self._brush is not None and (step := arrow_step(event)):
+            height = min(max(self._brush[1] + step[1], -90.0), 90.0)
+            self._brush = (wrap(self._brush[0] + step[0]), height)
             self._follow()
         elif self._brush is not None and key in _DABS:
             self.pressed.emit(*self._brush)

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QSizePolicy
 from app.core.base.angles import difference, wrap
 from app.core.text.turns import turn_words
 from app.ui.theme import theme
-from app.ui.widgets.plots.base import Plot
+from app.ui.widgets.plots.base import Plot, arrow_step
 from app.ui.widgets.plots.mapping import Viewport
 from app.ui.widgets.plots.marks import (
     MarkerGrip,
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QResizeEvent, QWheelEvent
-    from PySide6.QtWidgets import QWidget
 
     from app.ui.widgets.plots.graphics import Hatching, PanoramaLayer
 
@@ -61,8 +60,8 @@ class PanoramaView(Plot):
     zoom_changed = Signal(float)
     """The zoom is now so much: 1 to 8."""
 
-    def __init__(self, name: str = "Panorama of this place", parent: QWidget | None = None) -> None:
-        super().__init__(name, parent)
+    def __init__(self, name: str = "Panorama of this place") -> None:
+        super().__init__(name)
         self._picture: Bytes | None = None
         self._clipped: NDArray[Any] | None = None
         self._layer: PanoramaLayer | None = None
@@ -399,12 +398,6 @@ class PanoramaView(Plot):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Look around, zoom, or take the marker."""
         key = Qt.Key(event.key())
-        ways = {
-            Qt.Key.Key_Right: (1.0, 0.0),
-            Qt.Key.Key_Left: (-1.0, 0.0),
-            Qt.Key.Key_Up: (0.0, 1.0),
-            Qt.Key.Key_Down: (0.0, -1.0),
-        }
         deeds = {
             Qt.Key.Key_Plus: lambda: self.zoom_by(1.0),
             Qt.Key.Key_Equal: lambda: self.zoom_by(1.0),
@@ -413,12 +406,9 @@ class PanoramaView(Plot):
             Qt.Key.Key_Home: lambda: self._look(self._view.moved_to(self._front, 0.0)),
             Qt.Key.Key_M: self.take_marker,
         }
-        if self._picture is not None and key in ways:
-            coarse = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-            step = 10.0 if coarse else 1.0
-            view, (right, up) = self._view, ways[key]
-            azimuth, elevation = view.azimuth_deg + right * step, view.elevation_deg + up * step
-            self._look(view.moved_to(azimuth, elevation))
+        if self._picture is not None and (step := arrow_step(event)):
+            view = self._view
+            self._look(view.moved_to(view.azimuth_deg + step[0], view.elevation_deg + step[1]))
         elif self._picture is not None and key in deeds:
             deeds[key]()
         else:

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from PySide6.QtGui import QKeyEvent, QMouseEvent
-    from PySide6.QtWidgets import QWidget
 
     from app.ui.theme import Theme
     from app.ui.widgets.plots.geometry import Point
@@ -61,10 +60,8 @@ class PolarPlot(TurnPlot):
     peak_chosen = Signal(int)
     """The second peak of this index was chosen, by a click or by Page Up and Page Down."""
 
-    def __init__(
-        self, name: str = "Match by turn", size: int = 224, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(name, parent)
+    def __init__(self, name: str = "Match by turn", size: int = 224) -> None:
+        super().__init__(name)
         self._side = theme().px(size)
         self._data = _Data((), 45.0, None, None, ())
         self._hovered: int | None = None

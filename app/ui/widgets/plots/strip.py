@@ -13,7 +13,7 @@ from PySide6.QtGui import QFontMetricsF, QImage, QPainter, QPainterPath, QPen, Q
 from PySide6.QtWidgets import QSizePolicy
 
 from app.ui.theme import theme
-from app.ui.widgets.plots.base import Plot, draw_label, draw_text, label_area, snap
+from app.ui.widgets.plots.base import Plot, arrow_step, draw_label, draw_text, label_area, snap
 from app.ui.widgets.plots.geometry import spread
 from app.ui.widgets.plots.mapping import StripScale
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from PySide6.QtGui import QColor, QKeyEvent
-    from PySide6.QtWidgets import QWidget
 
     from app.ui.theme import Theme
 
@@ -80,8 +79,8 @@ class BackgroundStrip(Plot):
     home = Signal()
     """Home was pressed."""
 
-    def __init__(self, name: str = "Background of this place", parent: QWidget | None = None):
-        super().__init__(name, parent)
+    def __init__(self, name: str = "Background of this place"):
+        super().__init__(name)
         self._state: StripState | None = None
         self._version = 0
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -122,16 +121,8 @@ class BackgroundStrip(Plot):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Report steps; what they mean is the owner's matter."""
-        steps = {
-            Qt.Key.Key_Right: 1.0,
-            Qt.Key.Key_Up: 1.0,
-            Qt.Key.Key_Left: -1.0,
-            Qt.Key.Key_Down: -1.0,
-        }
-        step = steps.get(Qt.Key(event.key()))
-        if step is not None:
-            coarse = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-            self.stepped.emit(step * (10.0 if coarse else 1.0))
+        if step := arrow_step(event):
+            self.stepped.emit(sum(step))
         elif event.key() == Qt.Key.Key_Home:
             self.home.emit()
         else:

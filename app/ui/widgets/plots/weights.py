@@ -21,7 +21,6 @@ from app.ui.widgets.plots.marks import draw_corners
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QMouseEvent, QResizeEvent
-    from PySide6.QtWidgets import QWidget
 
     from app.ui.widgets.plots.graphics import PanoramaLayer
 
@@ -55,9 +54,8 @@ class WeightScale(Plot):
         self,
         less: str = "should be darker",
         more: str = "should be brighter",
-        parent: QWidget | None = None,
     ) -> None:
-        super().__init__(f"Weights: blue and minus {less}, orange and plus {more}", parent)
+        super().__init__(f"Weights: blue and minus {less}, orange and plus {more}")
         self._words = (less, more)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -102,9 +100,8 @@ class WeightLegend(Plot):
         self,
         helps: str = "light helps",
         harms: str = "light harms",
-        parent: QWidget | None = None,
     ) -> None:
-        super().__init__(f"Orange and plus: {helps}. Blue and minus: {harms}", parent)
+        super().__init__(f"Orange and plus: {helps}. Blue and minus: {harms}")
         self._words: tuple[tuple[WeightSign, str], ...] = (("plus", helps), ("minus", harms))
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
@@ -183,9 +180,8 @@ class WeightPanorama(TurnPlot):
         size: tuple[int, int] = (272, 136),
         sitter: str = "Sitter",
         behind: str = "Behind",
-        parent: QWidget | None = None,
     ) -> None:
-        super().__init__(name, parent)
+        super().__init__(name)
         self._size = size
         self._words = (sitter, behind)
         self._picture: Bytes | None = None
