@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen, QPixmap, QPolygonF
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.core.base.angles import wrap
 from app.ui.theme import theme
@@ -16,7 +16,7 @@ from app.ui.widgets.plots.geometry import smooth
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Sequence
 
-    from PySide6.QtGui import QFont, QKeyEvent, QPaintEvent, QResizeEvent
+    from PySide6.QtGui import QFont, QKeyEvent, QMouseEvent, QPaintEvent, QResizeEvent
 
     from app.ui.widgets.plots.geometry import Point
     from app.ui.widgets.plots.graphics import PanoramaPanel
@@ -125,13 +125,35 @@ def label_area(
     )
 
 
+def disc(
+    painter: QPainter,
+    place: Point,
+    radius: float,
+    fill: QColor | Qt.GlobalColor | None = None,
+    edge: QColor | Qt.GlobalColor | None = None,
+    width: float = 1.0,
+) -> None:
+    """Draw a disc, or a ring where there is no fill; the edge has its middle at the radius."""
+    painter.setBrush(Qt.BrushStyle.NoBrush if fill is None else fill)
+    painter.setPen(Qt.PenStyle.NoPen if edge is None else QPen(edge, width))
+    painter.drawEllipse(QPointF(*place), radius, radius)
+
+
 class Plot(QWidget):
-    """A painted widget that can have the focus and says in words what it shows."""
+    """A painted widget that can have the focus and says in words what it shows.
+
+    Its sizes are those of the design; `least` is the smallest useful one.
+    """
+
+    wanted: ClassVar[tuple[float, float]]
+    least: ClassVar[tuple[float, float] | None] = None
+    policies: ClassVar = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def __init__(self, name: str) -> None:
         super().__init__()
         self.setAccessibleName(name)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(*self.policies)
         self._cache: dict[str, tuple[Hashable, QPixmap]] = {}
         self._panel: PanoramaPanel | None = None
 
@@ -147,6 +169,16 @@ class Plot(QWidget):
             self._panel.lower()
             self._panel.show()
         return self._panel
+
+    def sizeHint(self) -> QSize:
+        """Return the size that the design asks for, at the scale of the theme."""
+        return QSize(*(theme().px(length) for length in self.wanted))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the smallest useful size."""
+        if self.least is None:
+            return super().minimumSizeHint()
+        return QSize(*(theme().px(length) for length in self.least))
 
     def panel_rect(self) -> QRect:
         """Where the panorama lies."""
@@ -272,6 +304,23 @@ class TurnPlot(Plot):
             self._stepped = False
             self.released.emit(self._needle)
         super().keyReleaseEvent(event)
+
+    def turn_under(self, point: Point) -> float | None:
+        """Give the turn that a pointer means, deg; None for none."""
+        raise NotImplementedError
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Lead the needle."""
+        if self._dragging:
+            turn = self.turn_under((event.position().x(), event.position().y()))
+            if turn is not None:
+                self.turn_to(turn)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Let go of the needle."""
+        if event.button() == Qt.MouseButton.LeftButton:
+            self.end_drag()
+        super().mouseReleaseEvent(event)
 
     def begin_drag(self, turn_deg: float) -> None:
         """Take the needle with the mouse."""

@@ -28,13 +28,14 @@ class BigDegrees(Plot):
     Everything shrinks together where it is wider than the widget.
     """
 
+    policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
     def __init__(self, size: int = _FIGURE) -> None:
         super().__init__("")
         self._size = size
         self._number: int | None = None
         self._words: tuple[str, ...] = ()
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
         """Return the size that the design asks for, at the scale of the theme."""
@@ -134,16 +135,14 @@ _NAMES = {
 class TurnArrow(Plot):
     """A thick curved arrow in amber, or a green check."""
 
+    wanted = (320, 104)
+    policies = (QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+
     def __init__(self) -> None:
         super().__init__("")
         self._sign: Sign = "none"
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         self.set_sign("none")
-
-    def sizeHint(self) -> QSize:
-        """Return the size that the design asks for, at the scale of the theme."""
-        return QSize(theme().px(320), theme().px(104))
 
     @property
     def sign(self) -> Sign:

@@ -11,9 +11,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
-from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import wrap
 from app.core.second_light.words import metres
@@ -44,18 +43,7 @@ _ARROW: Final = 56  # room beside the head for an arrow with words
 class _HeadView(LampPlot):
     """What both drawings share: scale, ring, frame and title."""
 
-    def __init__(self, name: str) -> None:
-        super().__init__(name)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-
-    def sizeHint(self) -> QSize:
-        """Ask for the least: it takes what room there is."""
-        return self.minimumSizeHint()
-
-    def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
-        t = theme()
-        return QSize(t.px(200), t.px(180))
+    wanted = least = (200, 180)
 
     @property
     def ring(self) -> float:

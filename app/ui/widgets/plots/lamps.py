@@ -7,14 +7,13 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final, Protocol
 
 import numpy as np
-from PySide6.QtCore import QLineF, QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QLineF, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath, QPen
-from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import wrap
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.plots.base import Plot, arrow_step, draw_text
+from app.ui.widgets.plots.base import Plot, arrow_step, disc, draw_text
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -241,13 +240,9 @@ def draw_lamp(painter: QPainter, place: Point, *, focused: bool = False) -> None
     """Draw the lamp: an amber dot with a bulb, with an edge that holds on any ground."""
     t = theme()
     radius = t.px(_DOT) / 2.0
-    painter.setPen(QPen(t.c.onamber, 2.0))
-    painter.setBrush(t.c.amberfill)
-    painter.drawEllipse(QPointF(*place), radius, radius)
+    disc(painter, place, radius, t.c.amberfill, t.c.onamber, 2.0)
     if focused:
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QPen(t.c.focus, 2.0))
-        painter.drawEllipse(QPointF(*place), radius + 4.0, radius + 4.0)
+        disc(painter, place, radius + 4.0, None, t.c.focus, 2.0)
     side = t.px(_BULB)
     spot = QRectF(place[0] - side / 2.0, place[1] - side / 2.0, side, side)
     draw_icon(painter, "bulb", spot, side, t.c.onamber)
@@ -257,11 +252,8 @@ def draw_best(painter: QPainter, place: Point) -> None:
     """Draw the best place: a white ring on black."""
     t = theme()
     radius = t.px(_BEST) / 2.0
-    painter.setBrush(t.c.raised)
-    painter.setPen(QPen(QColor(Qt.GlobalColor.black), 4.0))
-    painter.drawEllipse(QPointF(*place), radius, radius)
-    painter.setPen(QPen(QColor(Qt.GlobalColor.white), 2.0))
-    painter.drawEllipse(QPointF(*place), radius, radius)
+    disc(painter, place, radius, t.c.raised, Qt.GlobalColor.black, 4.0)
+    disc(painter, place, radius, t.c.raised, Qt.GlobalColor.white, 2.0)
 
 
 class SkyMap(LampPlot):
@@ -270,26 +262,18 @@ class SkyMap(LampPlot):
     Azimuth grows to the right, which is toward the sitter's left as the camera sees it.
     """
 
+    wanted = (616, 136 + _LABELS + _ABOVE)
+    least = (280, 72 + _LABELS + _ABOVE)
+
     def __init__(self) -> None:
         super().__init__("Where the lamp works at this turn")
         self._sky: Sky = _Blank()
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def show_sky(self, sky: Sky) -> None:
         """Show another map."""
         if sky is not self._sky:
             self._sky = sky
             self.update()
-
-    def sizeHint(self) -> QSize:
-        """Give the size as designed, the words below with it."""
-        t = theme()
-        return QSize(t.px(616), t.px(136 + _LABELS + _ABOVE))
-
-    def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
-        t = theme()
-        return QSize(t.px(280), t.px(72 + _LABELS + _ABOVE))
 
     @property
     def area(self) -> QRectF:

@@ -13,7 +13,7 @@ from app.core.base.angles import difference
 from app.core.text.turns import signed
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.plots.base import arrow_step, draw_text, outlined_line, polygon, snap
+from app.ui.widgets.plots.base import arrow_step, disc, draw_text, outlined_line, polygon, snap
 from app.ui.widgets.plots.mapping import label_step
 
 if TYPE_CHECKING:
@@ -215,11 +215,8 @@ def _draw_lamp(painter: QPainter, view: Viewport, lamp: SceneLamp) -> None:
         y = min(max(view.y_of(lamp.elevation_deg), radius), view.height - radius)
         # A tag at the panorama's seam stays whole.
         middle = (min(max(x, radius), view.width - radius), y)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(t.c.tag)
-        painter.drawEllipse(QPointF(*middle), radius + 1.0, radius + 1.0)
-        painter.setPen(QPen(t.c.ontag, 2.0))
-        painter.drawEllipse(QPointF(*middle), radius - 1.0, radius - 1.0)
+        disc(painter, middle, radius + 1.0, t.c.tag)
+        disc(painter, middle, radius - 1.0, t.c.tag, t.c.ontag, 2.0)
         draw_text(painter, middle, lamp.letter, t.font(14, 700), t.c.ontag)
 
 

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Final, Literal, Protocol, TypeAlias
 
 import cv2
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPen
-from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import wrap
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.plots.base import Plot, arrow_step
+from app.ui.widgets.plots.base import Plot, arrow_step, disc
 from app.ui.widgets.plots.mapping import Viewport
 
 if TYPE_CHECKING:
@@ -42,10 +41,8 @@ def draw_brush_ring(
     """
     middle = QPointF(*centre)
     painter.save()
-    painter.setBrush(Qt.BrushStyle.NoBrush)
     for colour, width in ((_BLACK, 4.0), (_RING_WHITE, 2.0)):
-        painter.setPen(QPen(colour, width))
-        painter.drawEllipse(middle, radius, radius)
+        disc(painter, centre, radius, None, colour, width)
     if 5.0 <= inner <= radius - 3.0:
         _draw_inner(painter, middle, inner)
     if radius >= 12.0:
@@ -122,6 +119,9 @@ class MaskCanvas(Plot):
     move the brush by 1°, with Shift by 10°; Enter or Space paints a dab; + and − zoom.
     """
 
+    wanted = (720, 360)
+    least = (320, 160)
+
     pressed = Signal(float, float)
     """A stroke begins: azimuth and elevation, deg."""
 
@@ -142,18 +142,7 @@ class MaskCanvas(Plot):
         self._moving: QPointF | None = None
         self.setMouseTracking(True)
         self.setCursor(Qt.CursorShape.CrossCursor)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setToolTip("Paint with the mouse. Wheel zooms, the right button moves the picture")
-
-    def sizeHint(self) -> QSize:
-        """Twice as wide as high."""
-        t = theme()
-        return QSize(t.px(720), t.px(360))
-
-    def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
-        t = theme()
-        return QSize(t.px(320), t.px(160))
 
     def show_state(self, state: Drawn) -> None:
         """Show another mask or brush."""

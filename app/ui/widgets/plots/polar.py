@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QSizePolicy
 from app.core.base.angles import wrap
 from app.core.text.turns import arc_words, turn_words
 from app.ui.theme import theme
-from app.ui.widgets.plots.base import TurnPlot, closed_path, draw_text, polygon
+from app.ui.widgets.plots.base import TurnPlot, closed_path, disc, draw_text, polygon
 from app.ui.widgets.plots.geometry import (
     Dial,
     at_turn,
@@ -57,6 +57,8 @@ class PolarPlot(TurnPlot):
     to the next peak clockwise and counter-clockwise.
     """
 
+    policies = (QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+
     peak_chosen = Signal(int)
     """The second peak of this index was chosen, by a click or by Page Up and Page Down."""
 
@@ -66,7 +68,6 @@ class PolarPlot(TurnPlot):
         self._data = _Data((), 45.0, None, None, ())
         self._hovered: int | None = None
         self.setMouseTracking(True)
-        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.setToolTip("Drag to try another turn. Arrows 1°, Shift 10°, Home the best turn")
         self.describe()
 
@@ -156,9 +157,7 @@ class PolarPlot(TurnPlot):
     def _draw_dial(self, painter: QPainter) -> None:
         t, dial, data = theme(), self.dial, self._data
         centre = QPointF(*dial.centre)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(t.c.bg)
-        painter.drawEllipse(centre, dial.rim, dial.rim)
+        disc(painter, dial.centre, dial.rim, t.c.bg)
         curve = closed_path(dial.outline(data.curve)) if len(data.curve) > 2 else None
         if curve is not None:
             painter.fillPath(curve, _faint(t.c.text, _CURVE_FILL))
@@ -181,9 +180,7 @@ class PolarPlot(TurnPlot):
             self._draw_peak(painter, place)
 
     def _draw_rim(self, painter: QPainter, t: Theme, dial: Dial) -> None:
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QPen(t.c.ctl, t.line_width))
-        painter.drawEllipse(QPointF(*dial.centre), dial.rim, dial.rim)
+        disc(painter, dial.centre, dial.rim, None, t.c.ctl, t.line_width)
         for turn in range(0, 360, 30):
             length = t.px(8) if turn % 90 == 0 else t.px(4)
             inner = at_turn(dial.centre, dial.rim - length, turn)
@@ -203,11 +200,9 @@ class PolarPlot(TurnPlot):
     def _draw_peak(self, painter: QPainter, place: Point, *, hovered: bool = False) -> None:
         t = theme()
         radius = t.px(8) / 2.0 - 0.75
-        painter.setBrush(t.c.text if hovered else t.c.bg)
-        painter.setPen(QPen(t.c.bg, 4.5))
-        painter.drawEllipse(QPointF(*place), radius, radius)
-        painter.setPen(QPen(t.c.text, t.line_width + 0.5))
-        painter.drawEllipse(QPointF(*place), radius, radius)
+        fill = t.c.text if hovered else t.c.bg
+        disc(painter, place, radius, fill, t.c.bg, 4.5)
+        disc(painter, place, radius, fill, t.c.text, t.line_width + 0.5)
 
     def _draw_head(self, painter: QPainter) -> None:
         t, dial = theme(), self.dial
@@ -224,13 +219,8 @@ class PolarPlot(TurnPlot):
         painter.setPen(QPen(t.c.amber, 2.0 * t.line_width, Qt.PenStyle.SolidLine, flat))
         painter.drawLine(QPointF(*nose), QPointF(*tip))
         radius = t.px(16) / 2.0
-        painter.setPen(QPen(t.c.amber, t.line_width + 0.75))
-        painter.setBrush(t.c.bg)
-        painter.drawEllipse(QPointF(*tip), radius, radius)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(t.c.amberfill)
-        inner = radius - 2.0
-        painter.drawEllipse(QPointF(*tip), inner, inner)
+        disc(painter, tip, radius, t.c.bg, t.c.amber, t.line_width + 0.75)
+        disc(painter, tip, radius - 2.0, t.c.amberfill)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Choose a peak, or take the needle."""
@@ -247,11 +237,10 @@ class PolarPlot(TurnPlot):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Lead the needle, or light up the peak under the pointer."""
-        point = (event.position().x(), event.position().y())
+        super().mouseMoveEvent(event)
         if self._dragging:
-            if math.dist(point, self.dial.centre) > _STILL:
-                self.turn_to(turn_at(self.dial.centre, point))
             return
+        point = (event.position().x(), event.position().y())
         hovered = hit(self.peak_places(), point, theme().px(_GRAB))
         if hovered != self._hovered:
             self._hovered = hovered
@@ -259,11 +248,10 @@ class PolarPlot(TurnPlot):
             self.setCursor(shape.ArrowCursor if hovered is None else shape.PointingHandCursor)
             self.update()
 
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Let go of the needle."""
-        if event.button() == Qt.MouseButton.LeftButton:
-            self.end_drag()
-        super().mouseReleaseEvent(event)
+    def turn_under(self, point: Point) -> float | None:
+        """Give the turn toward a pointer; none near the middle."""
+        far = math.dist(point, self.dial.centre) > _STILL
+        return turn_at(self.dial.centre, point) if far else None
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Go to the next peak, or move the needle."""

@@ -73,6 +73,8 @@ class StripState:
 class BackgroundStrip(Plot):
     """150° of background centred on the goal, with the scale of turns underneath."""
 
+    policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
     stepped = Signal(float)
     """An arrow key was pressed: by so many degrees, positive clockwise; 10 with Shift."""
 
@@ -83,7 +85,6 @@ class BackgroundStrip(Plot):
         super().__init__(name)
         self._state: StripState | None = None
         self._version = 0
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
         """Return the size that the design asks for, at the scale of the theme."""

@@ -22,6 +22,7 @@ from app.ui.widgets.plots.marks import draw_corners
 if TYPE_CHECKING:
     from PySide6.QtGui import QMouseEvent, QResizeEvent
 
+    from app.ui.widgets.plots.geometry import Point
     from app.ui.widgets.plots.graphics import PanoramaLayer
 
 
@@ -50,6 +51,8 @@ def draw_sign(painter: QPainter, area: QRectF, sign: WeightSign) -> None:
 class WeightScale(Plot):
     """A bar from blue over grey to orange, with words and tiles at its ends."""
 
+    policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
     def __init__(
         self,
         less: str = "should be darker",
@@ -58,7 +61,6 @@ class WeightScale(Plot):
         super().__init__(f"Weights: blue and minus {less}, orange and plus {more}")
         self._words = (less, more)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
         """Return the size that the design asks for, at the scale of the theme."""
@@ -96,6 +98,8 @@ class WeightScale(Plot):
 class WeightLegend(Plot):
     """Two tiles with words: what orange and blue on a panorama mean."""
 
+    policies = (QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+
     def __init__(
         self,
         helps: str = "light helps",
@@ -104,7 +108,6 @@ class WeightLegend(Plot):
         super().__init__(f"Orange and plus: {helps}. Blue and minus: {harms}")
         self._words: tuple[tuple[WeightSign, str], ...] = (("plus", helps), ("minus", harms))
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
         """Return the size of its words."""
@@ -174,6 +177,8 @@ class WeightPanorama(TurnPlot):
     faces, a dotted one what is behind them. Dragging moves the sitter; arrows 1°, Shift 10°.
     """
 
+    policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
     def __init__(
         self,
         name: str = "What the style asks of this place",
@@ -188,7 +193,6 @@ class WeightPanorama(TurnPlot):
         self._front = 0.0
         self._weights: PanoramaLayer | None = None
         self._tint: Bytes | None = None
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.describe()
 
     def sizeHint(self) -> QSize:
@@ -314,17 +318,10 @@ class WeightPanorama(TurnPlot):
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Turn the sitter toward the pointer."""
         if event.button() == Qt.MouseButton.LeftButton and self._picture is not None:
-            self.begin_drag(self.view.azimuth_at(event.position().x()))
+            self.begin_drag(self.turn_under((event.position().x(), 0.0)))
         else:
             super().mousePressEvent(event)
 
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Lead the sitter."""
-        if self._dragging:
-            self.turn_to(self.view.azimuth_at(event.position().x()))
-
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Let go of the sitter."""
-        if event.button() == Qt.MouseButton.LeftButton:
-            self.end_drag()
-        super().mouseReleaseEvent(event)
+    def turn_under(self, point: Point) -> float:
+        """Give the azimuth that a pointer means, deg."""
+        return self.view.azimuth_at(point[0])
