@@ -1,4 +1,4 @@
-"""What all drawings of a lamp share, and the map of matches over all its directions."""
+"""Drawings of a lamp, by hand: pyqtgraph’s pens grow thin on fine screens, its cells blur."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Match around the circle of turns, with a needle that can be dragged."""
+"""Match around the circle of turns, painted by hand: pyqtgraph has no polar plots."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The background of a place as a strip: where the camera points now, and where it should."""
+"""The background strip, painted by hand: its frames, arrow and tags make way for each other."""
 
 from __future__ import annotations
 
