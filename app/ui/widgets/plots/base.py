@@ -139,13 +139,17 @@ def disc(
     painter.drawEllipse(QPointF(*place), radius, radius)
 
 
+def _scaled(size: tuple[float, float]) -> QSize:
+    return QSize(*(theme().px(length) for length in size))
+
+
 class Plot(QWidget):
     """A painted widget that can have the focus and says in words what it shows.
 
     Its sizes are those of the design; `least` is the smallest useful one.
     """
 
-    wanted: ClassVar[tuple[float, float]]
+    wanted: ClassVar[tuple[float, float] | None] = None
     least: ClassVar[tuple[float, float] | None] = None
     policies: ClassVar = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
@@ -172,13 +176,11 @@ class Plot(QWidget):
 
     def sizeHint(self) -> QSize:
         """Return the size that the design asks for, at the scale of the theme."""
-        return QSize(*(theme().px(length) for length in self.wanted))
+        return _scaled(self.wanted) if self.wanted else super().sizeHint()
 
     def minimumSizeHint(self) -> QSize:
         """Return the smallest useful size."""
-        if self.least is None:
-            return super().minimumSizeHint()
-        return QSize(*(theme().px(length) for length in self.least))
+        return _scaled(self.least) if self.least else super().minimumSizeHint()
 
     def panel_rect(self) -> QRect:
         """Where the panorama lies."""
