@@ -237,7 +237,7 @@ class App:
         self.desk.begin(reopen=not self.wishes.demo)
         self.commands.begin()
         # The first panorama needs it a little later; the window need not wait for it.
-        threading.Thread(target=import_module, args=("pyqtgraph",), daemon=True).start()
+        threading.Thread(target=import_module, args=("pyqtgraph",)).start()
 
     def _wanted(self, settings: Settings) -> tuple[ThemeName, float]:
         name = self.wishes.theme or settings.theme
