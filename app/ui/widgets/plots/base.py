@@ -168,7 +168,7 @@ class Plot(QWidget):
             # Not before it is needed: see there.
             from app.ui.widgets.plots.graphics import PanoramaPanel
 
-            self._panel = PanoramaPanel(self, self.draw_over)
+            self._panel = PanoramaPanel(self, lambda p: self.draw_over(p, device_ratio(p)))
             self._panel.setGeometry(self.panel_rect())
             self._panel.lower()
             self._panel.show()

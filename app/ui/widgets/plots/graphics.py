@@ -22,8 +22,6 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QGraphicsItem
 
-from app.ui.widgets.plots.base import device_ratio
-
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -48,7 +46,7 @@ class PanoramaPanel(pg.GraphicsView):  # type: ignore[misc]
     half a turn more on both sides. `over` paints what lies over the layers.
     """
 
-    def __init__(self, plot: QWidget, over: Callable[[QPainter, float], None]) -> None:
+    def __init__(self, plot: QWidget, over: Callable[[QPainter], None]) -> None:
         super().__init__(plot, background=None)
         self._over = over
         self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
@@ -83,7 +81,7 @@ class PanoramaPanel(pg.GraphicsView):  # type: ignore[misc]
     def drawForeground(self, painter: QPainter, _rect: QRectF) -> None:
         """Paint what lies over the layers."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        self._over(painter, device_ratio(painter))
+        self._over(painter)
 
 
 class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
