@@ -19,7 +19,7 @@ from app.ui.screens.registry import ScreenKey, make_presenter, make_view, screen
 from app.ui.shortcuts import Shortcuts, hints_of
 from app.ui.theme import apply, set_theme, theme
 from app.ui.widgets.dialogs import Sheet
-from app.ui.widgets.toasts import Toasts
+from app.ui.widgets.messages import Toasts
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

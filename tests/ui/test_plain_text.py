@@ -20,7 +20,7 @@ from app.core.second_light.captured import make_lamp
 from app.core.second_light.library import add_lamp
 from app.ui.presenters.model import Step
 from app.ui.widgets.buttons import Button
-from app.ui.widgets.menus import Menu
+from app.ui.widgets.surfaces import Menu
 from tests.helpers.dark_room import phone, room
 from tests.helpers.styles_screen import head
 from tests.helpers.whole_window import SCENE, open_light, opened, quick_heads

@@ -32,9 +32,9 @@ from app.ui.screens.paint.view import face as face_module
 from app.ui.screens.paint.view.screen import NameSheet, PaintScreen
 from app.ui.screens.paint.view.tools import ToolColumn, ToolStrip
 from app.ui.theme import apply, set_theme
-from app.ui.widgets.plots.overlay import WeightPanorama
+from app.ui.widgets.paint import draw_tag
 from app.ui.widgets.plots.polar import PolarPlot
-from app.ui.widgets.tags import draw_tag
+from app.ui.widgets.plots.weights import WeightPanorama
 from tests.helpers.paint_studio import Studio, studio
 
 LEFT, MIDDLE = Qt.MouseButton.LeftButton, Qt.MouseButton.MiddleButton

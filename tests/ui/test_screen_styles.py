@@ -20,8 +20,8 @@ from app.ui.presenters.model import Step
 from app.ui.screens.styles.view.card import DamagedCard, StyleCard
 from app.ui.screens.styles.view.gallery import layout_for
 from app.ui.screens.styles.view.screen import StylesScreen, detail_width
-from app.ui.widgets.menus import Menu
 from app.ui.widgets.plots.geometry import at_turn
+from app.ui.widgets.surfaces import Menu
 from tests.helpers.styles_screen import Table, head, scene_light
 
 KEY = Qt.Key

@@ -35,7 +35,7 @@ from app.ui.screenshots import Robot
 from app.ui.start import App
 from app.ui.theme import theme
 from app.ui.widgets.labels import Text
-from app.ui.widgets.plots.bigdegrees import BigDegrees
+from app.ui.widgets.plots.guidance import BigDegrees
 from tests.helpers.cameras import Rig
 from tests.helpers.probe_screen import RigDevices
 from tests.helpers.whole_window import (

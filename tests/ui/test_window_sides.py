@@ -29,10 +29,9 @@ from app.ui.screens.styles.view.numbers import TurnWords
 from app.ui.screens.turn.view.column import GuideColumn, LargeWords
 from app.ui.screenshots import Robot
 from app.ui.start import App
+from app.ui.widgets.choices import Segmented
 from app.ui.widgets.labels import Text
-from app.ui.widgets.plots.arrow import TurnArrow
-from app.ui.widgets.plots.bigdegrees import BigDegrees
-from app.ui.widgets.segmented import Segmented
+from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
 from tests.helpers.pdf import pdf_text
 from tests.helpers.turn_rig import FakeWebcam, frame_of, see_what_is_written
 from tests.helpers.whole_window import OneWebcam, open_light, opened, quick_heads, say, until

@@ -11,9 +11,9 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 from app.ui.presenters.model import Step
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
+from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.paint import MIDDLE, box, hover_fill, put_text
-from app.ui.widgets.roving import Roving
 
 PLACES: Final = "places"
 SETTINGS: Final = "settings"

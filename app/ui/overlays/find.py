@@ -42,10 +42,10 @@ from app.ui.shortcuts import written
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.theme.style import dress_bars
+from app.ui.widgets.accessibility import describe
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
 from app.ui.widgets.paint import RIGHT, box, hover_fill, put_text, text_width
-from app.ui.widgets.tips import describe
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

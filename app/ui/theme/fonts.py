@@ -21,12 +21,7 @@ def _font(pixels: int, weight: int) -> QFont:
 
 
 def inter(pixels: int, weight: int = 400) -> QFont:
-    """Give the interface font; a `QGuiApplication` must exist.
-
-    Parameters
-    ----------
-    pixels : int
-        Height of the em in logical pixels, at least 1.
+    """Give the interface font with an em of so many logical pixels; needs a `QGuiApplication`.
 
     Raises
     ------

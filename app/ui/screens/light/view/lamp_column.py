@@ -11,14 +11,12 @@ from app.core.second_light.placements import metres
 from app.ui.screens.light.state import DISTANCES_M, LampState
 from app.ui.screens.light.view.row import RowCard
 from app.ui.theme import theme
+from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.fields import ListField
+from app.ui.widgets.choices import LabelledSlider
+from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text
-from app.ui.widgets.menus import Menu
-from app.ui.widgets.roving import Roving
-from app.ui.widgets.sliders import LabelledSlider
-from app.ui.widgets.surfaces import Scroll, Surface
-from app.ui.widgets.toggles import Toggle
+from app.ui.widgets.surfaces import Menu, Scroll, Surface
 
 if TYPE_CHECKING:
     from app.ui.screens.light.presenter import LightPresenter

@@ -15,8 +15,8 @@ from app.ui.screens.paint.view.face import FacePainter
 from app.ui.screens.paint.view.viewing import Viewing, fitting
 from app.ui.screens.paint.view.zoom import ZoomBox
 from app.ui.theme import theme
+from app.ui.widgets.accessibility import describe
 from app.ui.widgets.plots.base import Plot
-from app.ui.widgets.tips import describe
 
 if TYPE_CHECKING:
     from PySide6.QtGui import (

@@ -15,14 +15,12 @@ from app.ui.screens.paint.view.live import LiveColumn
 from app.ui.screens.paint.view.tools import BrushSliders, ToolColumn, ToolStrip
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button, Pressable
-from app.ui.widgets.dialogs import Sheet
+from app.ui.widgets.choices import Segmented
+from app.ui.widgets.dialogs import Sheet, ask_file, ask_target
 from app.ui.widgets.fields import TextField
-from app.ui.widgets.file_dialogs import ask_file, ask_target
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
+from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.paint import put_text, text_width
-from app.ui.widgets.plots.scale import WeightScale
-from app.ui.widgets.segmented import Segmented
+from app.ui.widgets.plots.weights import WeightScale
 from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:

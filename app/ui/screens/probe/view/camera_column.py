@@ -10,11 +10,11 @@ from app.ui.screens.probe.state import CHECKS
 from app.ui.screens.probe.view.camera_panel import CameraHead, CameraPanel
 from app.ui.screens.probe.view.parts import CheckTile, FramesGrid, StepList
 from app.ui.theme import theme
-from app.ui.widgets.banner import Banner
+from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button
+from app.ui.widgets.choices import Segmented
 from app.ui.widgets.labels import Text
-from app.ui.widgets.roving import Roving
-from app.ui.widgets.segmented import Segmented
+from app.ui.widgets.messages import Banner
 from app.ui.widgets.surfaces import Scroll, Surface
 
 if TYPE_CHECKING:

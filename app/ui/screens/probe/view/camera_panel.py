@@ -10,14 +10,13 @@ from PySide6.QtWidgets import QHBoxLayout, QLineEdit, QVBoxLayout, QWidget
 
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
+from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button
+from app.ui.widgets.displays import Spinner
 from app.ui.widgets.fields import TextField
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
-from app.ui.widgets.own_keys import OwnKeys
+from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.lists import Cell, Column, TableRow
 from app.ui.widgets.paint import box
-from app.ui.widgets.progress import Spinner
-from app.ui.widgets.tables import Cell, Column, TableRow
 
 if TYPE_CHECKING:
     from app.ui.screens.probe.state import CameraBlock, CameraRow

@@ -11,11 +11,9 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QSizePolicy, QVBoxLayout
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.buttons import Pressable
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
+from app.ui.widgets.displays import Bar, Picture, Spinner
+from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.paint import LEFT, box, hover_fill, put_text, selected_edge
-from app.ui.widgets.pictures import Picture
-from app.ui.widgets.progress import Bar, Spinner
 
 if TYPE_CHECKING:
     from app.ui.screens.probe.state import Check, FrameTile, Running, StepMark

@@ -8,11 +8,11 @@ from PySide6.QtCore import QCoreApplication, QEvent, QRect, QSize, Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from app.ui.theme import theme
-from app.ui.widgets.cards import Card
+from app.ui.widgets.accessibility import Roving
+from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Text
 from app.ui.widgets.paint import put_text
-from app.ui.widgets.pictures import Picture
-from app.ui.widgets.roving import Roving
+from app.ui.widgets.surfaces import Card
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QPainter, QResizeEvent

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 from app.ui.screens.probe.presenter import BEAT_MS, SLOW_BEAT_MS
 from app.ui.screens.probe.view.camera_column import CameraColumn
 from app.ui.screens.probe.view.light_column import LightColumn
-from app.ui.widgets.file_dialogs import ask_files, ask_folder
+from app.ui.widgets.dialogs import ask_files, ask_folder
 from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:

@@ -9,12 +9,11 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from app.ui.screens.probe.words import ev_words
 from app.ui.theme import theme
+from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button, IconButton, Pressable
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
+from app.ui.widgets.choices import LabelledSlider
+from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.paint import text_width
-from app.ui.widgets.roving import Roving
-from app.ui.widgets.sliders import LabelledSlider
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QResizeEvent

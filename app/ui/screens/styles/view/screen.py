@@ -12,7 +12,7 @@ from app.ui.screens.styles.state import Sizes
 from app.ui.screens.styles.view.detail import Detail, picture_sizes
 from app.ui.screens.styles.view.gallery import Gallery, layout_for
 from app.ui.theme import theme
-from app.ui.widgets.file_dialogs import ask_file, ask_target
+from app.ui.widgets.dialogs import ask_file, ask_target
 from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:

@@ -1,8 +1,9 @@
-"""Groups with one stop for Tab: rail, cards, tools. Arrows move inside."""
+"""What controls say of themselves, and how the keyboard reaches them."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import textwrap
+from typing import TYPE_CHECKING, Final
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, QPoint, QRect, Qt, Signal
@@ -11,6 +12,30 @@ from PySide6.QtWidgets import QWidget
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+
+_KEYS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Escape})
+
+
+class OwnKeys(QObject):
+    """Lets Enter and Esc reach a control that has the focus, before they become shortcuts."""
+
+    def __init__(self, *widgets: QWidget) -> None:
+        super().__init__(widgets[0])
+        for widget in widgets:
+            widget.installEventFilter(self)
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        """Claim the keys."""
+        claimed = (
+            event.type() is QEvent.Type.ShortcutOverride
+            and isinstance(event, QKeyEvent)
+            and Qt.Key(event.key()) in _KEYS
+        )
+        if claimed:
+            event.accept()
+        return claimed
+
 
 _WAYS = {
     Qt.Key.Key_Left: (-1, 0),
@@ -34,13 +59,7 @@ class Roving(QObject):
         self._members: list[QWidget] = []
 
     def set_members(self, members: Sequence[QWidget]) -> None:
-        """Take the widgets of the group.
-
-        Parameters
-        ----------
-        members : sequence of QWidget
-            In reading order; the one that was the stop stays it.
-        """
+        """Take the widgets of the group in reading order; the one that was the stop stays it."""
         stop = self.stop
         for old in self._members:
             if shiboken6.isValid(old):
@@ -59,13 +78,7 @@ class Roving(QObject):
         return next((m for m in living if m.focusPolicy() & tabbed), None)
 
     def set_stop(self, stop: QWidget | None) -> None:
-        """Choose the widget that Tab comes to.
-
-        Parameters
-        ----------
-        stop : QWidget or None
-            One of the members; None leaves it as it is.
-        """
+        """Choose the member that Tab comes to; None leaves it as it is."""
         if stop is None:
             return
         for member in self._members:
@@ -122,3 +135,31 @@ class Roving(QObject):
 
 def _place(widget: QWidget) -> QRect:
     return QRect(widget.mapTo(widget.window(), QPoint(0, 0)), widget.size())
+
+
+_LINE: Final = 52
+
+
+def _wrapped(text: str) -> str:
+    """Break a long sentence, since a plain tool tip is one line."""
+    lines = text.splitlines()
+    return "\n".join(line if len(line) <= _LINE else textwrap.fill(line, _LINE) for line in lines)
+
+
+def describe(widget: QWidget, name: str, shortcut: str = "", tip: str | None = None) -> None:
+    """Name a control for those who cannot see it, and give it its tool tip."""
+    widget.setAccessibleName(name)
+    text = name if tip is None else tip
+    text = f"{text} ({shortcut})" if shortcut and text else text
+    wrapped = _wrapped(text)
+    widget.setProperty("tip", wrapped)
+    if widget.isEnabled():
+        widget.setToolTip(wrapped)
+
+
+def set_available(widget: QWidget, available: bool, why: str = "") -> None:
+    """Enable or disable a control; a disabled one says why."""
+    widget.setEnabled(available)
+    tip = str(widget.property("tip") or "")
+    widget.setToolTip(tip if available or not why else _wrapped(why))
+    widget.setAccessibleDescription("" if available else why)

@@ -1,18 +1,17 @@
-"""How many degrees to go, readable from three metres."""
+"""What to do now, readable from three metres: the curved arrow and the degrees to go."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+import math
+from typing import Final, Literal, TypeAlias
 
-from PySide6.QtCore import QPointF, QSize, Qt
-from PySide6.QtGui import QFont, QFontMetricsF, QPainter
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QFont, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF
 from PySide6.QtWidgets import QSizePolicy
 
 from app.ui.theme import theme
-from app.ui.widgets.plots.base import Plot
-
-if TYPE_CHECKING:
-    from PySide6.QtWidgets import QWidget
+from app.ui.widgets.plots.base import Plot, polygon
+from app.ui.widgets.plots.geometry import arrow_shape
 
 _FIGURE: Final = 224
 _LINE: Final = 176
@@ -24,24 +23,19 @@ _SIGN_SIZE: Final = 0.54  # of the number's size: the sign is read at a glance, 
 
 
 class BigDegrees(Plot):
-    """A large number with its degree sign, and words at its foot.
+    """A large number with its degree sign in the middle, and words at its foot.
 
-    The number and its sign stand in the middle; everything shrinks together where it is wider
-    than the widget.
-
-    Parameters
-    ----------
-    size : int, optional
-        Type size of the number, logical pixels at scale 1.
+    Everything shrinks together where it is wider than the widget.
     """
 
-    def __init__(self, size: int = _FIGURE, parent: QWidget | None = None) -> None:
-        super().__init__("", parent)
+    policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def __init__(self, size: int = _FIGURE) -> None:
+        super().__init__("")
         self._size = size
         self._number: int | None = None
         self._words: tuple[str, ...] = ()
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
         """Return the size that the design asks for, at the scale of the theme."""
@@ -53,14 +47,9 @@ class BigDegrees(Plot):
         return QSize(theme().px(160), self.sizeHint().height())
 
     def set_value(self, degrees: int | None, words: str = "to go") -> None:
-        """Show another number.
+        """Show another number, not negative; None shows nothing, while the heading is lost.
 
-        Parameters
-        ----------
-        degrees : int or None
-            Whole degrees, not negative; None shows nothing, while the heading is lost.
-        words : str, optional
-            "to go", "to the best", "too far"; more than two words take two lines.
+        Words such as "to go" and "too far"; more than two of them take two lines.
         """
         self._number = degrees
         parts = words.split()
@@ -130,3 +119,75 @@ class BigDegrees(Plot):
         line = t.px(_WORDS_LINE) * small.pixelSize() / t.px(_WORDS)
         for index, words in enumerate(reversed(self._words)):
             painter.drawText(QPointF(left + digits + t.px(10), base - index * line), words)
+
+
+Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]
+"""What the arrow shows; "none" shows nothing, while the heading is lost."""
+
+_NAMES = {
+    "clockwise": "Turn clockwise",
+    "counter-clockwise": "Turn counter-clockwise",
+    "check": "You are in the light",
+    "none": "No direction now",
+}
+
+
+class TurnArrow(Plot):
+    """A thick curved arrow in amber, or a green check."""
+
+    wanted = (320, 104)
+    policies = (QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+
+    def __init__(self) -> None:
+        super().__init__("")
+        self._sign: Sign = "none"
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.set_sign("none")
+
+    @property
+    def sign(self) -> Sign:
+        """What it shows."""
+        return self._sign
+
+    def set_sign(self, sign: Sign) -> None:
+        """Show another sign."""
+        self._sign = sign
+        self.setAccessibleName(_NAMES[sign])
+        self.update()
+
+    def draw(self, painter: QPainter, ratio: float) -> None:
+        """Paint the sign."""
+        if self._sign == "check":
+            self._draw_check(painter)
+        elif self._sign != "none":
+            self._draw_arrow(painter, clockwise=self._sign == "clockwise")
+
+    def _draw_arrow(self, painter: QPainter, *, clockwise: bool) -> None:
+        shape = arrow_shape(self.width(), self.height(), clockwise=clockwise)
+        centre = QPointF(*shape.centre)
+        # Qt counts angles from the right, counter-clockwise.
+        start, sweep = 90.0 - shape.start_deg, shape.start_deg - shape.stop_deg
+        path = QPainterPath()
+        outer, inner = _circle(centre, shape.outer), _circle(centre, shape.inner)
+        path.arcMoveTo(outer, start)
+        path.arcTo(outer, start, sweep)
+        path.arcTo(inner, start + sweep, -sweep)
+        path.closeSubpath()
+        head = QPainterPath()
+        head.addPolygon(polygon(shape.head))
+        head.closeSubpath()
+        painter.fillPath(path.united(head), theme().c.amber)
+
+    def _draw_check(self, painter: QPainter) -> None:
+        unit = min(self.width() / 320.0, self.height() / 104.0)
+        middle = QPointF(self.width() / 2.0, self.height() / 2.0)
+        corners = ((-44.0, 2.0), (-12.0, 34.0), (44.0, -30.0))
+        line = QPolygonF([middle + QPointF(x, y) * unit for x, y in corners])
+        join = Qt.PenJoinStyle.RoundJoin
+        cap = Qt.PenCapStyle.RoundCap
+        painter.setPen(QPen(theme().c.ok, math.ceil(22 * unit), Qt.PenStyle.SolidLine, cap, join))
+        painter.drawPolyline(line)
+
+
+def _circle(centre: QPointF, radius: float) -> QRectF:
+    return QRectF(centre.x() - radius, centre.y() - radius, 2.0 * radius, 2.0 * radius)
