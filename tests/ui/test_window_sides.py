@@ -27,7 +27,7 @@ from app.export.set_sheet import output, pdf
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.view.card import StyleCard
 from app.ui.screens.styles.view.numbers import TurnWords
-from app.ui.screens.turn.view.column import GuideColumn, LargeWords
+from app.ui.screens.turn.view.guidance import GuideColumn, LargeWords
 from app.ui.screenshots import Robot
 from app.ui.start import App
 from app.ui.widgets.labels import Text

@@ -11,7 +11,14 @@ from app.core.painting.canvas import (
     canvas_size,
     make_canvas,
 )
-from app.core.painting.drafts import Draft, load_draft, save_draft
+from app.core.painting.drafts import (
+    Draft,
+    bring_draft_back,
+    find_draft,
+    load_draft,
+    put_draft_away,
+    save_draft,
+)
 from app.core.painting.exchange import EXPORT_ENDING, export_style, import_style
 from app.core.painting.gallery import (
     Asking,
@@ -60,12 +67,14 @@ __all__ = [
     "advice",
     "apply",
     "blank",
+    "bring_draft_back",
     "canvas_size",
     "cleared",
     "delete",
     "difference",
     "duplicate",
     "export_style",
+    "find_draft",
     "from_style",
     "from_user_style",
     "from_weights",
@@ -75,6 +84,7 @@ __all__ = [
     "load_draft",
     "make_canvas",
     "prepare_user_style",
+    "put_draft_away",
     "read_user_style",
     "rename",
     "restore",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import Final
 
@@ -105,3 +106,16 @@ def _height(altitude_deg: float) -> str:
     if abs(altitude_deg) < _LEVEL_DEG:
         return "at the height of the ears"
     return f"{'raised' if altitude_deg > 0 else 'lowered'} {abs(altitude_deg):.0f}°"
+
+
+def lux_words(lux: float) -> str:
+    """Write an illuminance with two figures.
+
+    Examples
+    --------
+    >>> lux_words(213.4), lux_words(61234.0), lux_words(4.87)
+    ('210 lx', '61,000 lx', '4.9 lx')
+    """
+    digits = 1 - math.floor(math.log10(max(lux, 1e-3)))
+    value = round(lux, digits)
+    return f"{value:,.0f} lx" if value == round(value) else f"{value:.{digits}f} lx"

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 from app.core.base.errors import CoreError
 from app.core.painting import (
     EXPORT_ENDING,
+    bring_draft_back,
     delete,
     duplicate,
     export_style,
     import_style,
+    put_draft_away,
     read_user_style,
     rename,
     restore,
@@ -18,7 +20,6 @@ from app.core.painting import (
 )
 from app.ui.presenters.event import Event
 from app.ui.presenters.undo import FileChange
-from app.ui.screens.paint.drafts import bring_draft_back, put_draft_away
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -14,8 +14,8 @@ from app.core.second_light.captured import CapturedLamp, centroid, make_lamp
 from app.core.second_light.library import update_lamp
 from app.core.second_light.mask import find_mask
 from app.core.second_light.mask_brush import stroke
+from app.core.second_light.words import lux_words
 from app.ui.presenters.undo import FileChange
-from app.ui.screens.light.words import lux_words
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -109,14 +109,14 @@ class MaskEdit:
     def __init__(
         self,
         services: Services,
-        desk: PlaceController,
+        place_controller: PlaceController,
         folder: Path,
         lamp: CapturedLamp,
         look: MaskLook,
         saved: Callable[[], None],
     ) -> None:
         self._services = services
-        self._desk = desk
+        self._place_controller = place_controller
         self._folder = folder
         self._lamp = lamp
         self._saved = saved
@@ -235,7 +235,7 @@ class MaskEdit:
 
         change = FileChange(
             self._services.undo,
-            self._desk.file_work,
+            self._place_controller.file_work,
             f"new mask of {lamp.title}",
             work,
             lambda _: update_lamp(folder, lamp),

@@ -250,13 +250,6 @@ class DetailState:
     stale: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class CapturingState:
-    """A lamp of one's own that is being read."""
-
-    busy: bool = False
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class LightState:
     """What the Light screen shows.
@@ -268,6 +261,8 @@ class LightState:
     meter : str
         Why the lamp in hand cannot be compared with the place, and that its brightness can be
         typed; empty where it can be compared. In place of the schematics.
+    capturing : bool
+        A lamp of one's own is being read.
     note : str
         Above the list: "This lamp is too weak at 30 cm. …".
     """
@@ -287,7 +282,7 @@ class LightState:
     heads: HeadsState = field(default_factory=HeadsState)
     sky: SkyState = field(default_factory=SkyState)
     detail: DetailState = field(default_factory=DetailState)
-    capturing: CapturingState = field(default_factory=CapturingState)
+    capturing: bool = False
 
 
 class LightView(Protocol):
@@ -300,16 +295,16 @@ class LightView(Protocol):
         """Give the keyboard to the lamp."""
 
     def ask_capture(self, ask: CaptureAsk) -> None:
-        """Say how a lamp is captured; the answer goes to the presenter's `capture`."""
+        """Say how a lamp is captured; the answer goes to `LampList.capture`."""
 
     def ask_pictures(self) -> None:
-        """Ask for the pictures of a lamp; the answer goes to the presenter's `take_pictures`."""
+        """Ask for the pictures of a lamp; the answer goes to `LampList.take`."""
 
     def say_capture(self, sentence: str) -> None:
         """Say what is wrong with the answer to `ask_capture`; nothing closes the sheet."""
 
     def ask_words(self, ask: WordsAsk) -> None:
-        """Ask for a line; the answer goes to the presenter's `keeping.answer`."""
+        """Ask for a line; the answer goes to the presenter's `lamp_actions.answer`."""
 
     def say_words(self, sentence: str) -> None:
         """Say what is wrong with that line; nothing closes the sheet."""

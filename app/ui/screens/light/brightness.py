@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from app.core.base.errors import CoreError
 from app.core.second_light.scale import check_lux, illuminance, read_lux
+from app.core.second_light.words import lux_words
 from app.ui.screens.light.state import BRIGHTNESS, BrightState
-from app.ui.screens.light.words import lux_words
 
 if TYPE_CHECKING:
     from collections.abc import Callable
