@@ -14,6 +14,7 @@ from app.core.localization.heading_conversion import Looks, heading_of_turn
 from app.core.localization.views import Lens, goal_lens, goal_view, strip_view
 from app.core.painting import prepare_user_style
 from app.core.solver.place_light import picture_at
+from app.core.text.turns import Mode
 from app.ui.screens.turn.state import Pictures
 
 if TYPE_CHECKING:
