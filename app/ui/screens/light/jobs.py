@@ -77,11 +77,6 @@ def take_in_hand(
 ) -> InHand:
     """Get a lamp ready; the head's part is taken over where it is known.
 
-    Parameters
-    ----------
-    token, report : Token, Report
-        To stop, and to say how far it is.
-
     Raises
     ------
     CoreError
@@ -143,10 +138,7 @@ def closer(
 ) -> Placed | None:
     """Find what a lamp would rescue from nearer by.
 
-    Returns
-    -------
-    Placed or None
-        The style that comes out best; None without any.
+    Returns the style that comes out best; None without any.
     """
     hand = take_in_hand(answers.hand.head, lamp, answers.hand, token, report)
     found = ask(hand, answers.question, names).placed
@@ -156,12 +148,7 @@ def closer(
 class LightWork:
     """Tries lamps, places them and makes pictures; nothing is asked for twice.
 
-    Attributes
-    ----------
-    rows : dict of str to uint8
-        Target portraits for the list.
-    version : int
-        Of `rows`.
+    `rows` are the target portraits for the list, `version` counts how often they were made.
     """
 
     def __init__(

@@ -367,10 +367,7 @@ class LampList:
     def take(self, paths: Sequence[Path]) -> None:
         """Make a lamp of pictures from a dark room, keep it, and take it in hand.
 
-        Parameters
-        ----------
-        paths : sequence of Path
-            Exposures, or one linear panorama.
+        `paths`: exposures, or one linear panorama.
         """
         head, place = self._services.model.head, self._services.model.place
         if head is None or not paths:

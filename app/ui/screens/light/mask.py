@@ -79,10 +79,7 @@ class MaskView(Protocol):
 class MaskLook(NamedTuple):
     """What the sheet of a lamp's mask begins with, from `look_at_mask`.
 
-    Attributes
-    ----------
-    picture : (H, 2 H, 3) uint8
-        See `MaskState`.
+    `picture`, (H, 2 H, 3) uint8: see `MaskState`.
     """
 
     picture: Bytes

@@ -78,12 +78,7 @@ class InHand:
 class Question:
     """What places are asked for.
 
-    Attributes
-    ----------
-    gain : float
-        Luminance of radiance 1, cd/m2.
-    objective : str
-        "picture" or "paper".
+    `gain`: luminance of radiance 1, cd/m2.
     """
 
     light: PlaceLight
@@ -106,10 +101,7 @@ class Question:
 class Answers:
     """Where a lamp belongs for every style.
 
-    Attributes
-    ----------
-    allowed : (576,) bool
-        Placements that can be reached.
+    `allowed`, (576,) bool: placements that can be reached.
     """
 
     hand: InHand

@@ -177,11 +177,8 @@ class LightPresenter:
     def hold_at(self, azimuth_deg: float, altitude_deg: float) -> None:
         """Hold the lamp elsewhere: drawings, words and pictures follow.
 
-        Parameters
-        ----------
-        azimuth_deg, altitude_deg : float
-            Deg, positive toward the sitter's left and upward; the latter is kept within the band
-            that is searched.
+        `azimuth_deg`, `altitude_deg`: Deg, positive toward the sitter's left and upward; the latter
+        is kept within the band that is searched.
         """
         held = self._now
         if held is not None:

@@ -85,10 +85,7 @@ def way_icon(turn_deg: float) -> str:
 def place_words(azimuth_deg: float | None) -> str:
     """Say from where the place lights the face after the turn.
 
-    Parameters
-    ----------
-    azimuth_deg : float or None
-        Relative to the face, positive toward the sitter's left; None for all around.
+    `azimuth_deg`: relative to the face, positive toward the sitter's left; None for all around.
     """
     if azimuth_deg is None:
         return "The light of the place then comes from all around."

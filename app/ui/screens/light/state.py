@@ -59,8 +59,6 @@ class LampState:
     ----------
     items : tuple of (str, str, str, str)
         Lamps to choose from: key, title, what it is, icon.
-    distance_words : str
-        "30 cm".
     brightness : str
         "460 lx at the face, as measured"; empty while it is not known.
     """
@@ -80,10 +78,8 @@ class LampState:
 class BrightState:
     """The question how bright the place is.
 
-    Attributes
-    ----------
-    measured : str
-        "Back to the measured 460 lx"; empty where that counts already, or nothing was measured.
+    `measured`: "Back to the measured 460 lx"; empty where that counts already, or nothing was
+    measured.
     """
 
     key: str = ""
@@ -119,10 +115,7 @@ class CaptureAsk:
 class RowState:
     """A style in the list. Two that are equal look the same.
 
-    Attributes
-    ----------
-    picture : (h, w, 3) uint8 or None
-        Target, sRGB; not compared.
+    `picture`, (h, w, 3) uint8 or None: target, sRGB; not compared.
     """
 
     key: str
@@ -151,10 +144,7 @@ class Section:
 class HoldState:
     """The two steps, in words.
 
-    Attributes
-    ----------
-    turn, turn_line : str
-        "Turn 56° counter-clockwise", and what that does.
+    `turn`, `turn_line`: "Turn 56° counter-clockwise", and what that does.
     """
 
     turn: str = ""
@@ -223,8 +213,6 @@ class DetailState:
         Portraits, sRGB.
     without_tag : str
         "Without it, at 62°".
-    numbers : tuple of (str, str)
-        Label and value.
     power : str
         "1/8, 3 stops down"; empty for a lamp that has one power only.
     """

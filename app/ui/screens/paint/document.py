@@ -62,10 +62,7 @@ class DraftKeeper:
     def flush(self) -> bool:
         """Write now what waits: the screen, or the window, is about to go.
 
-        Returns
-        -------
-        bool
-            Whether it is on the disk; if not, that is told.
+        Returns whether it is on the disk; if not, that is told.
         """
         try:
             self._write()

@@ -92,11 +92,8 @@ NOTHING: Final = ("", "Nothing", "an empty face")
 def starts_of(easel: PaintDocument, own: Sequence[UserStyle]) -> tuple[tuple[str, str, str], ...]:
     """List what painting can start from.
 
-    Returns
-    -------
-    tuple of (str, str, str)
-        Key, title and side: nothing first, then the user's own, then the built-in styles. What
-        was saved here begins from something else: it is no start of its own.
+    Returns key, title and side: nothing first, then the user's own, then the built-in styles.
+    What was saved here begins from something else: it is no start of its own.
     """
     mine = tuple((one.name, one.title, one.side_words or "painted by you") for one in own)
     names = {one.name for one in own}
@@ -134,10 +131,7 @@ def live_state(
 ) -> LiveState:
     """Resolve the live column.
 
-    Parameters
-    ----------
-    size : tuple of int
-        Rows and columns of the portrait.
+    `size`: rows and columns of the portrait.
     """
     light, result = model.light, answer.result
     state = LiveState(

@@ -72,8 +72,6 @@ class LiveState:
 
     Attributes
     ----------
-    turn, direction : str
-        Best turn in whole degrees, and its direction in words.
     picture : (h, w, 3) uint8 or None
         Portrait, sRGB.
     panorama : (h, w, 3) uint8 or None
@@ -82,8 +80,6 @@ class LiveState:
         Panorama azimuth at which the photographer stands, deg.
     weights : (H, W) float32 or None
         Pre-integrated target at turn 0.
-    arc : tuple of float or None
-        Tolerance arc, deg.
     peaks : tuple of float
         Turns of second peaks, deg.
     """
@@ -152,10 +148,7 @@ class PaintView(Protocol):
     def canvas_changed(self, canvas: Canvas, regions: tuple[Region, ...] | None) -> None:
         """Show what is painted.
 
-        Parameters
-        ----------
-        regions : tuple of Region or None
-            What has changed since the last call; None: everything.
+        `regions`: what has changed since the last call; None: everything.
         """
 
     def ask_name(self, wish: NameWish, title: str) -> None:

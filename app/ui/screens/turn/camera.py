@@ -25,10 +25,7 @@ _LEARN_DEG: Final = 1.0  # what changes less is the same estimate
 class LiveCamera:
     """Runs one live source while the screen is in front.
 
-    Attributes
-    ----------
-    listed : tuple of (index, name)
-        Webcams of this computer, as found last.
+    `listed`: webcams of this computer, as found last.
     """
 
     def __init__(
@@ -176,10 +173,7 @@ class LiveCamera:
     def set_fov(self, fov_deg: float | None) -> None:
         """Say what the field of view of the source in use is.
 
-        Parameters
-        ----------
-        fov_deg : float or None
-            Horizontal, deg; None has it estimated.
+        `fov_deg`: horizontal, deg; None has it estimated.
         """
         if fov_deg is None or FOV_RANGE_DEG[0] <= fov_deg <= FOV_RANGE_DEG[1]:
             self._views = self._views.with_(self.chosen, fov_deg=fov_deg)
@@ -196,10 +190,7 @@ class LiveCamera:
     def learn_fov(self, fov_deg: float) -> None:
         """Remember what the field of view of the source in use was estimated to be.
 
-        Parameters
-        ----------
-        fov_deg : float
-            Horizontal, deg. It is used to draw with, and never taken for known.
+        `fov_deg`: horizontal, deg. It is used to draw with, and never taken for known.
         """
         before = self.view.learnt_deg
         inside = FOV_RANGE_DEG[0] <= fov_deg <= FOV_RANGE_DEG[1]

@@ -295,10 +295,7 @@ class GuidanceController:
     def quality(self, shown: Guide) -> tuple[str, str, bool]:
         """Say how well the heading is known.
 
-        Returns
-        -------
-        tuple
-            Words, icon, and whether something is to be done about it.
+        Returns words, icon, and whether something is to be done about it.
         """
         source, tracker, track = self._camera.source, self._tracker, self.track
         _, starting, away, none = _SOURCES[self._camera.chosen.kind]
@@ -329,10 +326,7 @@ def _sign(shown: Guide) -> Sign:
 def arc_of(result: StyleResult | None, goal_deg: float) -> tuple[float, float] | None:
     """Choose the tolerance arc of a goal: that of the peak nearest to it.
 
-    Returns
-    -------
-    tuple of float or None
-        (from, to), clockwise, deg; None where the goal is on none.
+    Returns (from, to), clockwise, deg; None where the goal is on none.
     """
     if result is None or not result.attainable:
         return None
@@ -382,10 +376,7 @@ class Beeper:
     def tick(self, shown: Guide | None) -> None:
         """Play the next sound if it is time for it.
 
-        Parameters
-        ----------
-        shown : Guide or None
-            What the screen says; None for nothing to be heard.
+        `shown`: what the screen says; None for nothing to be heard.
         """
         settings = self._services.model.settings
         wanted = Cue("none") if shown is None or not settings.sounds else cue(shown)

@@ -201,10 +201,7 @@ def _key(light: PlaceLight) -> bytes:
 class Aligner:
     """Finds, again and again, how the newest picture lies on the goal.
 
-    Attributes
-    ----------
-    alignment : Alignment or None
-        What to show, steadied; None before the first picture.
+    `alignment`: what to show, steadied; None before the first picture.
     """
 
     services: Services

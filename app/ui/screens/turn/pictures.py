@@ -282,18 +282,7 @@ def _fitted(picture: Bytes, rows: int) -> Bytes:
 
 
 def target_portrait(head: Head, own: UserStyle | None, name: str, size: tuple[int, int]) -> Bytes:
-    """Show the target of a style.
-
-    Parameters
-    ----------
-    size : tuple of int
-        Rows and columns.
-
-    Returns
-    -------
-    (rows, columns, 3) uint8
-        sRGB on the well's grey.
-    """
+    """Show the target of a style: (rows, columns, 3) uint8, sRGB on the well's grey."""
     if own is not None:
         linear = prepare_user_style(head.transport, own).target
     else:
@@ -310,17 +299,7 @@ def now_portrait(
 ) -> Bytes:
     """Show the head as it is lit here at a turn.
 
-    Parameters
-    ----------
-    facing_deg : float
-        Azimuth in the panorama that the sitter faces, deg.
-    size : tuple of int
-        Rows and columns.
-
-    Returns
-    -------
-    (rows, columns, 3) uint8
-        sRGB on the well's grey.
+    (rows, columns, 3) uint8, sRGB on the well's grey; the sitter faces an azimuth in the panorama.
     """
     if plan is not None:
         return plan.portrait(facing_deg, size)

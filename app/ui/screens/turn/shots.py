@@ -152,11 +152,8 @@ class Shots:
     def take(self, paths: Sequence[Path]) -> bool:
         """Take photographs that were dropped or chosen; leave everything else.
 
-        Returns
-        -------
-        bool
-            Whether it is being seen to: panoramas among them will be opened as a place all the
-            same.
+        Returns whether it is being seen to: panoramas among them will be opened as a place all the
+        same.
         """
         named = all(path.suffix.lower() in PHOTO_ENDINGS for path in paths)
         if not paths or not named or len(paths) > _MOST_AT_ONCE or self._asked() is None:

@@ -50,8 +50,6 @@ class Guidance:
         Whole degrees; None where none may be shown.
     number_words : str
         "to go", "to the best", or nothing.
-    direction : str
-        In the largest words: "clockwise", "Hold it".
     clock, walk, company : str
         "toward 3 o'clock", "Walk to your left", "The sitter turns with you."; may be empty.
     pill, pill_icon : str
@@ -80,10 +78,7 @@ class Guidance:
 class StyleWords:
     """What stands beside target and picture.
 
-    Attributes
-    ----------
-    match, match_at_goal : str
-        "Match now 90", "96 at the goal"; may be empty.
+    `match`, `match_at_goal`: "Match now 90", "96 at the goal"; may be empty.
     """
 
     title: str = ""
@@ -153,8 +148,6 @@ class Tools:
     ----------
     demo_deg : int or None
         Where the demo's camera is, whole degrees of turn; None for a real one.
-    webcams : tuple of (index, name)
-        Those there are.
     """
 
     aligning: bool = False

@@ -43,15 +43,7 @@ _PICTURES: Final = "Pictures (*.jpg *.jpeg *.png *.tif *.tiff *.dng *.exr *.hdr)
 def column_widths(width: int, compact: bool) -> tuple[int, int]:
     """Choose the widths of the left and the right column.
 
-    Parameters
-    ----------
-    width : int
-        Of the screen, logical pixels.
-
-    Returns
-    -------
-    int, int
-        312 and 376 in the usual window; from there on they grow with it.
+    312 and 376 logical pixels in the usual window; from there on they grow with it.
     """
     t = theme()
     if compact:

@@ -110,10 +110,7 @@ class CanvasColours:
     def show_weights(self, canvas: Canvas, region: Region | None = None) -> None:
         """Colour what has changed.
 
-        Parameters
-        ----------
-        region : Region, optional
-            Canvas pixels; everything by default.
+        `region`: canvas pixels; everything by default.
         """
         part = region or Region(0, 0, canvas.size, canvas.size)
         if part.empty or self.pixels.shape != canvas.weights.shape:
@@ -130,10 +127,7 @@ class CanvasColours:
     def show_picture(self, picture: Bytes) -> None:
         """Show a picture of the head in place of the weights.
 
-        Parameters
-        ----------
-        picture : (N, N, 3) uint8
-            sRGB.
+        `picture`, (N, N, 3) uint8: sRGB.
         """
         size = len(self.pixels)
         if not size:
@@ -320,10 +314,7 @@ class FacePainter:
     ) -> None:
         """Paint the brush where it is, and its mirror image paler.
 
-        Parameters
-        ----------
-        zoom : float
-            Logical pixels per canvas pixel.
+        `zoom`: logical pixels per canvas pixel.
         """
         ratio = device_ratio(painter)
         key = (brush.radius, brush.full_radius, brush.tool, zoom, ratio)

@@ -39,10 +39,7 @@ _PLOT: Final = (176, 120)  # as designed, and in a low window
 class _Numbers(QWidget):
     """Turn and match in figures, or a sentence why there are none.
 
-    Attributes
-    ----------
-    score : QWidget
-        Match with its meter, where it stands elsewhere than below the turn.
+    `score`: match with its meter, where it stands elsewhere than below the turn.
     """
 
     probe_asked = Signal()
@@ -100,10 +97,7 @@ class _Numbers(QWidget):
 class LiveColumn(Surface):
     """Picture, turn, match, panorama, plot, and saving.
 
-    Attributes
-    ----------
-    laid : Signal(QSize)
-        Size of the portrait, logical pixels.
+    `laid`, Signal(QSize): size of the portrait, logical pixels.
     """
 
     save_asked = Signal()

@@ -124,10 +124,8 @@ class _Tools(QWidget):
 class BrushSliders(QWidget):
     """Size, strength and softness.
 
-    Attributes
-    ----------
-    changed : Signal(str, float)
-        Field of the brush, and its value: canvas pixels, or a share from 0 to 1.
+    `changed`, Signal(str, float): field of the brush, and its value: canvas pixels, or a share
+    from 0 to 1.
     """
 
     changed = Signal(str, float)
@@ -158,10 +156,7 @@ class BrushSliders(QWidget):
 class _Common(Surface):
     """What both layouts of the tools have in common.
 
-    Attributes
-    ----------
-    brush_changed : Signal(str, object)
-        Field of the brush, and its value.
+    `brush_changed`, Signal(str, object): field of the brush, and its value.
     """
 
     brush_changed = Signal(str, object)

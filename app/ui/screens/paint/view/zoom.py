@@ -79,12 +79,7 @@ class Viewing:
 def fitting(width: float, height: float, size: int) -> Viewing:
     """Show the head as large as it fits, in steps of 10 %.
 
-    Parameters
-    ----------
-    width, height : float
-        Of the widget, logical pixels.
-    size : int
-        Side of the canvas, pixels.
+    The widget's width and height are logical pixels, `size` is the side of the canvas.
     """
     room = min(height / (size * _SHOWN_HEIGHT), width / (size * _SHOWN_WIDTH))
     zoom = min(max(int(room * 10 + 1e-9) / 10, SMALLEST), LARGEST)
@@ -140,10 +135,7 @@ class ZoomBox(QWidget):
     def set_zoom(self, zoom: float) -> None:
         """Show how large the canvas is.
 
-        Parameters
-        ----------
-        zoom : float
-            Logical pixels per canvas pixel.
+        `zoom`: logical pixels per canvas pixel.
         """
         words = f"{round(100 * zoom)} %"
         if words != self._words.text():

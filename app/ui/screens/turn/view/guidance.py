@@ -56,12 +56,7 @@ class LargeWords(QWidget):
     def set_words(self, text: str, role: Role | None = None, size: int | None = None) -> None:
         """Change what it says.
 
-        Parameters
-        ----------
-        role : str, optional
-            New token of the colour; None keeps the old one.
-        size : int, optional
-            New type size; None keeps the old one.
+        `role` is the token of its colour, `size` that of its type; None keeps the old one.
         """
         new = (text, role or self._role, size or self._size)
         if new != (self.words, self._role, self._size):

@@ -162,10 +162,7 @@ class LeftColumn(QWidget):
     def fit(self, room: QSize, bar: int) -> None:
         """Give every picture the size that it has in so much room.
 
-        Parameters
-        ----------
-        room : QSize
-            Logical pixels.
+        `room`: logical pixels.
         """
         self._room, self._bar = room, bar
         self._fit()

@@ -205,10 +205,7 @@ class Well(QWidget):
     def set_picture(self, picture: Bytes | None) -> None:
         """Show a picture.
 
-        Parameters
-        ----------
-        picture : (h, w, 3) uint8 or None
-            sRGB; not to be written to afterwards.
+        `picture`, (h, w, 3) uint8 or None: sRGB; not to be written to afterwards.
         """
         if picture is not self.picture:
             self.picture = None if picture is None else np.ascontiguousarray(picture)
