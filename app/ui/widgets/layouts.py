@@ -1,0 +1,84 @@
+"""Rows and columns in one call: what stands in them, in its order."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
+
+from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QLayout, QVBoxLayout, QWidget
+
+from app.ui.theme import theme
+
+if TYPE_CHECKING:
+    from types import EllipsisType
+
+    from PySide6.QtCore import Qt
+
+Part: TypeAlias = "QWidget | QLayout"
+Item: TypeAlias = (
+    "Part | float | EllipsisType | tuple[Part, int] | tuple[Part, int, Qt.AlignmentFlag]"
+)
+"""A widget or layout, maybe with its stretch and alignment; a gap in pixels at scale 1; or
+`...` for room that stretches."""
+
+Margins: TypeAlias = "float | tuple[float, float, float, float] | None"
+_Box = TypeVar("_Box", bound=QBoxLayout)
+
+
+def column(
+    *items: Item, into: QWidget | None = None, gap: float | None = 0, margins: Margins = 0
+) -> QVBoxLayout:
+    """Stack items, the uppermost first.
+
+    Parameters
+    ----------
+    into : QWidget, optional
+        Gets the layout.
+    gap : float, optional
+        Between two items, pixels at scale 1; None leaves it to the layout around or the style.
+    margins : float or tuple of float, optional
+        Left, top, right and bottom, pixels at scale 1; None leaves them to the style.
+    """
+    return _filled(QVBoxLayout(), items, into, gap, margins)
+
+
+def row(
+    *items: Item, into: QWidget | None = None, gap: float | None = 0, margins: Margins = 0
+) -> QHBoxLayout:
+    """Put items side by side, the leftmost first; see `column`."""
+    return _filled(QHBoxLayout(), items, into, gap, margins)
+
+
+def add(layout: QBoxLayout, *items: Item) -> None:
+    """Add items to the end of a row or column."""
+    for item in items:
+        if item is ...:
+            layout.addStretch(1)
+        elif isinstance(item, (int, float)):
+            layout.addSpacing(theme().px(item))
+        else:
+            part, stretch, *where = item if isinstance(item, tuple) else (item, 0)
+            if isinstance(part, QLayout):
+                layout.addLayout(part, stretch)
+            elif where:
+                layout.addWidget(part, stretch, where[0])
+            else:
+                layout.addWidget(part, stretch)
+
+
+def _filled(
+    layout: _Box,
+    items: tuple[Item, ...],
+    into: QWidget | None,
+    gap: float | None,
+    margins: Margins,
+) -> _Box:
+    t = theme()
+    if into is not None:
+        into.setLayout(layout)
+    if margins is not None:
+        around = margins if isinstance(margins, tuple) else (margins,) * 4
+        layout.setContentsMargins(*(t.px(side) for side in around))
+    if gap is not None:
+        layout.setSpacing(t.px(gap))
+    add(layout, *items)
+    return layout
