@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 
-from app.ui.display import check_display, missing_library
-from app.ui.launch_options import LaunchOptions
+from app.ui.display import LaunchOptions, check_display, missing_library
 from app.ui.memory import reading_in
 
 __all__ = ["LaunchOptions", "start"]

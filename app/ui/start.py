@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 
     from app.core.storage.settings import Settings
     from app.devices.clock import Clock
-    from app.ui.launch_options import LaunchOptions
+    from app.ui.display import LaunchOptions
     from app.ui.presenters.services import Devices
     from app.ui.theme import ThemeName
 

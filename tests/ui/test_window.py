@@ -16,8 +16,8 @@ from app.core.base.paths import resources
 from app.core.storage.places import create_place, delete_place, list_trash
 from app.devices.clock import SystemClock
 from app.devices.theta.discovery import Discovery
+from app.ui.display import LaunchOptions
 from app.ui.frame.drop import DropVeil
-from app.ui.launch_options import LaunchOptions
 from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import PlacesListPresenter
 from app.ui.screenshots import Lost, Robot

@@ -487,7 +487,7 @@ from app.devices.clock import SystemClock
 from app.ui.presenters.model import Step
 from app.ui.screenshots import Robot
 from app.ui.start import App
-from app.ui.launch_options import LaunchOptions
+from app.ui.display import LaunchOptions
 from tests.helpers.whole_window import SCENE, NoDevices
 
 application = QApplication([])

@@ -21,10 +21,9 @@ from app.devices.theta.messages import Info
 from app.devices.webcam.sources import LiveSource
 from app.ui.commands import Commands
 from app.ui.overlays.help import key_lines
-from app.ui.presenters.actions import Action
-from app.ui.presenters.finding import SEARCHED, nothing_words
+from app.ui.presenters.actions import SEARCHED, Action, nothing_words
 from app.ui.presenters.frame import FramePresenter
-from app.ui.presenters.sounds import Silence
+from app.ui.presenters.services import Silence
 from app.ui.screens.light.words import go_words, turn_title, way_icon
 from app.ui.screens.paint.actions import paint_actions
 from app.ui.screens.probe.words import plan_parts

@@ -34,7 +34,7 @@ from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.library import list_lamps
 from app.core.storage.places import list_places
 from app.core.storage.settings import TABLE
-from app.ui.presenters.finding import Findable, best, nothing_words
+from app.ui.presenters.actions import Findable, best, nothing_words
 from app.ui.presenters.frame import time_words
 from app.ui.presenters.model import Step
 from app.ui.screens.light.lamps import lamps_of, own_key

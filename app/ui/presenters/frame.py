@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Protocol
 
 from app.ui.presenters.model import Step
-from app.ui.presenters.sounds import sound_words
+from app.ui.presenters.services import sound_words
 
 if TYPE_CHECKING:
     from datetime import datetime

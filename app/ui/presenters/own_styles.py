@@ -17,7 +17,7 @@ from app.core.painting import (
     text_path,
 )
 from app.ui.presenters.event import Event
-from app.ui.presenters.undo import FileChange
+from app.ui.presenters.file_changes import FileChange
 from app.ui.screens.paint.drafts import bring_draft_back, put_draft_away
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.core.painting import Trashed, UserStyle
-    from app.ui.presenters.serial_queue import SerialQueue
+    from app.ui.presenters.file_changes import SerialQueue
     from app.ui.presenters.services import Services
 
 

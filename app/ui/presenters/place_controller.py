@@ -13,7 +13,7 @@ from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack, load_transport_of, pack_names
 from app.export.result_sheet.words import head_words
 from app.ui.presenters.event import Event
-from app.ui.presenters.input_sorting import sort_out
+from app.ui.presenters.file_changes import SerialQueue
 from app.ui.presenters.model import Head, Step
 from app.ui.presenters.own_styles import OwnStyles
 from app.ui.presenters.place_loader import (
@@ -22,10 +22,10 @@ from app.ui.presenters.place_loader import (
     finish_files,
     last_opened,
     read_kept,
+    sort_out,
     take_anew,
 )
 from app.ui.presenters.saving import Saving
-from app.ui.presenters.serial_queue import SerialQueue
 from app.ui.presenters.undo import Undoable
 
 if TYPE_CHECKING:

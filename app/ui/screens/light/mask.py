@@ -14,7 +14,7 @@ from app.core.second_light.captured import CapturedLamp, centroid, make_lamp
 from app.core.second_light.library import update_lamp
 from app.core.second_light.mask import find_mask
 from app.core.second_light.mask_brush import stroke
-from app.ui.presenters.undo import FileChange
+from app.ui.presenters.file_changes import FileChange
 from app.ui.screens.light.words import lux_words
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from app.core.base.errors import CoreError, StyleError
 from app.core.painting import Draft, load_draft, save_draft
 from app.devices.clock import wait
-from app.ui.presenters.disk_words import disk_words
+from app.ui.presenters.saving import disk_words
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -16,12 +16,12 @@ from app.ui.presenters.capturing import (
     capture,
     clipped_in,
     merge_kept,
+    tidy,
 )
 from app.ui.presenters.frame import time_words
-from app.ui.presenters.unfinished import Unfinished, tidy, unfinished
+from app.ui.presenters.unfinished import Unfinished, unfinished
 from app.ui.screens.probe.state import FrameTile, Notice, Running, StepMark
-from app.ui.screens.probe.trouble import HowFar, offer_notice, trouble_notice, wants_password
-from app.ui.screens.probe.words import tile_of
+from app.ui.screens.probe.words import HowFar, offer_notice, tile_of, trouble_notice, wants_password
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -9,7 +9,7 @@ from app.core.base.angles import wrap
 from app.core.guidance.guide import Guide, Phase, Source
 from app.core.text.turns import Mode, whole
 from app.ui.presenters.model import Step
-from app.ui.presenters.sounds import sound_words
+from app.ui.presenters.services import sound_words
 from app.ui.screens.turn.actions import turn_actions
 from app.ui.screens.turn.camera import LiveCamera
 from app.ui.screens.turn.guidance_controller import GuidanceController, SpeechThrottle

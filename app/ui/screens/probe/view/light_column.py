@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
-from app.ui.screens.probe.view.recent import RecentPlaces
-from app.ui.screens.probe.view.tools import Tools
+from app.ui.screens.probe.view.light_parts import RecentPlaces, Tools
 from app.ui.theme import theme
 from app.ui.widgets.banner import Empty
 from app.ui.widgets.buttons import Button
