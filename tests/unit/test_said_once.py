@@ -177,7 +177,7 @@ def test_the_tour_promises_what_it_has() -> None:
     services: Any = MagicMock()
     services.model.settings.tour_seen = False
     services.notify.tell = lambda words, **_: told.append(words)
-    Commands(services, MagicMock(), MagicMock()).begin()
+    Commands(services, MagicMock(), MagicMock(), MagicMock()).begin()
     assert "picture" not in told[0]
 
 

@@ -315,7 +315,7 @@ class PlaceController:
 
         return work, f"Opening {name or (given[0].name if given else '')}"
 
-    def _opened(self, opened: Opened, step: Step = Step.PROBE) -> None:
+    def _opened(self, opened: Opened, step: str = Step.PROBE) -> None:
         if opened.folder is not None and not opened.folder.is_dir():
             # It was deleted while it was read.
             self._no_longer()
