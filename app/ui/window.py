@@ -306,7 +306,7 @@ class Window(QWidget):
         if key in (PLACES, SETTINGS):
             self._ask(key)
         else:
-            self._services.model.update(step=key, painting=None)
+            self._services.model.update(step=screen(key).key, painting=None)
 
     def _ask(self, what: str) -> None:
         self.asked.emit(what, self.mapToGlobal(QPoint(0, 0)))

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 SCREENS: Final = (
     ScreenSpec(
-        "probe",
+        Step.PROBE,
         "ProbePresenter",
         "ProbeScreen",
         title="Probe",
@@ -29,7 +29,7 @@ SCREENS: Final = (
         in_front=lambda model: model.step == Step.STYLES and model.painting is not None,
     ),
     ScreenSpec(
-        "styles",
+        Step.STYLES,
         "StylesPresenter",
         "StylesScreen",
         title="Styles",
@@ -39,7 +39,7 @@ SCREENS: Final = (
         done=lambda model: model.goal_deg is not None,
     ),
     ScreenSpec(
-        "turn",
+        Step.TURN,
         "TurnPresenter",
         "TurnScreen",
         title="Turn",
@@ -48,7 +48,7 @@ SCREENS: Final = (
         icon="turn",
     ),
     ScreenSpec(
-        "light",
+        Step.LIGHT,
         "LightPresenter",
         "LightScreen",
         title="Light",

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QPainter, QPaintEvent
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLineEdit, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QLineEdit, QSizePolicy, QWidget
 
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
@@ -14,6 +14,7 @@ from app.ui.widgets.buttons import Button, Pressable
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.icons import Icon
 from app.ui.widgets.labels import Text
+from app.ui.widgets.layouts import boxed, hbox, vbox
 from app.ui.widgets.own_keys import OwnKeys
 from app.ui.widgets.paint import LEFT, box, hover_fill, put_text, selected_edge
 from app.ui.widgets.pictures import Picture
@@ -66,23 +67,10 @@ class CameraHead(QWidget):
         self._warning = Icon("warning", 16, "err")
         self._spinner = Spinner("Looking for cameras")
         self.change = Button("Change", size="small")
-        words = QVBoxLayout()
-        words.setSpacing(0)
-        words.addStretch(1)
-        words.addWidget(self.title)
-        line = QHBoxLayout()
-        line.setSpacing(t.px(6))
-        for widget in (self._spinner, self._warning):
-            line.addWidget(widget)
-        line.addWidget(self.second, 1)
-        words.addLayout(line)
-        words.addStretch(1)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(16))
-        row.addWidget(_Badge())
-        row.addLayout(words, 1)
-        row.addWidget(self.change, 0, Qt.AlignmentFlag.AlignVCenter)
+        line = hbox(self._spinner, self._warning, (self.second, 1), gap=t.px(6))
+        words = vbox(None, self.title, line, None, gap=0)
+        whole = hbox(_Badge(), (words, 1), self.change, on=self, gap=t.px(16))
+        whole.setAlignment(self.change, Qt.AlignmentFlag.AlignVCenter)
         self.change.clicked.connect(self.change_asked)
 
     def show_block(self, block: CameraBlock) -> None:
@@ -122,29 +110,13 @@ class CameraPanel(QWidget):
         self.password.edit.setEchoMode(QLineEdit.EchoMode.Password)
         self.hint = Text("", 12, role="dim", wrap=True)
         self.give = Button("Use this password", size="small")
-        self._rows = QVBoxLayout()
-        self._rows.setSpacing(0)
-        self._secret = QWidget()
-        secret = QVBoxLayout(self._secret)
-        secret.setContentsMargins(0, 0, 0, 0)
-        secret.setSpacing(t.px(8))
-        for widget in (self.user, self.password, self.hint):
-            secret.addWidget(widget)
-        secret.addWidget(self.give, 0, Qt.AlignmentFlag.AlignLeft)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, t.px(16))
-        column.setSpacing(t.px(8))
-        column.addWidget(self.trouble)
-        column.addLayout(self._rows)
-        column.addWidget(self.note)
-        column.addWidget(self.address)
-        line = QHBoxLayout()
-        line.setSpacing(t.px(8))
-        line.addWidget(self.ask)
-        line.addWidget(self.search)
-        line.addStretch(1)
-        column.addLayout(line)
-        column.addWidget(self._secret)
+        self._rows = vbox(gap=0)
+        secret = vbox(self.user, self.password, self.hint, self.give, gap=t.px(8))
+        secret.setAlignment(self.give, Qt.AlignmentFlag.AlignLeft)
+        self._secret = boxed(secret)
+        buttons = hbox(self.ask, self.search, None, gap=t.px(8))
+        parts = (self.trouble, self._rows, self.note, self.address, buttons, self._secret)
+        vbox(*parts, on=self, gap=t.px(8), margins=(0, 0, 0, t.px(16)))
         self._connect()
 
     def _connect(self) -> None:
@@ -301,35 +273,18 @@ class _FrameView(QWidget):
         self._tile: FrameTile | None = None
         self.picture = Picture("Frame", 4)
         self.ev = Text("", 14, 600)
-        self.shutter = Text("", 12, role="dim", align=Qt.AlignmentFlag.AlignRight)
+        align = Qt.AlignmentFlag.AlignLeft if narrow else Qt.AlignmentFlag.AlignRight
+        self.shutter = Text("", 12, role="dim", align=align)
         self._clip_icon = Icon("hatch", 16)
         self.clipped = Text("", 12, elide=True)
         self._bar = Bar("Download")
         self._bar.setMinimumWidth(0)
         self._bar.setMaximumWidth(t.px(400))
         self._bar.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.picture)
-        column.addSpacing(t.px(4))
-        column.addWidget(self._bar)
-        first = QHBoxLayout()
-        first.setSpacing(t.px(4))
-        first.addWidget(self.ev)
-        if narrow:
-            column.addLayout(first)
-            self.shutter = Text("", 12, role="dim")
-            column.addWidget(self.shutter)
-        else:
-            first.addStretch(1)
-            first.addWidget(self.shutter)
-            column.addLayout(first)
-        second = QHBoxLayout()
-        second.setSpacing(t.px(4))
-        second.addWidget(self._clip_icon)
-        second.addWidget(self.clipped, 1)
-        column.addLayout(second)
+        # Under the exposure, or where there is room at its right.
+        first = [self.ev, self.shutter] if narrow else [hbox(self.ev, None, self.shutter)]
+        second = hbox(self._clip_icon, (self.clipped, 1), gap=t.px(4))
+        vbox(self.picture, t.px(4), self._bar, *first, second, on=self, gap=0)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
 
     def show_tile(self, tile: FrameTile) -> None:
@@ -426,13 +381,8 @@ class _StepRow(QWidget):
         self._spinner = Spinner("Under way")
         self.words = Text("", 14)
         self.left = Text("", 14, role="dim")
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(12))
-        for widget in (self._ring, self._check, self._spinner):
-            row.addWidget(widget)
-        row.addWidget(self.words, 1)
-        row.addWidget(self.left)
+        marks = (self._ring, self._check, self._spinner)
+        hbox(*marks, (self.words, 1), self.left, on=self, gap=t.px(12))
 
     def show_mark(self, mark: StepMark, left: str) -> None:
         self._ring.setVisible(mark.state == "waiting")
@@ -450,24 +400,12 @@ class StepList(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        t = theme()
-        self.rows: list[_StepRow] = []
+        gap = theme().px(8)
+        self.rows = [_StepRow() for _ in range(5)]
         self.band = MoveBand()
         self.message = Text("", 12, role="dim", elide=True)
         self.rough = Text("", 14, wrap=True)
-        self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(0, 0, 0, 0)
-        self._column.setSpacing(0)
-        self._column.addWidget(self.band)
-        self._column.addSpacing(t.px(8))
-        for _ in range(5):
-            row = _StepRow()
-            self.rows.append(row)
-            self._column.addWidget(row)
-        self._column.addSpacing(t.px(8))
-        self._column.addWidget(self.message)
-        self._column.addSpacing(t.px(8))
-        self._column.addWidget(self.rough)
+        vbox(self.band, gap, *self.rows, gap, self.message, gap, self.rough, on=self, gap=0)
 
     def show_running(self, running: Running) -> None:
         """Show how far it is."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QCoreApplication, QEvent, QRect, QSize, Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from app.ui.screens.probe.words import ev_words
 from app.ui.theme import theme
@@ -13,6 +13,7 @@ from app.ui.widgets.buttons import Button, IconButton, Pressable
 from app.ui.widgets.cards import Card
 from app.ui.widgets.icons import Icon
 from app.ui.widgets.labels import Text
+from app.ui.widgets.layouts import hbox, vbox
 from app.ui.widgets.paint import put_text, text_width
 from app.ui.widgets.pictures import Picture
 from app.ui.widgets.roving import Roving
@@ -74,15 +75,9 @@ class RecentPlaces(QWidget):
         t = theme()
         self.tiles: list[_Tile] = []
         self._title = Text("Recent places", 12, 600, "dim")
-        self._line = QHBoxLayout()
-        self._line.setSpacing(t.px(8))
+        self._line = hbox(gap=t.px(8))
         self._roving = Roving(self)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, t.px(8), 0, 0)
-        column.setSpacing(t.px(6))
-        column.addWidget(self._title)
-        column.addLayout(self._line)
-        column.addStretch(1)
+        vbox(self._title, self._line, None, on=self, gap=t.px(6), margins=(0, t.px(8), 0, 0))
         self._title.hide()
 
     def show_rows(self, rows: tuple[PlacesListRow, ...]) -> None:
@@ -150,17 +145,11 @@ class Tools(QWidget):
             self.exposure.setMinimumWidth(t.px(200))
         self.layers: dict[str, Pressable] = {}
         self._there: bool | None = None
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(8))
-        for widget in (self.whole, self.out, self.percent, self.near):
-            row.addWidget(widget)
-        row.addSpacing(t.px(8))
-        row.addWidget(Icon("sun", 20, "dim"))
-        row.addWidget(self.exposure, 1)
-        row.addStretch(0 if compact else 1)
+        near = (self.whole, self.out, self.percent, self.near, t.px(8), Icon("sun", 20, "dim"))
+        line = hbox(*near, (self.exposure, 1), on=self, gap=t.px(8))
+        line.addStretch(0 if compact else 1)
         for key, words, icon, tip in _LAYERS:
-            row.addWidget(self._layer(key, words, icon, tip, compact))
+            line.addWidget(self._layer(key, words, icon, tip, compact))
         self.whole.clicked.connect(self.whole_asked)
         self.out.clicked.connect(lambda: self.zoom_asked.emit(-1.0))
         self.near.clicked.connect(lambda: self.zoom_asked.emit(1.0))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QWidget
 
 from app.ui.screens.probe.presenter import BEAT_MS, SLOW_BEAT_MS
 from app.ui.screens.probe.state import CHECKS
@@ -22,6 +22,7 @@ from app.ui.widgets.banner import Banner
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.file_dialogs import ask_files, ask_folder
 from app.ui.widgets.labels import Text
+from app.ui.widgets.layouts import boxed, hbox, vbox
 from app.ui.widgets.roving import Roving
 from app.ui.widgets.segmented import Segmented
 from app.ui.widgets.surfaces import Room, Scroll, Surface
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from app.ui.screens.probe.presenter import ProbePresenter
     from app.ui.screens.probe.state import Notice, ProbeState
     from app.ui.widgets.labels import Role
+    from app.ui.widgets.layouts import Part
 
 
 _WIDTH: Final = 440
@@ -70,18 +72,13 @@ class CameraColumn(Surface):
         self.frames = FramesGrid()
         self.steps = StepList()
         self.banner = Banner("info", " ", actions=(" ",))
-        column = QVBoxLayout(self)
-        top = t.px(12 if compact else 16)
-        column.setContentsMargins(0, top, 0, t.px(12 if compact else 16))
-        column.setSpacing(0)
-        column.addWidget(self._inset(self.head))
-        column.addSpacing(t.px(8 if compact else 12))
+        head = self._inset(self.head)
         scroll = Scroll(self._middle())
         scroll.setAccessibleName("Capture")
         scroll.bar_changed.connect(self._make_way)
-        column.addWidget(scroll, 1)
-        column.addSpacing(t.px(8 if compact else 12))
-        column.addWidget(self._inset(self._buttons()))
+        edge, gap = (t.px(12), t.px(8)) if compact else (t.px(16), t.px(12))
+        parts = (head, gap, (scroll, 1), gap, self._inset(self._buttons()))
+        vbox(*parts, on=self, gap=0, margins=(0, edge, 0, edge))
         self._connect()
 
     def take_width(self, free: int) -> None:
@@ -101,9 +98,7 @@ class CameraColumn(Surface):
 
     def _inset(self, widget: QWidget) -> QWidget:
         box = QWidget()
-        row = QHBoxLayout(box)
-        row.setContentsMargins(self._side, 0, self._side, 0)
-        row.addWidget(widget)
+        hbox(widget, on=box, margins=(self._side, 0, self._side, 0))
         return box
 
     def _make_way(self, width: int) -> None:
@@ -116,69 +111,49 @@ class CameraColumn(Surface):
         t = theme()
         gap = t.px(8 if self._compact else 12)
         content = QWidget()
-        self._content = column = QVBoxLayout(content)
-        column.setContentsMargins(self._side, t.px(4), self._side, t.px(4))
-        column.setSpacing(0)
-        column.addWidget(self.panel)
-        column.addWidget(self._plans())
-        column.addSpacing(gap)
-        column.addWidget(self._checklist())
-        column.addSpacing(gap)
-        column.addWidget(self._frames())
-        column.addSpacing(gap)
-        column.addWidget(self.steps)
-        column.addWidget(self.banner)
-        column.addStretch(1)
+        self._content = vbox(
+            self.panel,
+            self._plans(),
+            gap,
+            self._checklist(),
+            gap,
+            self._frames(),
+            gap,
+            self.steps,
+            self.banner,
+            None,
+            on=content,
+            gap=0,
+            margins=(self._side, t.px(4), self._side, t.px(4)),
+        )
         return content
+
+    def _headed(self, words: str, *parts: Part) -> QWidget:
+        """Put parts under their heading; the narrow layout has no room for it."""
+        head = [] if self._compact else [Text(words, 12, 600, "dim")]
+        return boxed(vbox(*head, *parts, gap=theme().px(6)))
 
     def _plans(self) -> QWidget:
         t = theme()
-        self._plan_box = QWidget()
-        column = QVBoxLayout(self._plan_box)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(t.px(6))
-        if not self._compact:
-            column.addWidget(Text("Plan", 12, 600, "dim"))
-        column.addWidget(self.plan)
-        column.addSpacing(t.px(2 if self._compact else 6))
-        line = QHBoxLayout()
-        line.setSpacing(t.px(16))
-        line.addWidget(Text("Self-timer", 12, 600, "dim"))
-        line.addWidget(self.timer, 1)
-        column.addLayout(line)
-        return self._plan_box
+        line = hbox(Text("Self-timer", 12, 600, "dim"), (self.timer, 1), gap=t.px(16))
+        return self._headed("Plan", self.plan, t.px(2 if self._compact else 6), line)
 
     def _checklist(self) -> QWidget:
         t = theme()
-        self._checks_box = box = QWidget()
-        column = QVBoxLayout(box)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(t.px(6))
-        if not self._compact:
-            column.addWidget(Text("Before you press", 12, 600, "dim"))
         grid = QGridLayout()
         grid.setSpacing(t.px(8))
         across = 4 if self._compact else 2
         for number, tile in enumerate(self.checks):
             grid.addWidget(tile, number // across, number % across)
             tile.clicked.connect(lambda _on=False, key=tile.key: self._presenter.tick_off(key))
-        column.addLayout(grid)
-        Roving(box).set_members(self.checks)
-        return box
+        self._checks_box = self._headed("Before you press", grid)
+        Roving(self._checks_box).set_members(self.checks)
+        return self._checks_box
 
     def _frames(self) -> QWidget:
-        t = theme()
-        self._frames_box = QWidget()
-        column = QVBoxLayout(self._frames_box)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(t.px(6))
-        line = QHBoxLayout()
-        line.addWidget(Text("Frames", 12, 600, "dim"))
-        line.addStretch(1)
         self._frames_note = Text("", 12, role="dim")
-        line.addWidget(self._frames_note)
-        column.addLayout(line)
-        column.addWidget(self.frames)
+        line = hbox(Text("Frames", 12, 600, "dim"), None, self._frames_note)
+        self._frames_box = boxed(vbox(line, self.frames, gap=theme().px(6)))
         return self._frames_box
 
     def _buttons(self) -> QWidget:
@@ -191,15 +166,8 @@ class CameraColumn(Surface):
         self.styles.set_tip("Go on to the styles", "Enter")
         self.stop = Button("Cancel", "cancel", size="main")
         self.stop.set_tip("Stop; the camera gets its own settings back", "Esc")
-        box = QWidget()
-        row = QHBoxLayout(box)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(self.capture, 1)
-        row.addWidget(self.again, 4)
-        row.addWidget(self.styles, 5)
-        row.addWidget(self.stop, 1)
-        return box
+        parts = ((self.capture, 1), (self.again, 4), (self.styles, 5), (self.stop, 1))
+        return boxed(hbox(*parts, gap=t.px(8)))
 
     def _connect(self) -> None:
         presenter, cameras = self._presenter, self._presenter.cameras
@@ -297,11 +265,7 @@ class ProbeScreen(QWidget):
         self._presenter = presenter
         self.light = LightColumn(presenter, compact)
         self.camera = CameraColumn(presenter, compact)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
-        row.addWidget(Room(self.light, *_LEAST), 1)
-        row.addWidget(self.camera)
+        hbox((Room(self.light, *_LEAST), 1), self.camera, on=self, gap=0)
         self.light.files_asked.connect(self.ask_files)
         self.light.folder_asked.connect(self.ask_folder)
         self._capturing = False

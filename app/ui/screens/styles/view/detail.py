@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QRect, QSize, Qt, QTimer, Signal
-from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from app.ui.screens.styles.state import DetailState
 from app.ui.screens.styles.view.numbers import Facts, TurnWords
@@ -14,6 +14,7 @@ from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.icons import Icon, Sign
 from app.ui.widgets.labels import Text
+from app.ui.widgets.layouts import boxed, hbox, vbox
 from app.ui.widgets.menus import Menu
 from app.ui.widgets.pictures import Picture
 from app.ui.widgets.plots.overlay import WeightPanorama
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
     from app.ui.presenters.actions import Action
     from app.ui.widgets.buttons import Size
+    from app.ui.widgets.layouts import Part
 
 _MARGIN: Final = 24
 _GAP: Final = 8
@@ -80,11 +82,7 @@ class _Title(QWidget):
         self._field = TextField("Name of the style", show_label=False)
         self._field.entered.connect(self.renamed)
         self._field.hide()
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        for widget in (self._text, self._side, self._field):
-            column.addWidget(widget)
+        vbox(self._text, self._side, self._field, on=self, gap=0)
 
     def show_words(self, title: str, side: str) -> None:
         if title != self._text.text():
@@ -127,15 +125,8 @@ class _Legend(QWidget):
     def __init__(self) -> None:
         super().__init__()
         t = theme()
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(Sign("plus"))
-        row.addWidget(Text("light helps", 12, role="dim"))
-        row.addSpacing(t.px(8))
-        row.addWidget(Sign("minus"))
-        row.addWidget(Text("light harms", 12, role="dim"))
-        row.addStretch(1)
+        helps, harms = (Text(f"light {does}", 12, role="dim") for does in ("helps", "harms"))
+        hbox(Sign("plus"), helps, t.px(8), Sign("minus"), harms, None, on=self, gap=t.px(8))
 
 
 class _Warning(QWidget):
@@ -146,11 +137,9 @@ class _Warning(QWidget):
         t = theme()
         self._icon = Icon("warning", 16)
         self._text = Text("", 12, wrap=True)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(self._icon, 0, Qt.AlignmentFlag.AlignTop)
-        row.addWidget(self._text, 1, Qt.AlignmentFlag.AlignTop)
+        line = hbox(self._icon, (self._text, 1), on=self, gap=t.px(8))
+        for widget in (self._icon, self._text):
+            line.setAlignment(widget, Qt.AlignmentFlag.AlignTop)
         self.setFixedHeight(t.px(32))
         self.say("", "", strong=False)
 
@@ -224,29 +213,31 @@ class Detail(Surface):
 
     # -- places --------------------------------------------------------------------------------
 
-    def _column(self) -> QVBoxLayout:
-        """Begin what scrolls where there is too little height; the buttons below stay in sight."""
+    def _lay(self, *parts: Part) -> None:
+        """Let all scroll where there is too little height; the buttons below stay in sight."""
         t = theme()
         inside = QWidget()
-        self._content = column = QVBoxLayout(inside)
-        column.setContentsMargins(t.px(_MARGIN) - t.line_width, t.px(16), t.px(_MARGIN), 0)
-        column.setSpacing(0)
+        gap = t.px(8 if self._compact else 12)
+        self._content = vbox(
+            self._title,
+            gap,
+            hbox(self.target, self.here, gap=t.px(8)),
+            gap,
+            *parts,
+            t.px(4),
+            self._warning,
+            None,
+            on=inside,
+            gap=0,
+            margins=(t.px(_MARGIN) - t.line_width, t.px(16), t.px(_MARGIN), 0),
+        )
         scroll = Scroll(inside)
         scroll.setAccessibleName("About the chosen style")
         scroll.bar_changed.connect(self._make_way)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(t.line_width, 0, 0, t.px(16 if self._compact else 24))
-        whole.setSpacing(t.px(4))
-        whole.addWidget(scroll, 1)
-        self._whole = whole
-        column.addWidget(self._title)
-        column.addSpacing(t.px(8 if self._compact else 12))
-        pair = QHBoxLayout()
-        pair.setSpacing(t.px(8))
-        pair.addWidget(self.target)
-        pair.addWidget(self.here)
-        column.addLayout(pair)
-        return column
+        sides = (t.px(_MARGIN) - t.line_width, 0, t.px(_MARGIN), 0)
+        buttons = hbox((self.main, 1), self.paint, self.more, gap=t.px(8), margins=sides)
+        around = (t.line_width, 0, 0, t.px(16 if self._compact else 24))
+        self._whole = vbox((scroll, 1), buttons, on=self, gap=t.px(4), margins=around)
 
     def _make_way(self, width: int) -> None:
         """Let the bar lie in the margin."""
@@ -254,81 +245,32 @@ class Detail(Surface):
         around.setRight(max(theme().px(_MARGIN) - width, 0))
         self._content.setContentsMargins(around)
 
-    def _buttons(self) -> QHBoxLayout:
-        t = theme()
-        row = QHBoxLayout()
-        row.setContentsMargins(t.px(_MARGIN) - t.line_width, 0, t.px(_MARGIN), 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(self.main, 1)
-        row.addWidget(self.paint)
-        row.addWidget(self.more)
-        return row
-
     def _lay_full(self) -> None:
         t = theme()
-        column = self._column()
-        column.addSpacing(t.px(12))
-        middle = QHBoxLayout()
-        middle.setSpacing(t.px(16))
-        middle.addWidget(self.plot, 0, Qt.AlignmentFlag.AlignTop)
-        numbers = QWidget()
+        numbers = boxed(vbox(self.words, t.px(8), self.facts, None, gap=0))
+        numbers.layout().setContentsMargins(0, t.px(4), 0, 0)  # type: ignore[union-attr]
         # Words come and go with the needle; what is below must not move.
         numbers.setFixedHeight(t.px(_PLOT))
-        rows = QVBoxLayout(numbers)
-        rows.setContentsMargins(0, t.px(4), 0, 0)
-        rows.setSpacing(0)
-        rows.addWidget(self.words)
-        rows.addSpacing(t.px(8))
-        rows.addWidget(self.facts)
-        rows.addStretch(1)
-        middle.addWidget(numbers, 1)
-        column.addLayout(middle)
-        column.addSpacing(t.px(12))
-        place = QHBoxLayout()
-        place.setSpacing(t.px(8))
-        place.addWidget(self.weights)
-        place.addWidget(self.background)
-        column.addLayout(place)
-        column.addSpacing(t.px(8))
-        column.addWidget(self._legend)
-        column.addSpacing(t.px(4))
-        column.addWidget(self._warning)
-        column.addStretch(1)
-        self._whole.addLayout(self._buttons())
+        middle = hbox(self.plot, (numbers, 1), gap=t.px(16))
+        middle.setAlignment(self.plot, Qt.AlignmentFlag.AlignTop)
+        place = hbox(self.weights, self.background, gap=t.px(8))
+        self._lay(middle, t.px(12), place, t.px(8), self._legend)
 
     def _lay_compact(self) -> None:
         t = theme()
-        column = self._column()
-        column.addSpacing(t.px(8))
-        column.addWidget(self.words)
-        column.addSpacing(t.px(8))
+        gap = t.px(8)
         tabs = Segmented(_TABS, name="Show", equal=False)
-        column.addWidget(tabs)
-        column.addSpacing(t.px(8))
         self._pages = QStackedWidget()
-        first = QWidget()
-        row = QHBoxLayout(first)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(self.plot)
-        row.addWidget(self.facts, 1)
-        second = QWidget()
-        rows = QVBoxLayout(second)
-        rows.setContentsMargins(0, 0, 0, 0)
-        rows.setSpacing(t.px(8))
-        rows.addWidget(self.weights)
-        rows.addWidget(self._legend)
-        rows.addStretch(1)
-        for page in (first, second, self.background):
+        for page in (
+            boxed(hbox(self.plot, (self.facts, 1), gap=gap)),
+            boxed(vbox(self.weights, self._legend, None, gap=gap)),
+            self.background,
+        ):
             self._pages.addWidget(page)
         self._pages.setFixedHeight(t.px(_TAB))
         keys = [key for key, _ in _TABS]
         tabs.chosen.connect(lambda key: self._pages.setCurrentIndex(keys.index(key)))
-        column.addWidget(self._pages)
-        column.addSpacing(t.px(4))
-        column.addWidget(self._warning)
-        column.addStretch(1)
-        self._whole.addLayout(self._buttons())
+        self._lay(self.words, gap, tabs, gap, self._pages)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give pictures their proportions."""

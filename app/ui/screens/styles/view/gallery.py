@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from app.ui.screens.styles.view.card import (
     DamagedCard,
@@ -19,6 +19,7 @@ from app.ui.screens.styles.view.card import (
 from app.ui.theme import theme
 from app.ui.widgets.fields import ListField
 from app.ui.widgets.labels import Text
+from app.ui.widgets.layouts import hbox, vbox
 from app.ui.widgets.roving import Roving
 from app.ui.widgets.segmented import Segmented
 from app.ui.widgets.surfaces import Scroll
@@ -161,11 +162,9 @@ class Gallery(QWidget):
         self._roving = Roving(self)
         self._roving.moved.connect(self._moved)
         self._empty = Text("", 14, role="dim", wrap=True)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, theme().px(_TOP), 0, 0)
-        column.setSpacing(theme().px(_GAP))
-        column.addLayout(self._made_tools())
-        column.addWidget(self._scroll, 1)
+        t = theme()
+        tools = self._made_tools()
+        vbox(tools, (self._scroll, 1), on=self, gap=t.px(_GAP), margins=(0, t.px(_TOP), 0, 0))
         self._paint = PaintCard()
         self._paint.setParent(self._grid)
         self._paint.clicked.connect(self.paint_asked)
@@ -182,15 +181,9 @@ class Gallery(QWidget):
         self._sort.chosen.connect(self.sorted)
         self._sort.setFixedWidth(t.px(168 if not self._compact else 152))
         margin = t.px(16 if self._compact else 24)
-        row = QHBoxLayout()
-        row.setContentsMargins(margin, 0, margin, 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(self._filter)
-        row.addStretch(1)
-        if not self._compact:
-            row.addWidget(Text("Sort by", 14, role="dim"))
-        row.addWidget(self._sort)
-        return row
+        words = [] if self._compact else [Text("Sort by", 14, role="dim")]
+        parts = (self._filter, None, *words, self._sort)
+        return hbox(*parts, gap=t.px(8), margins=(margin, 0, margin, 0))
 
     def show_state(self, state: StylesState) -> None:
         """Show cards, filter and order; only what differs is touched."""
