@@ -91,7 +91,7 @@ class FramePresenter:
             sitter=model.head.title if model.head is not None else "",
             camera=camera_words(camera) if camera is not None else "No camera",
             camera_short=_percent(camera.battery) if camera is not None else "",
-            camera_warning=_camera_warning(camera),
+            camera_warning=camera_warning(camera),
             undo=undo.undo_words,
             redo=undo.redo_words,
             status=status,
@@ -159,7 +159,8 @@ def _percent(share: float | None) -> str:
     return "" if share is None else f"{round(100 * share)} %"
 
 
-def _camera_warning(camera: CameraSeen | None) -> str:
+def camera_warning(camera: CameraSeen | None) -> str:
+    """Say what is about to run out; empty while nothing is."""
     if camera is None:
         return ""
     if camera.battery is not None and camera.battery < _LOW_BATTERY:

@@ -377,7 +377,14 @@ class PlaceController:
         if self._services.runner.running("head"):
             # With the head that is on its way, as soon as it is there.
             return
-        asked = (light, head, model.front_deg, model.user_styles, _solver_settings(settings))
+        asked = (
+            light,
+            head,
+            model.front_deg,
+            model.user_styles,
+            settings.objective,
+            settings.limits,
+        )
         if self._asked[:2] == asked[:2] and self._asked[2:] == asked[2:]:
             return
         self._asked = asked
@@ -418,26 +425,12 @@ def _solve_place(
     front_deg: float,
 ) -> tuple[StyleResult, ...]:
     objective: Objective = "paper" if settings.objective == "paper" else "picture"
-    built_in = solve_all(
-        head.pack,
-        light.searched,
-        objective,
-        limits=settings.limits,
-        front_deg=front_deg,
-    )
+    searched, limits = light.searched, settings.limits
+    built_in = solve_all(head.pack, searched, objective, limits=limits, front_deg=front_deg)
     own = solve_user_styles(
-        head.transport,
-        styles,
-        light.searched,
-        objective,
-        limits=settings.limits,
-        front_deg=front_deg,
+        head.transport, styles, searched, objective, limits=limits, front_deg=front_deg
     )
     return (*built_in, *own)
-
-
-def _solver_settings(settings: Settings) -> tuple[object, ...]:
-    return (settings.objective, settings.limits)
 
 
 def _best(results: Sequence[StyleResult]) -> str | None:

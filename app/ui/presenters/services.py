@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from app.core.base.progress import Report, Token
     from app.devices.clock import Clock
     from app.devices.passwords import Passwords
     from app.devices.theta.discovery import Discovery

@@ -10,7 +10,7 @@ from app.core.base.angles import wrap
 from app.core.base.errors import CoreError, ProbeError
 from app.core.hdr.frame import Exposure
 from app.core.hdr.planner import Plan, plan
-from app.devices.errors import DISK, DeviceError, DownloadFailed, PasswordNeeded, Unreachable
+from app.devices.errors import DISK, DeviceError, DownloadFailed, Unreachable
 from app.devices.profiles import profile_for
 from app.devices.theta.messages import Info
 from app.ui.presenters.frame import camera_words, time_words
@@ -45,16 +45,13 @@ class HowFar:
     resumable: bool = False
 
 
-def wants_password(error: Exception) -> bool:
-    """Whether a user name and a password are what is missing."""
-    return isinstance(error, PasswordNeeded)
-
-
 def trouble_notice(error: Exception, far: HowFar) -> Notice:
     """Say what went wrong with a capture."""
-    if _is_full(error):
+    if getattr(error, "code", "") in DISK or is_full(error):
         return _disk(far)
-    if _is_lost(error):
+    if isinstance(error, Unreachable) or (
+        isinstance(error, DownloadFailed) and error.code in _LOST
+    ):
         return _lost(error, far)
     if getattr(error, "code", "") == "misfit" and isinstance(error, DeviceError):
         hint = "Something changed during the bracket, or the file is damaged on the camera."
@@ -81,18 +78,6 @@ def offer_notice(found: Unfinished, when: str) -> Notice:
         frames,
         (*buttons, ("leave-offer", "Not now")),
     )
-
-
-def _is_full(error: Exception) -> bool:
-    if getattr(error, "code", "") in DISK:
-        return True
-    return is_full(error)
-
-
-def _is_lost(error: Exception) -> bool:
-    if isinstance(error, DownloadFailed):
-        return error.code in _LOST
-    return isinstance(error, Unreachable)
 
 
 def _disk(far: HowFar) -> Notice:
