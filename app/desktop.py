@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 
-from app.ui.display import LaunchOptions, check_display, missing_library
-from app.ui.memory import reading_in
+from app.ui.shell.display import LaunchOptions, check_display, missing_library
+from app.ui.shell.memory import reading_in
 
 __all__ = ["LaunchOptions", "start"]
 
@@ -36,12 +36,12 @@ def start(options: LaunchOptions) -> int:
         os.environ["QT_QPA_PLATFORM"] = platform
     try:
         with reading_in():
-            from app.ui.jobs import leave_if_stuck
-            from app.ui.start import run, show_until_closed
+            from app.ui.shell.jobs import leave_if_stuck
+            from app.ui.shell.start import run, show_until_closed
 
             use, folder = show_until_closed, options.screenshots
             if folder is not None:
-                from app.ui.screenshots import Walk
+                from app.ui.shell.screenshots import Walk
 
                 use = lambda app: Walk(app, folder).run()  # noqa: E731
     except ImportError as error:

@@ -24,11 +24,11 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit, QVBoxLay
 from pytestqt.qtbot import QtBot
 
 from app.core.painting import Canvas, Tool, load_draft
-from app.ui.jobs import QtRunner
 from app.ui.screens.paint.state import Shown
 from app.ui.screens.paint.view import face as face_module
 from app.ui.screens.paint.view.screen import NameSheet, PaintScreen
 from app.ui.screens.paint.view.tools import ToolColumn, ToolStrip
+from app.ui.shell.jobs import QtRunner
 from app.ui.theme import apply, set_theme
 from app.ui.widgets.plots.overlay import WeightPanorama
 from app.ui.widgets.plots.polar import PolarPlot

@@ -19,7 +19,6 @@ from app.devices.capture.status import Stage, Status
 from app.devices.profiles import PROFILES, ModelProfile, profile_for
 from app.devices.theta.messages import Info
 from app.devices.webcam.sources import LiveSource
-from app.ui.commands import Commands
 from app.ui.overlays.help import key_lines
 from app.ui.presenters.actions import SEARCHED, Action, nothing_words
 from app.ui.presenters.frame import FramePresenter
@@ -30,6 +29,7 @@ from app.ui.screens.probe.words import plan_parts
 from app.ui.screens.styles.gallery import verdict_of
 from app.ui.screens.turn.camera import LiveCamera
 from app.ui.screens.turn.sources import NO_WEBCAMS
+from app.ui.shell.commands import Commands
 from tests.helpers.styles_screen import Table, scene_light
 from tests.helpers.turn_rig import Rig
 from tests.unit.test_presenter_turn_sources import Rig as Picker

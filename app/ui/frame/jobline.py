@@ -19,7 +19,7 @@ from app.ui.widgets.tips import describe
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.ui.jobs import JobLine
+    from app.ui.shell.jobs import JobLine
 
 _MOST_HINTS = 4
 

@@ -13,7 +13,7 @@ from app.ui.widgets.icons import Icon
 from app.ui.widgets.labels import Text
 
 if TYPE_CHECKING:
-    from app.ui.commands import Commands
+    from app.ui.shell.commands import Commands
 
 STEPS: Final = (
     (

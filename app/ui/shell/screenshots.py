@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.ui.screens.light.presenter import LightPresenter
-    from app.ui.start import App
+    from app.ui.shell.start import App
 
 
 W = TypeVar("W", bound=QWidget)

@@ -28,19 +28,19 @@ from PySide6.QtWidgets import QApplication
 
 from app.core.base.paths import resources, user_data
 from app.core.storage.settings import FILE, read_settings
-from app.ui.commands import Commands
-from app.ui.jobs import QtRunner
-from app.ui.memory import keep_little
-from app.ui.notify import Notify
 from app.ui.overlays import open_overlay
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.model import Model
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo import UndoStack
-from app.ui.speaker import Speaker
+from app.ui.shell.commands import Commands
+from app.ui.shell.jobs import QtRunner
+from app.ui.shell.memory import keep_little
+from app.ui.shell.notify import Notify
+from app.ui.shell.speaker import Speaker
+from app.ui.shell.window import Window
 from app.ui.theme import apply, set_theme
-from app.ui.window import Window
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -49,8 +49,8 @@ if TYPE_CHECKING:
 
     from app.core.storage.settings import Settings
     from app.devices.clock import Clock
-    from app.ui.display import LaunchOptions
     from app.ui.presenters.services import Devices
+    from app.ui.shell.display import LaunchOptions
     from app.ui.theme import ThemeName
 
 

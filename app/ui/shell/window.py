@@ -12,9 +12,9 @@ from app.ui.frame.jobline import JobLineBar
 from app.ui.frame.rail import PLACES, SETTINGS, Rail
 from app.ui.frame.screen_fit import fit_on_screen, room_for
 from app.ui.frame.topbar import TopBar
-from app.ui.memory import reading_in
 from app.ui.screens.registry import SCREENS, screen, screen_of, steps
-from app.ui.shortcuts import Shortcuts, hints_of
+from app.ui.shell.memory import reading_in
+from app.ui.shell.shortcuts import Shortcuts, hints_of
 from app.ui.theme import apply, set_theme, theme
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.toasts import Toasts
@@ -32,13 +32,13 @@ if TYPE_CHECKING:
     )
     from PySide6.QtWidgets import QApplication
 
-    from app.ui.jobs import JobLine, QtRunner
-    from app.ui.notify import Notify
     from app.ui.presenters.actions import Action
     from app.ui.presenters.frame import FrameState
     from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.screen import ScreenPresenter, ScreenSpec
     from app.ui.presenters.services import Services
+    from app.ui.shell.jobs import JobLine, QtRunner
+    from app.ui.shell.notify import Notify
     from app.ui.theme import ThemeName
 
 SMALLEST: Final = QSize(1024, 640)

@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.core.storage.settings import Settings
-    from app.ui.notify import Message, Notify
     from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
+    from app.ui.shell.notify import Message, Notify
+    from app.ui.shell.window import Window
     from app.ui.widgets.dialogs import Sheet
-    from app.ui.window import Window
 
 _THEMES: Final = {
     "dark": "Dark colours",
