@@ -19,12 +19,10 @@ from app.core.solver.pictures import greyed, panorama, portrait
 from app.core.solver.solve import StyleResult, solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import load_named, render, to_image
-from app.export.result_sheet.canvas import Canvas
-from app.export.result_sheet.lettering import Lettering
-from app.export.result_sheet.theme import BG, DIM, TEXT
+from app.export.canvas import Canvas
+from app.export.theme import Dark
 
 ROOT = Path(__file__).resolve().parent.parent
-
 
 CELL, GAP, HEAD, LEFT = 62, 4, 30, 170
 BEGIN, END = "<!-- table: benchmarks/calibration.py -->", "<!-- end of table -->"
@@ -51,19 +49,18 @@ def contact_sheet(solved: dict[str, tuple[Environment, tuple[StyleResult, ...]]]
     canvas = Canvas(
         LEFT + len(styles) * (CELL + GAP) + 16,
         HEAD + (len(solved) + 1) * (CELL + GAP + 14) + 16,
-        BG,
+        Dark.BG,
     )
-    lettering = Lettering()
     top = HEAD
     for column, style in enumerate(styles):
         x = LEFT + column * (CELL + GAP)
         words = style.name.replace("left-", "L ").replace("right-", "R ").replace("-", " ")
-        lettering.draw(canvas, (x, HEAD - 10), words, 9)
+        canvas.text((x, HEAD - 10), words, 9, 400, Dark.TEXT)
         _put(canvas, (x, top), portrait(pack.target(style.name), coverage, (2 * CELL, 2 * CELL)))
-    lettering.draw(canvas, (16, top + CELL / 2), "studio", 11)
+    canvas.text((16, top + CELL / 2), "studio", 11, 400, Dark.TEXT)
     for name, (environment, results) in solved.items():
         top += CELL + GAP + 14
-        lettering.draw(canvas, (16, top + 78), name.replace("_", " "), 9, colour=DIM)
+        canvas.text((16, top + 78), name.replace("_", " "), 9, 400, Dark.DIM)
         _put(canvas, (16, top), panorama(environment, 0.0, (2 * CELL, 4 * CELL)))
         for column, result in enumerate(results):
             light = reduce(environment, transport.environment_shape, result.turn_refined_deg)
@@ -72,8 +69,8 @@ def contact_sheet(solved: dict[str, tuple[Environment, tuple[StyleResult, ...]]]
             x = LEFT + column * (CELL + GAP)
             _put(canvas, (x, top), shown if result.attainable else greyed(shown))
             words = f"{result.match:.0f} / {result.strength:.0f}"
-            tone = TEXT if result.attainable else DIM
-            lettering.draw(canvas, (x, top + CELL + 10), words, 9, colour=tone)
+            tone = Dark.TEXT if result.attainable else Dark.DIM
+            canvas.text((x, top + CELL + 10), words, 9, 400, tone)
     return canvas.pixels
 
 

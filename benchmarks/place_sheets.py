@@ -21,9 +21,8 @@ from numpy.typing import NDArray
 from app.core.solver.pictures import portrait
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.transport import load_named, render, to_image
-from app.export.result_sheet.canvas import Canvas
-from app.export.result_sheet.lettering import Lettering
-from app.export.result_sheet.theme import BG, DIM, SCALE, TEXT
+from app.export.canvas import SCALE, Canvas, shorten, wrap_text
+from app.export.theme import Dark
 from benchmarks.stock import ROOT, rotate
 from benchmarks.truth_in_place import OBJECTIVES, ROUNDS, SEEDS, TURNS, light_at, pictures_file
 
@@ -89,17 +88,17 @@ class Album:
 
 def draw(columns: list[tuple[str, str, list[Picture]]], rows: Sequence[str], file: Path) -> None:
     """Write a sheet: a column of pictures for each style, with two lines of words above."""
-    lettering, margin = Lettering(), 116
+    margin = 116
     width = margin + len(columns) * (SIDE + GAP) + GAP
-    canvas = Canvas(width, TOP + LABEL + len(rows) * (SIDE + GAP), BG)
+    canvas = Canvas(width, TOP + LABEL + len(rows) * (SIDE + GAP), Dark.BG)
     for y, words in enumerate(rows):
-        for line, text in enumerate(lettering.wrap(words, 12, margin - 2 * GAP)):
+        for line, text in enumerate(wrap_text(words, 12, margin - 2 * GAP)):
             at = (GAP, TOP + LABEL + y * (SIDE + GAP) + SIDE / 2 + 16 * line - 8)
-            lettering.draw(canvas, at, text, 12, 400, DIM)
+            canvas.text(at, text, 12, 400, Dark.DIM)
     for x, (style, place, pictures) in enumerate(columns):
         left = margin + x * (SIDE + GAP)
-        lettering.draw(canvas, (left, 22), style, 13, 600, TEXT)
-        lettering.draw(canvas, (left, 40), lettering.shorten(place, 11, SIDE), 11, 400, DIM)
+        canvas.text((left, 22), style, 13, 600, Dark.TEXT)
+        canvas.text((left, 40), shorten(place, 11, SIDE), 11, 400, Dark.DIM)
         for y, picture in enumerate(pictures):
             top = TOP + LABEL + y * (SIDE + GAP)
             canvas.picture((left, top, SIDE, SIDE), picture, 4)

@@ -22,9 +22,7 @@ from app.core.base.angles import difference
 from app.core.base.files import atomic_write_text
 from app.core.second_light.added import from_numbers
 from app.core.second_light.contrast import prepare_face
-from app.core.second_light.dimming import FULL, powers_of
 from app.core.second_light.lamp_presets import parse
-from app.core.second_light.lamp_tables import lamp_tables
 from app.core.second_light.near import prepare_near
 from app.core.second_light.scale import illuminance
 from app.core.second_light.search import place_all
@@ -34,13 +32,18 @@ from app.core.solver.reach import OBJECTIVES
 from app.core.solver.style_pack import load_named_pack, load_transport_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from app.core.second_light.search import Placed
     from app.core.solver.reach import Objective
 
 ROOT = Path(__file__).resolve().parent.parent
 
+from app.core.second_light.lamp_presets import (  # noqa: E402
+    FULL,
+    powers_of,
+)
+from app.core.second_light.search import Placed  # noqa: E402
+from app.core.second_light.search_kernel import lamp_tables  # noqa: E402
+from app.core.solver.reach import Objective  # noqa: E402
 
 # Vertical illuminance at the face, lux: night, cellar, interiors, studio, overcast, sun.
 LUX = {
@@ -60,6 +63,37 @@ LUX = {
 LAMPS = ("phone@0.3", "panel@0.3", "flash@1")
 WATCHED = ("badger", "left-loop-rim", "right-loop-rim")
 DIM = 300.0  # lux, up to which the panel has to gain
+
+
+@dataclass(frozen=True, slots=True)
+class GreedyPair:
+    """Full and greedy search for one style.
+
+    `lost` is what greedy gives up: points of match, or per cent of the larger quality. It is below
+    0 where greedy stopped at a better match of a combination that is not strong enough.
+    """
+
+    same: bool
+    turn_apart_deg: float
+    lost: float
+    attainable_full: bool
+    attainable_greedy: bool
+
+
+def compared(full: Placed, greedy: Placed, objective: Objective) -> GreedyPair:
+    """Compare the full search with the paper's greedy one, which turns first and then places."""
+    lost = full.match - greedy.match
+    if objective == "paper":
+        size = max(abs(full.quality), abs(greedy.quality), 1e-30)
+        lost = 100.0 * (full.quality - greedy.quality) / size
+    same = (full.turn_index, full.placement) == (greedy.turn_index, greedy.placement)
+    return GreedyPair(
+        same=same,
+        turn_apart_deg=abs(difference(full.turn_deg, greedy.turn_deg)),
+        lost=0.0 if same else lost,
+        attainable_full=full.attainable,
+        attainable_greedy=greedy.attainable,
+    )
 
 
 def scenes(folder: Path, shape: tuple[int, int]) -> dict[str, np.ndarray[Any, Any]]:
@@ -97,7 +131,7 @@ def main() -> None:
     face, near = prepare_face(transport), prepare_near(transport, shape)
     places = scenes(args.scenes, pack.header.environment)
     rows: dict[str, dict[str, Any]] = {name: {"lux": LUX[name], "lamps": {}} for name in places}
-    greedy: list[tuple[str, str, str, list[GreedyPair]]] = []
+    greedy: list[tuple[str, str, str, tuple[GreedyPair, ...]]] = []
     for word in LAMPS:
         lamp = parse(word)
         added = from_numbers(transport, shape, lamp, near=near, face=face)
@@ -117,63 +151,16 @@ def main() -> None:
                     place_all(pack, transport, light, added, objective, tables=tables, greedy=way)
                     for way in (False, True)
                 )
-                greedy.append((word, objective, name, compare(both, quick, objective)))
+                pairs = zip(both, quick, strict=True)
+                found = tuple(compared(a, b, objective) for a, b in pairs)
+                greedy.append((word, objective, name, found))
         print(word, file=sys.stderr)
     values = {"scenes": rows, "greedy": summary(greedy)}
     atomic_write_text(args.o, json.dumps(values, indent=1) + "\n")
     show(values)
 
 
-@dataclass(frozen=True, slots=True)
-class GreedyPair:
-    """Full and greedy search for one style.
-
-    Attributes
-    ----------
-    turn_apart_deg : float
-        Between the two turns, 0 to 180 deg.
-    lost : float
-        What greedy gives up: points of match, or per cent of the larger quality. Below
-        0 where greedy stopped at a better match of a combination that is not strong enough.
-    """
-
-    name: str
-    same: bool
-    turn_apart_deg: float
-    lost: float
-    attainable_full: bool
-    attainable_greedy: bool
-
-
-def compare(
-    full: Sequence[Placed], greedy: Sequence[Placed], objective: Objective = "picture"
-) -> list[GreedyPair]:
-    """Compare the answers of both searches, style by style.
-
-    Greedy first turns as if there were no lamp and then places it: 64 + 576 combinations instead of
-    36,864, which take milliseconds here.
-    """
-    return [_pair(*both, objective) for both in zip(full, greedy, strict=True)]
-
-
-def _pair(full: Placed, greedy: Placed, objective: Objective) -> GreedyPair:
-    if objective == "paper":
-        size = max(abs(full.quality), abs(greedy.quality), 1e-30)
-        lost = 100.0 * (full.quality - greedy.quality) / size
-    else:
-        lost = full.match - greedy.match
-    same = (full.turn_index, full.placement) == (greedy.turn_index, greedy.placement)
-    return GreedyPair(
-        name=full.name,
-        same=same,
-        turn_apart_deg=abs(difference(full.turn_deg, greedy.turn_deg)),
-        lost=0.0 if same else lost,
-        attainable_full=full.attainable,
-        attainable_greedy=greedy.attainable,
-    )
-
-
-def summary(greedy: list[tuple[str, str, str, list[GreedyPair]]]) -> dict[str, Any]:
+def summary(greedy: list[tuple[str, str, str, tuple[GreedyPair, ...]]]) -> dict[str, Any]:
     """How often greedy and full search agree, and what greedy loses, per lamp and objective."""
     found: dict[str, Any] = {}
     for word in LAMPS:

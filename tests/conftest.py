@@ -8,6 +8,9 @@ import os
 # several processes, threads that wait for each other only take the processors from the others.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+# Before anything imports Qt: the platform is chosen when the application is made.
+os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+
 from collections.abc import Iterator
 
 import pytest

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
-import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
-from app.commands.outputs import check_ending, check_outputs
+from app.commands.arguments import add_json, check_ending, check_outputs
+from app.commands.printing import answer, say
 from app.core.base.errors import CoreError
 from app.core.base.images import write_png
 from app.core.localization.align import align, laid_over
@@ -65,8 +64,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         type=float,
         help="horizontal field of view of VIEW (default: what the file says, else that of TARGET)",
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(run=run)
+    add_json(parser, run)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -101,8 +99,8 @@ def run(args: argparse.Namespace) -> int:
         # Whoever was seen may be as much in the one picture as in the other.
         found = align(target.picture, view.picture, fov_deg=fov, view_fov_deg=view_fov)
     written = _written(args, found, target, view)
-    _say(args, found, written, sitter, time.perf_counter() - started)
-    return 0
+    facts = _facts(args, found, written, sitter, time.perf_counter() - started)
+    return answer(args, facts, _words(args, found, written))
 
 
 def _check(args: argparse.Namespace) -> None:
@@ -122,7 +120,7 @@ def _sitter_in(view: PictureFile, fov_deg: float) -> Sitter | None:
     try:
         return find_sitter(view.picture, fov_deg, keen=True)
     except CoreError as error:
-        print(error, file=sys.stderr)
+        say(error)
         return None
 
 
@@ -132,44 +130,43 @@ def _written(
     if args.output is None:
         return False
     if found.homography is None:
-        print("No overlay was written: it is not known how VIEW lies.", file=sys.stderr)
+        say("No overlay was written: it is not known how VIEW lies.")
         return False
     share = args.opacity / 100.0
-    picture = laid_over(target.picture, view.picture, found.homography, share)
-    write_png(args.output, picture)
+    write_png(args.output, laid_over(target.picture, view.picture, found.homography, share))
     return True
 
 
-def _say(
+def _facts(
     args: argparse.Namespace,
     found: Alignment,
     written: bool,
     sitter: Sitter | None,
     seconds: float,
-) -> None:
-    if args.json:
-        matrix, error = found.homography, found.turn_error_deg
-        facts = {
-            "status": found.status,
-            "homography": None if matrix is None else [[float(v) for v in row] for row in matrix],
-            "inliers": found.inliers,
-            "overlap": round(found.overlap, 4),
-            "turn_error_deg": None if error is None else round(error, 3),
-            "confidence": round(found.confidence, 4),
-            "sitter_deg": None if sitter is None else round(sitter.angle_deg, 2),
-            "overlay": str(args.output) if written else None,
-            "seconds": round(seconds, 3),
-        }
-        print(json.dumps(facts, ensure_ascii=False))
-        return
+) -> dict[str, Any]:
+    matrix, error = found.homography, found.turn_error_deg
+    return {
+        "status": found.status,
+        "homography": None if matrix is None else [[float(v) for v in row] for row in matrix],
+        "inliers": found.inliers,
+        "overlap": round(found.overlap, 4),
+        "turn_error_deg": None if error is None else round(error, 3),
+        "confidence": round(found.confidence, 4),
+        "sitter_deg": None if sitter is None else round(sitter.angle_deg, 2),
+        "overlay": str(args.output) if written else None,
+        "seconds": round(seconds, 3),
+    }
+
+
+def _words(args: argparse.Namespace, found: Alignment, written: bool) -> str:
     if found.turn_error_deg is None:
-        print(f"Unsure how VIEW lies on TARGET: {found.inliers} points agree.")
-        return
-    print(f"To go:     {_degrees(found.turn_error_deg)}")
-    print(f"Points:    {found.inliers} agree")
-    print(f"Overlap:   {100.0 * found.overlap:.0f} % of TARGET")
-    if written:
-        print(f"Overlay:   {args.output}")
+        return f"Unsure how VIEW lies on TARGET: {found.inliers} points agree."
+    lines = [
+        f"To go:     {_degrees(found.turn_error_deg)}",
+        f"Points:    {found.inliers} agree",
+        f"Overlap:   {100.0 * found.overlap:.0f} % of TARGET",
+    ]
+    return "\n".join([*lines, f"Overlay:   {args.output}"] if written else lines)
 
 
 def _degrees(angle: float) -> str:

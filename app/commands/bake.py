@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import re
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.commands.outputs import check_outputs
-from app.commands.progress_printer import ProgressPrinter
+from app.commands.arguments import add_json, check_outputs
+from app.commands.printing import ProgressPrinter, answer
 from app.core.base.errors import BakeError
 from app.core.base.paths import resources
 from app.core.base.progress import Token
@@ -60,8 +59,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "--export-scene", metavar="DIR", type=Path, help="write the scene for stock Mitsuba"
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(run=run)
+    add_json(parser, run)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -95,11 +93,7 @@ def run(args: argparse.Namespace) -> int:
         facts["scene"] = str(scene)
     if args.output is not None:
         facts |= _bake(args, head, environment, QUALITIES[args.quality])
-    if args.json:
-        print(json.dumps(facts))
-    else:
-        print("\n".join(f"{key}: {value}" for key, value in facts.items()))
-    return 0
+    return answer(args, facts, "\n".join(f"{key}: {value}" for key, value in facts.items()))
 
 
 def _check_targets(args: argparse.Namespace) -> None:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from app.commands.printing import say
 from app.core.base.errors import CoreError
 from app.devices.errors import DeviceError, PasswordNeeded
 from app.devices.passwords import Passwords, default_password_hint, read_password_file
@@ -35,13 +35,13 @@ def find_camera(address: str, clock: Clock, token: Token) -> FoundCamera:
     """
     if address != "auto":
         return look_at(_typed(address), clock)
-    _say("Looking for cameras.")
+    say("Looking for cameras.")
     found = discover(clock, token=token)
     # Where there is none, the error says what the notes say.
     camera = found.one()
     for note in found.notes:
-        _say(note)
-    _say(f"Found {camera.name} at {camera.endpoint.base}.")
+        say(note)
+    say(f"Found {camera.name} at {camera.endpoint.base}.")
     return camera
 
 
@@ -57,7 +57,7 @@ def given_password(user: str | None, password_file: Path | None) -> Credentials 
         return None
     if user is None or password_file is None:
         raise CoreError("--user and --password-file go together.", "Give both or neither.")
-    return Credentials(user, read_password_file(password_file, _say))
+    return Credentials(user, read_password_file(password_file, say))
 
 
 def kept_password(camera: FoundCamera) -> Credentials | None:
@@ -70,7 +70,7 @@ def kept_password(camera: FoundCamera) -> Credentials | None:
     """
     if not camera.needs_password:
         return None
-    kept = Passwords(_say).get(camera.user) if camera.user else None
+    kept = Passwords(say).get(camera.user) if camera.user else None
     if kept is None:
         hint = default_password_hint(camera.model, camera.serial)
         raise PasswordNeeded(
@@ -95,7 +95,7 @@ def keep(camera: FoundCamera, info: Info | None, credentials: Credentials | None
         camera = replace(camera, model=info.model, serial=info.serial_number)
     remember(camera)
     if credentials is not None and wanted:
-        Passwords(_say).set(credentials.user, credentials.password)
+        Passwords(say).set(credentials.user, credentials.password)
 
 
 def _typed(address: str) -> Endpoint:
@@ -104,7 +104,3 @@ def _typed(address: str) -> Endpoint:
         return check_address(address)
     except DeviceError as error:
         raise CoreError(error.message, error.hint) from error
-
-
-def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)

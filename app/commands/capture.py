@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import contextlib
-import json
-import sys
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from app.commands.arguments import add_json, check_outputs
 from app.commands.camera_args import find_camera, given_password, keep, kept_password
 from app.commands.interrupt import stopping
-from app.commands.outputs import check_outputs
-from app.commands.probe_words import PARTS, frame_rows, lamp_rows, probe_facts
+from app.commands.printing import ProgressPrinter, answer, fields, say
+from app.commands.probe_words import PARTS, probe_facts, probe_table, wrote
 from app.core.base.errors import CoreError
+from app.core.base.files import check_target
+from app.core.base.images import write_exr
 from app.core.base.paths import user_data
 from app.core.base.progress import Token
+from app.core.hdr.arriving import ArrivingFrames
+from app.core.hdr.metadata import ENDINGS
 from app.core.solver.environment import reduce
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import FILE as OWED
 from app.devices.capture.session import JOURNAL, Debts, Session
+from app.devices.capture.watch import WatchedFolder
 from app.devices.clock import SystemClock
 from app.devices.errors import DeviceError
 from app.devices.theta.client import OscClient
@@ -34,6 +39,7 @@ if TYPE_CHECKING:
     from app.core.solver.solve import StyleResult
     from app.core.solver.style_pack import StylePack
     from app.devices.capture.status import Status
+    from app.devices.capture.watch import IncomingBracket
     from app.devices.clock import Clock
     from app.devices.theta.found import FoundCamera
     from app.devices.theta.link import Credentials
@@ -81,8 +87,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "--delay", metavar="S", type=int, default=0, help="self-timer in seconds, 0 to 10"
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(run=run)
+    add_json(parser, run)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -98,9 +103,7 @@ def run(args: argparse.Namespace) -> int:
         After Ctrl-C, when the camera has its settings back.
     """
     if args.watch is not None:
-        from app.commands.capture_watch import watch_folder
-
-        return watch_folder(args)
+        return _watch_folder(args)
     _check(args)
     given = given_password(args.user, args.password_file)
     clock, token = SystemClock(), Token()
@@ -122,10 +125,14 @@ def run(args: argparse.Namespace) -> int:
                 debts=Debts(user_data() / OWED),
             )
             if session.journal.finished:
-                _say_given_back(capture.give_back(), session, args.json)
-                return 0
+                untaken = capture.give_back()
+                facts = {"session": str(session.folder), "warnings": [untaken] if untaken else []}
+                return answer(args, facts, untaken or "The camera has its own settings back.")
             result = capture.run()
-    _say_result(result, session, found, args.json)
+    say(*result.warnings, *result.probe.notes)
+    times = ", ".join(f"{part} {result.seconds.get(part, 0.0):.1f} s" for part in PARTS)
+    words = probe_table(result.probe, "", f"{times}.", wrote(result.probe, result.environment))
+    answer(args, _facts(result, session, found), words)
     if found is not None:
         keep(found, result.info, given)
     return 0
@@ -144,12 +151,12 @@ class StatusTeller:
     def __call__(self, status: Status) -> None:
         """Say what is new."""
         if status.may_move and not self._free:
-            print("You may move now.", file=sys.stderr, flush=True)
+            say("You may move now.")
         self._free = status.may_move
         if status.rough is not None and self._pack is not None:
             pack, self._pack = self._pack, None
             with contextlib.suppress(CoreError):  # No answer yet is no reason to stop.
-                print(rough_words(status.rough, pack), file=sys.stderr, flush=True)
+                say(rough_words(status.rough, pack))
         now = self._clock.now()
         what = (status.stage, status.message, status.shot)
         if not status.message or (what == self._last and now - self._time < _SAY_AGAIN_S):
@@ -157,7 +164,7 @@ class StatusTeller:
         self._last, self._time = what, now
         words = ", ".join(part for part in (status.message, status.left_words) if part)
         line = f"{100 * status.fraction:3.0f} %  {words}"
-        print(line, file=sys.stderr, flush=True)
+        say(line)
 
 
 def rough_words(rough: Rough, pack: StylePack) -> str:
@@ -201,42 +208,18 @@ def _reach(
     except DeviceError as error:
         if not merges_only:
             raise
-        print(
+        say(
             f"{error.message} Its files are all here and are merged; the camera is still owed its"
-            " own settings.",
-            file=sys.stderr,
+            " own settings."
         )
         return None, given
 
 
-def _say_result(
-    result: CaptureResult, session: Session, found: FoundCamera | None, as_json: bool
-) -> None:
-    for line in (*result.warnings, *result.probe.notes):
-        print(line, file=sys.stderr)
-    if as_json:
-        print(json.dumps(_facts(result, session, found), ensure_ascii=False))
-    else:
-        print(_table(result))
-
-
-def _say_given_back(untaken: str, session: Session, as_json: bool) -> None:
-    warnings = [untaken] if untaken else []
-    if as_json:
-        print(json.dumps({"session": str(session.folder), "warnings": warnings}))
-    else:
-        print(untaken or "The camera has its own settings back.")
-
-
 def _session(folder: Path) -> Session:
     session = Session.open_or_create(folder)
-    for notice in session.notices:
-        print(notice, file=sys.stderr)
+    say(*session.notices)
     if session.journal.finished and session.owes:
-        print(
-            f"The session in {folder} is finished, but its camera is still owed its own settings.",
-            file=sys.stderr,
-        )
+        say(f"The session in {folder} is finished, but its camera is still owed its own settings.")
     elif session.journal.finished:
         raise CoreError(
             f"The session in {folder} is finished already.",
@@ -245,7 +228,7 @@ def _session(folder: Path) -> Session:
     if session.unfinished:
         here = sum(frame.done for frame in session.journal.frames)
         files = f"; {here} of {len(session.journal.frames)} files are here" if here else ""
-        print(f"Going on with the unfinished session in {folder}{files}.", file=sys.stderr)
+        say(f"Going on with the unfinished session in {folder}{files}.")
     return session
 
 
@@ -254,9 +237,7 @@ def _facts(result: CaptureResult, session: Session, found: FoundCamera | None) -
     facts = probe_facts(result.probe)
     facts.update(
         camera={
-            "model": journal.model,
-            "serial": journal.serial,
-            "firmware": journal.firmware,
+            **fields(journal, "model", "serial", "firmware"),
             "url": None if found is None else found.endpoint.base,
         },
         session=str(session.folder),
@@ -269,9 +250,69 @@ def _facts(result: CaptureResult, session: Session, found: FoundCamera | None) -
     return facts
 
 
-def _table(result: CaptureResult) -> str:
-    times = [f"{part} {result.seconds.get(part, 0.0):.1f} s" for part in PARTS]
-    rows, columns = result.probe.merged.radiance.shape[:2]
-    lines = [*frame_rows(result.probe), *lamp_rows(result.probe), "", ", ".join(times) + "."]
-    lines.append(f"Wrote {result.environment} ({columns} x {rows}).")
-    return "\n".join(lines)
+def _watch_folder(args: argparse.Namespace) -> int:
+    """Wait for one bracket and make an environment of it."""
+    _check_watch(args)
+    pack = load_named_pack("generic")
+    token = Token()
+    with stopping(token):
+        bracket = _next_bracket(args.watch, token)
+        began = time.perf_counter()
+        target = _target(args.output, bracket)
+        with ArrivingFrames(len(bracket.paths)) as frames:
+            for path in bracket.paths:
+                frames.add(path)
+            probe = frames.measure(bracket.paths, pack, token=token, report=ProgressPrinter())
+    write_exr(target, probe.merged.radiance, probe.merged.cd_m2)
+    seconds = time.perf_counter() - began
+    say(*probe.warnings, *probe.notes)
+    facts = probe_facts(probe) | {
+        "camera": {"model": probe.bracket.frames[0].camera},
+        "originals": [str(path) for path in bracket.paths],
+        "environment": str(target),
+        "seconds": dict.fromkeys(PARTS, 0.0) | {"merge": round(seconds, 3)},
+    }
+    last = wrote(probe, target, f", {seconds:.2f} s")
+    return answer(args, facts, probe_table(probe, "", last))
+
+
+def _check_watch(args: argparse.Namespace) -> None:
+    """Refuse what cannot be written before anybody waits for pictures."""
+    given = [name for name in ("user", "password_file") if getattr(args, name) is not None]
+    if given or args.delay:
+        raise CoreError("--watch takes pictures as they come: --user and --delay are for a camera.")
+    output: Path | None = args.output
+    if output is None:
+        check_target(Path.cwd() / ENVIRONMENT)
+    elif _is_file(output):
+        check_outputs([output], [args.watch], ENDINGS)
+    else:
+        output.mkdir(parents=True, exist_ok=True)
+        check_target(output / ENVIRONMENT)
+
+
+def _is_file(output: Path) -> bool:
+    return output.suffix.lower() == ".exr" and not output.is_dir()
+
+
+def _next_bracket(path: Path, token: Token) -> IncomingBracket:
+    """Wait for the first bracket; says what is passed over meanwhile."""
+    folder = WatchedFolder(path, SystemClock(), say=say)
+    say(f"Waiting for pictures in {folder.folder}. Ctrl-C ends it.")
+    bracket = next(folder.brackets(token))
+    say(*bracket.reasons)
+    return bracket
+
+
+def _target(output: Path | None, bracket: IncomingBracket) -> Path:
+    """Where the environment goes; what is there already is replaced only if it was named."""
+    if output is not None and _is_file(output):
+        return output
+    # Never into the watched folder by itself: it would be the next picture there.
+    stem = f"{bracket.paths[0].stem}-environment" if output is None else Path(ENVIRONMENT).stem
+    folder = Path.cwd() if output is None else output
+    number, path = 1, folder / f"{stem}.exr"
+    while path.exists():
+        number += 1
+        path = folder / f"{stem}-{number}.exr"
+    return path

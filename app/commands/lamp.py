@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import math
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.commands.outputs import check_outputs, mask_files
-from app.commands.progress_printer import ProgressPrinter
+from app.commands.arguments import add_json, check_outputs, mask_files
+from app.commands.printing import ProgressPrinter, answer, fields, say
 from app.core.base.errors import CoreError
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.masks import parse_mask
 from app.core.second_light.captured import centroid
-from app.core.second_light.comparable import compare, with_lux
 from app.core.second_light.dark_room import GUIDE, capture_lamp
 from app.core.second_light.library import (
     add_lamp,
@@ -28,6 +25,7 @@ from app.core.second_light.library import (
     update_lamp,
 )
 from app.core.second_light.mask import edit_mask
+from app.core.second_light.scale import compare, with_lux
 from app.core.solver.style_pack import load_named_pack
 
 if TYPE_CHECKING:
@@ -46,7 +44,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help="the library of lamps that were captured in a dark room",
         description="Capture a lamp in a dark room once, and use it as a second light anywhere.",
     )
-    parser.set_defaults(run=run)
     actions = parser.add_subparsers(metavar="ACTION", dest="action", required=True)
     _add_words(actions)
     guide = actions.add_parser("guide", help="how to capture a lamp, step by step")
@@ -54,36 +51,20 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     change = actions.add_parser("change", help="correct a lamp's title, distance or brightness")
     change.add_argument("name", metavar="NAME", help="a lamp of the library")
     change.add_argument("--title", metavar="TITLE", help="another title")
-    change.add_argument("--distance", metavar="M", help="from the camera to the lamp, metres")
-    change.add_argument("--lux", metavar="E", help="what a light meter reads at the camera")
+    _add_measures(change)
     mask = actions.add_parser("mask", help="correct where a lamp is in its capture")
     mask.add_argument("name", metavar="NAME", help="a lamp of the library")
     _add_masks(mask)
     gone = actions.add_parser("remove", help="put a lamp into the trash")
     gone.add_argument("name", metavar="NAME", help="a lamp of the library")
-    for each in (guide, shown, change, mask, gone):
-        each.add_argument("--json", action="store_true", help="print one JSON object")
+    jobs = ((guide, _guide), (shown, _list), (change, _change), (mask, _mask), (gone, _remove))
+    for each, job in jobs:
+        add_json(each, job)
 
 
-def run(args: argparse.Namespace) -> int:
-    """Do what was asked with the library.
-
-    Raises
-    ------
-    CoreError
-        When an argument, a file or a lamp is of no use; the library is as it was then.
-    """
-    actions = {
-        "add": _add,
-        "guide": _guide,
-        "list": _list,
-        "change": _change,
-        "mask": _mask,
-        "remove": _remove,
-    }
-    text, facts = actions[args.action](args)
-    print(json.dumps(facts, ensure_ascii=False) if args.json else text)
-    return 0
+def _add_measures(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--distance", metavar="M", help="from the camera to the lamp, metres")
+    parser.add_argument("--lux", metavar="E", help="what a light meter reads at the camera")
 
 
 def _add_words(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -100,8 +81,7 @@ def _add_words(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         type=Path,
         help="the exposures, one folder of them, or one .exr or .hdr (channel A is the mask)",
     )
-    add.add_argument("--distance", metavar="M", help="from the camera to the lamp, metres")
-    add.add_argument("--lux", metavar="E", help="what a light meter reads at the camera")
+    _add_measures(add)
     add.add_argument(
         "--times", metavar="T,...", help="exposure times in seconds, in the order of the files"
     )
@@ -112,7 +92,7 @@ def _add_words(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         help="camera curve (default: srgb, since dark rooms show mostly noise)",
     )
     _add_masks(add)
-    add.add_argument("--json", action="store_true", help="print one JSON object")
+    add_json(add, _add)
 
 
 def _add_masks(parser: argparse.ArgumentParser) -> None:
@@ -127,11 +107,11 @@ def _add_masks(parser: argparse.ArgumentParser) -> None:
         )
 
 
-def _add(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
-    distance = None if args.distance is None else _positive(args.distance, "distance in metres")
+def _add(args: argparse.Namespace) -> int:
+    distance = _positive(args.distance, "distance in metres")
     if distance is not None:
         check_distance(distance)  # Before the pictures are merged.
-    lux = None if args.lux is None else _positive(args.lux, "illuminance in lux")
+    lux = _positive(args.lux, "illuminance in lux")
     times = args.times and tuple(_positive(t, "exposure time") for t in args.times.split(","))
     wishes = MergeOptions(times=times or None, response=args.response, sun="leave")
     found = capture_lamp(
@@ -150,55 +130,50 @@ def _add(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
         warnings.append(str(verdict))
     if distance is None:
         warnings.append("The lamp's distance is not known: --distance states it.")
-    for line in (*warnings, *found.notes):
-        print(line, file=sys.stderr)
+    say(*warnings, *found.notes)
     kept = add_lamp(lamps_folder(), lamp)
     facts = {**_facts(kept), "warnings": warnings, "notes": list(found.notes)}
-    return f"Kept “{kept.title}” as {kept.name}: {_words(facts)}.", facts
+    return answer(args, facts, f"Kept “{kept.title}” as {kept.name}: {_words(facts)}.")
 
 
-def _guide(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
-    del args
-    return f"{_STEPS}\n\nThen: turnlight lamp add NAME IMAGE... --distance METRES", {
-        "steps": list(GUIDE)
-    }
+def _guide(args: argparse.Namespace) -> int:
+    words = f"{_STEPS}\n\nThen: turnlight lamp add NAME IMAGE... --distance METRES"
+    return answer(args, {"steps": list(GUIDE)}, words)
 
 
-def _list(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
-    del args
-    entries, damaged = list_lamps(lamps_folder())
+def _list(args: argparse.Namespace) -> int:
+    folder = lamps_folder()
+    entries, damaged = list_lamps(folder)
     rows = [
         {
-            "name": each.name,
-            "title": each.title,
-            "distance_m": each.distance_m,
-            "lux": each.lux,
-            "camera": each.camera,
+            **fields(each, "name", "title", "distance_m", "lux", "camera"),
             "picture": None if each.picture is None else str(each.picture),
             "remarks": list(each.remarks),
         }
         for each in entries
     ]
     lines = [f"{row['name']:<24}{row['title']:<32}{_words(row)}" for row in rows]
-    lines += [f"{each.path.name}: {each.reason}" for each in damaged]
+    # The folder itself is named whole: its home may be what cannot be read.
+    lines += [
+        f"{folder if each.path == folder else each.path.name}: {each.reason}" for each in damaged
+    ]
     bad = [{"file": str(each.path), "reason": each.reason} for each in damaged]
-    return "\n".join(lines) or "No lamps yet.", {"lamps": rows, "damaged": bad}
+    return answer(args, {"lamps": rows, "damaged": bad}, "\n".join(lines) or "No lamps yet.")
 
 
-def _change(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
+def _change(args: argparse.Namespace) -> int:
     if not (args.title or args.distance or args.lux):
         raise CoreError("Nothing was said about the lamp.", "Use --title, --distance or --lux.")
-    distance = None if args.distance is None else _positive(args.distance, "distance in metres")
-    lux = None if args.lux is None else _positive(args.lux, "illuminance in lux")
+    distance = _positive(args.distance, "distance in metres")
+    lux = _positive(args.lux, "illuminance in lux")
     folder = lamps_folder()
     lamp = restate_lamp(folder, args.name, distance_m=distance, lux=lux)
     if args.title:
         lamp = rename_lamp(folder, lamp.name, args.title)
-    facts = _facts(lamp)
-    return f"Corrected “{lamp.title}”: {_words(facts)}.", facts
+    return _corrected(args, lamp)
 
 
-def _mask(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
+def _mask(args: argparse.Namespace) -> int:
     lamp = read_lamp(lamps_folder(), args.name)
     masks = mask_files(parse_mask(text) for text in (*args.set, *args.clear))
     check_outputs([lamps_folder() / f"{lamp.name}.png"], masks)
@@ -206,14 +181,19 @@ def _mask(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
     if edited is lamp:
         raise CoreError("Nothing was said about the mask.", "Use --set or --clear.")
     update_lamp(lamps_folder(), edited)
-    facts = _facts(edited)
-    return f"Corrected “{edited.title}”: {_words(facts)}.", facts
+    return _corrected(args, edited)
 
 
-def _remove(args: argparse.Namespace) -> tuple[str, dict[str, Any]]:
+def _corrected(args: argparse.Namespace, lamp: CapturedLamp) -> int:
+    facts = _facts(lamp)
+    return answer(args, facts, f"Corrected “{lamp.title}”: {_words(facts)}.")
+
+
+def _remove(args: argparse.Namespace) -> int:
     gone = delete_lamp(lamps_folder(), args.name)
     words = f"“{gone.title}” is in the trash: {gone.folder}"
-    return words, {"name": gone.name, "title": gone.title, "trash": str(gone.folder)}
+    facts = {"name": gone.name, "title": gone.title, "trash": str(gone.folder)}
+    return answer(args, facts, words)
 
 
 def _edited(lamp: CapturedLamp, args: argparse.Namespace) -> CapturedLamp:
@@ -226,12 +206,7 @@ def _edited(lamp: CapturedLamp, args: argparse.Namespace) -> CapturedLamp:
 def _facts(lamp: CapturedLamp) -> dict[str, Any]:
     azimuth, elevation = centroid(lamp.light)
     return {
-        "name": lamp.name,
-        "title": lamp.title,
-        "distance_m": lamp.distance_m,
-        "lux": lamp.lux,
-        "white_cd_m2": lamp.white_cd_m2,
-        "camera": lamp.camera,
+        **fields(lamp, "name", "title", "distance_m", "lux", "white_cd_m2", "camera"),
         "solid_angle_sr": lamp.solid_angle_sr,
         "azimuth_deg": azimuth,
         "elevation_deg": elevation,
@@ -244,7 +219,9 @@ def _words(facts: dict[str, Any]) -> str:
     return f"{light} at {metres:g} m" if metres is not None else f"{light}, distance not known"
 
 
-def _positive(text: str, what: str) -> float:
+def _positive(text: str | None, what: str) -> float | None:
+    if text is None:
+        return None
     try:
         value = float(text)
     except ValueError:

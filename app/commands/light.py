@@ -2,30 +2,45 @@
 
 from __future__ import annotations
 
-import json
-import math
-import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from app.commands.solver_args import add_questions, finite
+from app.commands.arguments import add_questions, finite
+from app.commands.printing import answer, fields, numbers, points, say, short
 from app.core.base.errors import CoreError
 from app.core.second_light.added import from_captured, from_numbers
 from app.core.second_light.captured import CapturedLamp, placed
-from app.core.second_light.comparable import Comparison, compare, with_lux
-from app.core.second_light.dimming import FULL, power_words, powers_of
-from app.core.second_light.lamp_file import read_lamp_file
-from app.core.second_light.lamp_presets import KINDS, NumbersLamp, parse
+from app.core.second_light.dark_room import read_lamp_file
+from app.core.second_light.lamp_presets import (
+    FULL,
+    KINDS,
+    NumbersLamp,
+    parse,
+    power_words,
+    powers_of,
+)
 from app.core.second_light.library import lamps_folder, list_lamps, read_lamp
-from app.core.second_light.placements import direction
-from app.core.second_light.reach import above_floor, within_arm
-from app.core.second_light.scale import ASSUMED_LUX, check_lux, illuminance, stated_white
+from app.core.second_light.placements import (
+    above_floor,
+    direction,
+    metres,
+    placement_words,
+    within_arm,
+)
+from app.core.second_light.scale import (
+    ASSUMED_LUX,
+    Comparison,
+    check_lux,
+    compare,
+    illuminance,
+    stated_white,
+    with_lux,
+)
 from app.core.second_light.search import place_all
-from app.core.second_light.words import metres, placement_words
 from app.core.solver.environment import read_environment, reduce
 from app.core.solver.head_shape import HeadShape, load_shape_of
 from app.core.solver.style_pack import load_named_pack, load_transport_of
@@ -40,8 +55,10 @@ if TYPE_CHECKING:
     from app.core.base.colour import FloatImage
     from app.core.second_light.added import AddedLight
     from app.core.second_light.search import Placed
+    from app.core.solver.solve import StyleResult
     from app.core.solver.style_pack import StylePack
-    from app.core.solver.transport import Transport
+
+_Lamp: TypeAlias = NumbersLamp | CapturedLamp
 
 _POWERS = ("best", "full")
 _REACHES = ("any", "floor", "arm")
@@ -56,7 +73,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "style. Azimuth counts from the front of the face, positive toward the sitter's left; "
         "altitude is positive upward; distances are from the middle of the head.",
     )
-    add_questions(parser)
+    add_questions(parser, run)
     parser.add_argument(
         "--lamp",
         metavar="LAMP",
@@ -97,7 +114,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help="where the lamp can be held: anywhere, not through the floor, or within the "
         "sitter's own arm's length (default: %(default)s)",
     )
-    parser.set_defaults(run=run)
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,31 +126,22 @@ class _Scale:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the command.
-
-    Returns
-    -------
-    int
-        Exit code 0.
-
-    Raises
-    ------
-    CoreError
-        For anything the user can put right.
-    """
+    """Find a turn and a place for the lamp for each style."""
     start = time.perf_counter()
     lamp = _find_lamp(args.lamp, args.lamp_lux)
     pack = load_named_pack(args.head)
     names = [style.name for style in select(pack.styles, args.style)]
     environment = read_environment(args.environment)
-    for warning in environment.warnings:
-        _say(warning)
+    say(*environment.warnings)
     radiance = reduce(environment, pack.header.environment)
     scale = _scale(radiance, args, lamp)
     compared = _compared(lamp, scale)
     transport = load_transport_of(pack, args.head)
     shape = load_shape_of(transport, args.head)
-    added = _prepare(lamp, transport, shape)
+    if isinstance(lamp, NumbersLamp):
+        added = from_numbers(transport, shape, lamp)
+    else:
+        added = from_captured(transport, placed(lamp))
     begun = time.perf_counter()
     found = place_all(
         pack,
@@ -150,20 +157,12 @@ def run(args: argparse.Namespace) -> int:
     )
     done = time.perf_counter()
     times = {"seconds": round(done - start, 4), "search_seconds": round(done - begun, 4)}
-    if args.json:
-        values = _as_json(found, args, added, shape, scale)
-        values |= {"comparable": compared.possible, "comparison": str(compared)}
-        print(json.dumps({**values, **times}, ensure_ascii=False))
-    else:
-        print(_table(found, added, shape, pack, environment.name, scale))
-    return 0
+    facts = _as_json(found, args, added, shape, scale)
+    facts |= {"comparable": compared.possible, "comparison": str(compared), **times}
+    return answer(args, facts, _table(found, added, shape, pack, environment.name, scale))
 
 
-def _say(text: str) -> None:
-    print(text, file=sys.stderr)
-
-
-def _find_lamp(text: str, lux: float | None = None) -> NumbersLamp | CapturedLamp:
+def _find_lamp(text: str, lux: float | None = None) -> _Lamp:
     """Find a lamp; a captured one gives `lux` where its camera stood, if that is said."""
     lamp = _lamp_named(text)
     if lux is None:
@@ -175,13 +174,12 @@ def _find_lamp(text: str, lux: float | None = None) -> NumbersLamp | CapturedLam
     return with_lux(lamp, lux)
 
 
-def _lamp_named(text: str) -> NumbersLamp | CapturedLamp:
+def _lamp_named(text: str) -> _Lamp:
     if text.strip().lower().partition("@")[0] in KINDS:
         return parse(text)
     if Path(text).suffix.lower() in (".exr", ".hdr"):
         lamp, said = read_lamp_file(text)
-        for warning in said:
-            _say(warning)
+        say(*said)
         return lamp
     if "@" in text:
         # Only a kind has a distance in its name; the sentence lists those there are.
@@ -195,17 +193,7 @@ def _lamp_named(text: str) -> NumbersLamp | CapturedLamp:
     )
 
 
-def _prepare(
-    lamp: NumbersLamp | CapturedLamp, transport: Transport, shape: HeadShape
-) -> AddedLight:
-    if isinstance(lamp, NumbersLamp):
-        return from_numbers(transport, shape, lamp)
-    return from_captured(transport, placed(lamp))
-
-
-def _scale(
-    radiance: FloatImage, args: argparse.Namespace, lamp: NumbersLamp | CapturedLamp
-) -> _Scale:
+def _scale(radiance: FloatImage, args: argparse.Namespace, lamp: _Lamp) -> _Scale:
     """Find what radiance 1 is in cd/m2: stated by the user, by the file, or assumed."""
     relative = illuminance(radiance, args.front)
     if args.lux is not None:
@@ -216,7 +204,7 @@ def _scale(
     if isinstance(lamp, CapturedLamp) and lamp.white_cd_m2 is None:
         # Nothing is known of either: as if both had been captured alike, see `_compared`.
         return _Scale(1.0, relative, True)
-    _say(
+    say(
         f"This panorama does not state how bright the place is; {ASSUMED_LUX:g} lux at the face "
         "are assumed. Say it with --lux."
     )
@@ -224,7 +212,7 @@ def _scale(
     return _Scale(scale.gain, scale.lux, True)
 
 
-def _compared(lamp: NumbersLamp | CapturedLamp, scale: _Scale) -> Comparison:
+def _compared(lamp: _Lamp, scale: _Scale) -> Comparison:
     """Judge whether lamp and place can be compared, and say what is taken instead."""
     if isinstance(lamp, NumbersLamp):
         return Comparison(not scale.assumed)
@@ -234,7 +222,7 @@ def _compared(lamp: NumbersLamp | CapturedLamp, scale: _Scale) -> Comparison:
         if lamp.white_cd_m2 is None:
             unit = "in one unit, as if captured alike" if scale.assumed else "as cd/m²"
             taken = f" Here {'both are' if scale.assumed else 'its values are'} taken {unit}."
-        _say(f"{found} (--lamp-lux for the lamp, --lux for the place.){taken}")
+        say(f"{found} (--lamp-lux for the lamp, --lux for the place.){taken}")
     return found
 
 
@@ -257,7 +245,7 @@ def _allowed(reach: str, distance_m: float | None) -> NDArray[np.bool_] | None:
     return allowed & within_arm(distance_m) if reach == "arm" else allowed
 
 
-def _powers(lamp: NumbersLamp | CapturedLamp, args: argparse.Namespace) -> tuple[float, ...]:
+def _powers(lamp: _Lamp, args: argparse.Namespace) -> tuple[float, ...]:
     dimmed = args.power == "best" and args.objective == "picture"
     return powers_of(lamp.kind) if dimmed and isinstance(lamp, NumbersLamp) else FULL
 
@@ -279,8 +267,8 @@ def _as_json(
         "front_deg": args.front,
         "reach": args.reach,
         "greedy": args.greedy,
-        "illuminance_lux": _short(scale.lux),
-        "cd_m2_per_unit": _short(scale.gain),
+        "illuminance_lux": short(scale.lux),
+        "cd_m2_per_unit": short(scale.gain),
         "assumed": scale.assumed,
         "rescues": [one.name for one in found if one.rescued],
         "styles": styles,
@@ -289,36 +277,20 @@ def _as_json(
 
 
 def _style_json(one: Placed, added: AddedLight, shape: HeadShape) -> dict[str, Any]:
-    before = one.before
     return {
-        "name": one.name,
-        "title": one.title,
-        "side": one.side,
-        "turn_deg": one.turn_deg,
+        **fields(one, "name", "title", "side", "turn_deg"),
         "turn_refined_deg": round(one.turn_refined_deg, 6),
-        "lamp_azimuth_deg": one.lamp_azimuth_deg,
-        "lamp_altitude_deg": one.lamp_altitude_deg,
+        **fields(one, "lamp_azimuth_deg", "lamp_altitude_deg"),
         "lamp_azimuth_refined_deg": round(one.lamp_azimuth_refined_deg, 6),
         "lamp_altitude_refined_deg": round(one.lamp_altitude_refined_deg, 6),
         "words": _words(one, added, shape),
         "power": one.power,
         "power_words": power_words(one.power, added.name),
-        "quality": _short(one.quality),
-        "match": _short(one.match),
-        "strength": _short(one.strength),
-        "attainable": one.attainable,
-        "reason": one.reason,
-        "rescued": one.rescued,
-        "evaluated": one.evaluated,
-        "before": {
-            "turn_deg": before.turn_deg,
-            "turn_refined_deg": round(before.turn_refined_deg, 6),
-            "quality": _short(before.quality),
-            "match": _short(before.match),
-            "strength": _short(before.strength),
-            "attainable": before.attainable,
-            "reason": before.reason,
-        },
+        "quality": short(one.quality),
+        "match": short(one.match),
+        "strength": short(one.strength),
+        **fields(one, "attainable", "reason", "rescued", "evaluated"),
+        "before": numbers(one.before) | fields(one.before, "attainable", "reason"),
     }
 
 
@@ -329,11 +301,6 @@ def _words(one: Placed, added: AddedLight, shape: HeadShape) -> str:
     if distance is not None:
         skin = shape.distance_to_skin(direction(azimuth, altitude) * distance)
     return placement_words(azimuth, altitude, distance, skin)
-
-
-def _short(value: float) -> float:
-    """Nine significant digits: more than the data hold."""
-    return float(f"{value:.9g}")
 
 
 def _table(
@@ -359,8 +326,8 @@ def _table(
         if one.reason:
             hold += f"; {one.reason}"
         lines.append(
-            f"{one.name:<18}{_points(one.before.match, one.before.attainable):>8}"
-            f"{_points(one.match, one.attainable):>6}{one.turn_refined_deg:>7.1f}°  {hold}"
+            f"{one.name:<18}{_points(one.before):>8}"
+            f"{_points(one):>6}{one.turn_refined_deg:>7.1f}°  {hold}"
         )
     rescued = ", ".join(one.name for one in found if one.rescued) or "none"
     lines += ["", "Match of 100, in brackets where the style is out of reach."]
@@ -370,7 +337,6 @@ def _table(
     return "\n".join(lines)
 
 
-def _points(value: float, attainable: bool) -> str:
-    """Round down, so that a value under a limit never reads as the limit."""
-    points = str(max(math.floor(value), 0))
-    return points if attainable else f"({points})"
+def _points(one: Placed | StyleResult) -> str:
+    value = points(one.match)
+    return value if one.attainable else f"({value})"

@@ -9,7 +9,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from app.commands.progress_printer import ProgressPrinter
+from app.commands.arguments import add_json
+from app.commands.printing import ProgressPrinter
 from app.core.localization.heading import build_index
 from app.core.localization.photo_check import read_photo, search_photo
 from app.core.localization.picture_file import read_shown_panorama
@@ -40,8 +41,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help="horizontal field of view of the upright photograph (default: by its EXIF focal "
         "length, else estimated)",
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(run=run)
+    add_json(parser, run)
 
 
 def _fov(text: str) -> float:
@@ -54,31 +54,17 @@ def _fov(text: str) -> float:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the command.
-
-    Returns
-    -------
-    int
-        Exit code 0, found or not.
-
-    Raises
-    ------
-    CoreError
-        For anything the user can put right.
-    """
+    """Look for the photograph; that it is not found is an answer, too."""
     start = time.perf_counter()
     photo = read_photo(args.photo)
     index = build_index(read_shown_panorama(args.panorama), report=ProgressPrinter())
     sought = search_photo(photo, index, args.fov)
     seconds = time.perf_counter() - start
-    if args.json:
-        print(json.dumps(_as_dict(sought, seconds), indent=1))
-    else:
-        _print_table(sought)
+    print(json.dumps(_facts(sought, seconds), indent=1) if args.json else _table(sought))
     return 0
 
 
-def _as_dict(sought: Sought, seconds: float) -> dict[str, Any]:
+def _facts(sought: Sought, seconds: float) -> dict[str, Any]:
     heading = sought.heading
     found = heading.status == "found"
     angles = (heading.heading_deg, heading.pitch_deg, heading.roll_deg, heading.fov_deg)
@@ -98,23 +84,25 @@ def _as_dict(sought: Sought, seconds: float) -> dict[str, Any]:
     }
 
 
-def _print_table(sought: Sought) -> None:
+def _table(sought: Sought) -> str:
     heading = sought.heading
+    last = [
+        f"  points that agree  {heading.inliers}",
+        f"  confidence         {math.floor(100 * heading.confidence)} %",
+    ]
     if heading.heading_deg is None:
-        print("Unsure: the photograph could not be found in the panorama.")
-        print(f"  points that agree  {heading.inliers}")
-        print(f"  confidence         {math.floor(100 * heading.confidence)} %")
-        return
-    print(f"  heading            {_degrees(heading.heading_deg)}")
-    print(f"  pitch              {_degrees(heading.pitch_deg)} up")
-    print(f"  roll               {_degrees(heading.roll_deg)} clockwise")
-    print(f"  field of view      {_degrees(heading.fov_deg)}")
-    print(f"  points that agree  {heading.inliers}")
-    print(f"  confidence         {math.floor(100 * heading.confidence)} %")
+        first = "Unsure: the photograph could not be found in the panorama."
+        return "\n".join([first, *last])
+    lines = [
+        f"  heading            {_degrees(heading.heading_deg)}",
+        f"  pitch              {_degrees(heading.pitch_deg)} up",
+        f"  roll               {_degrees(heading.roll_deg)} clockwise",
+        f"  field of view      {_degrees(heading.fov_deg)}",
+        *last,
+    ]
     if sought.mirrored:
-        print("The photograph is mirrored, as some phones save selfies.")
-    for warning in sought.warnings:
-        print(warning)
+        lines.append("The photograph is mirrored, as some phones save selfies.")
+    return "\n".join([*lines, *sought.warnings])
 
 
 def _degrees(value: float) -> str:

@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-import json
 import math
-import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
-from app.commands.outputs import check_ending, check_outputs, mask_files
-from app.commands.probe_words import clutter_facts, frame_rows, lamp_rows, probe_facts
-from app.commands.progress_printer import ProgressPrinter
+from app.commands.arguments import (
+    add_json,
+    check_drawing,
+    check_ending,
+    check_outputs,
+    mask_files,
+)
+from app.commands.printing import ProgressPrinter, answer, say
+from app.commands.probe_words import clutter_facts, probe_facts, probe_table, wrote
 from app.core.base.errors import ProbeError
 from app.core.base.images import write_exr, write_hdr, write_png
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.masks import check_picture_mask, parse_mask
 from app.core.hdr.metadata import ENDINGS
-from app.core.hdr.pipeline import Probe, measure
-from app.core.hdr.tripod_detection import Clutter, suggest
+from app.core.hdr.pipeline import measure
+from app.core.hdr.tripod_detection import suggest
 from app.core.solver.style_pack import load_named_pack
-from app.export.merge_preview import preview
 
 if TYPE_CHECKING:
     import argparse
@@ -58,8 +61,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "--full", action="store_true", help="keep the frames' own size instead of 2048 x 1024"
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(run=run)
+    add_json(parser, run)
 
 
 def _add_camera(parser: argparse.ArgumentParser) -> None:
@@ -126,9 +128,9 @@ def run(args: argparse.Namespace) -> int:
     wishes = _wishes(args)
     _check_targets(args, wishes)
     probe = measure(args.images, load_named_pack("generic"), wishes, report=ProgressPrinter())
-    for line in (*probe.warnings, *probe.notes):
-        print(line, file=sys.stderr)
-    suggested = _suggested(probe, args)
+    say(*probe.warnings, *probe.notes)
+    known = bool(args.mask) or not probe.bracket.panorama
+    suggested = () if known else suggest(probe.finished.measured)
     radiance, white = probe.merged.radiance, probe.merged.cd_m2
     if args.output.suffix.lower() == ".exr":
         write_exr(args.output, radiance, white)
@@ -136,14 +138,21 @@ def run(args: argparse.Namespace) -> int:
         write_hdr(args.output, radiance)
     if args.preview is not None:
         marks = (*probe.finished.clutter, *suggested)
+        # Only a preview needs Qt.
+        from app.export.merge_preview import preview
+
         picture = preview(probe.finished.measured, probe.finished.lights, marks, args.exposure)
         write_png(args.preview, picture)
     seconds = time.perf_counter() - started
-    if args.json:
-        print(json.dumps(_facts(probe, args, suggested, seconds), ensure_ascii=False))
-    else:
-        print(_table(probe, args, suggested, seconds))
-    return 0
+    facts = {
+        "file": str(args.output),
+        **probe_facts(probe),
+        "suggested_masks": [clutter_facts(each) for each in suggested],
+        "seconds": round(seconds, 3),
+    }
+    lines = [f"Suggested: {each.name}. {each.reason}" for each in suggested]
+    last = wrote(probe, args.output, f", {seconds:.2f} s")
+    return answer(args, facts, probe_table(probe, *lines, "", last))
 
 
 def _check_targets(args: argparse.Namespace, wishes: MergeOptions) -> None:
@@ -155,6 +164,8 @@ def _check_targets(args: argparse.Namespace, wishes: MergeOptions) -> None:
         check_ending(args.preview, (".png",), "previews")
     masks = mask_files(wishes.masks)
     check_outputs([args.output, args.preview], [*args.images, *masks], ENDINGS)
+    if args.preview is not None:
+        check_drawing()
     for mask in masks:
         check_picture_mask(mask)
 
@@ -187,29 +198,3 @@ def _pair(text: str, option: str) -> tuple[str, float]:
     if not (name.strip() and equals):
         raise ProbeError(f"{option} takes a lamp and a number, like A=3, not {text!r}.")
     return name, _number(value)
-
-
-def _suggested(probe: Probe, args: argparse.Namespace) -> tuple[Clutter, ...]:
-    """Suggest what to mask where nothing was masked."""
-    return () if args.mask or not probe.bracket.panorama else suggest(probe.finished.measured)
-
-
-def _facts(
-    probe: Probe, args: argparse.Namespace, suggested: tuple[Clutter, ...], seconds: float
-) -> dict[str, Any]:
-    return {
-        "file": str(args.output),
-        **probe_facts(probe),
-        "suggested_masks": [clutter_facts(each) for each in suggested],
-        "seconds": round(seconds, 3),
-    }
-
-
-def _table(
-    probe: Probe, args: argparse.Namespace, suggested: tuple[Clutter, ...], seconds: float
-) -> str:
-    lines = [*frame_rows(probe), *lamp_rows(probe)]
-    lines += [f"Suggested: {each.name}. {each.reason}" for each in suggested]
-    rows, columns = probe.merged.radiance.shape[:2]
-    lines += ["", f"Wrote {args.output} ({columns} x {rows}, {seconds:.2f} s)."]
-    return "\n".join(lines)

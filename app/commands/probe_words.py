@@ -5,7 +5,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
+from app.commands.printing import fields
+
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from app.core.hdr.frame import Frame
     from app.core.hdr.lights import Light
     from app.core.hdr.pipeline import Probe
@@ -19,19 +23,14 @@ _LEAST_SHARE: Final = 0.0005  # of the light, for a row of its own in the table
 
 
 def probe_facts(probe: Probe) -> dict[str, Any]:
-    """Say for JSON what a probe found.
-
-    Returns
-    -------
-    dict[str, Any]
-        Everything that does not depend on how it was asked for.
-    """
+    """Say for JSON what a probe found, whatever it was asked for."""
     finished, audit, response = probe.finished, probe.finished.audit, probe.response.response
+    residual = response.residual_stops
     return {
         "size": [probe.merged.radiance.shape[1], probe.merged.radiance.shape[0]],
-        "frames": frame_facts(probe),
+        "frames": [_frame(*row) for row in _frames(probe)],
         "response": response.name,
-        "response_residual_stops": _short(response.residual_stops),
+        "response_residual_stops": round(residual, 4) if math.isfinite(residual) else None,
         "cd_m2_per_unit": probe.merged.cd_m2,
         "clipped_energy_fraction": finished.measured_clipped,
         "clipped_energy_range": None if audit is None else list(audit.clipped_energy_range),
@@ -42,29 +41,29 @@ def probe_facts(probe: Probe) -> dict[str, Any]:
         "sun": _sun(probe),
         "masked": [clutter_facts(each) for each in finished.clutter],
         "mask_changes": [
-            {
-                "name": change.style,
-                "turn_before_deg": change.turn_before_deg,
-                "turn_after_deg": change.turn_after_deg,
-                "given_up": change.given_up,
-            }
+            {"name": change.style} | fields(change, "turn_before_deg", "turn_after_deg", "given_up")
             for change in finished.changes
         ],
         "moved_share": probe.moved.share,
-        "levelled": {"pitch_deg": probe.levelling.pitch_deg, "roll_deg": probe.levelling.roll_deg},
+        "levelled": fields(probe.levelling, "pitch_deg", "roll_deg"),
         "stitching": None if probe.stitching is None else probe.stitching.facts(),
         "warnings": list(probe.warnings),
         "notes": list(probe.notes),
     }
 
 
-def frame_facts(probe: Probe) -> list[dict[str, Any]]:
-    """Say for JSON which frames a probe was made of, brightest first."""
-    return [_frame(*row) for row in _frames(probe)]
+def probe_table(probe: Probe, *more: str) -> str:
+    """Write tables of the frames and of the lamps that matter, and what to do about the lamps."""
+    return "\n".join([*_frame_rows(probe), *_lamp_rows(probe), *more])
 
 
-def frame_rows(probe: Probe) -> list[str]:
-    """Return a table of the frames, with its heading."""
+def wrote(probe: Probe, target: Path, more: str = "") -> str:
+    """Say where an environment is, and its size."""
+    rows, columns = probe.merged.radiance.shape[:2]
+    return f"Wrote {target} ({columns} x {rows}{more})."
+
+
+def _frame_rows(probe: Probe) -> list[str]:
     lines = [f"{'frame':{_NAME}}  {'shutter':>10}  {'ISO':>5}  {'f/':>4}  {'EV':>6}  clipped"]
     for frame, ev, part in _frames(probe):
         exposure = frame.exposure
@@ -72,15 +71,15 @@ def frame_rows(probe: Probe) -> list[str]:
         iso, aperture = (
             (f"{exposure.iso:g}", f"{exposure.aperture:g}") if exposure.known else ("", "")
         )
+        name = frame.path.name[-_NAME:]  # sessions put the date first, the end tells frames apart
         lines.append(
-            f"{_short_name(frame):{_NAME}}  {shutter_words(exposure.shutter_s):>10}  {iso:>5}  "
+            f"{name:{_NAME}}  {shutter_words(exposure.shutter_s):>10}  {iso:>5}  "
             f"{aperture:>4}  {ev:+6.2f}  {100 * part:5.1f} %"
         )
     return lines
 
 
-def lamp_rows(probe: Probe) -> list[str]:
-    """Return a table of the lamps that matter, and what to do about those that are clipped."""
+def _lamp_rows(probe: Probe) -> list[str]:
     lines: list[str] = []
     lamps = [light for light in probe.finished.lights if light.share >= _LEAST_SHARE]
     if lamps:
@@ -105,12 +104,7 @@ def shutter_words(seconds: float) -> str:
 
 def clutter_facts(each: Clutter) -> dict[str, Any]:
     """Say for JSON what a mask covers."""
-    return {
-        "name": each.name,
-        "solid_angle_sr": each.solid_angle_sr,
-        "confidence": each.confidence,
-        "reason": each.reason,
-    }
+    return fields(each, "name", "solid_angle_sr", "confidence", "reason")
 
 
 def _frames(probe: Probe) -> list[tuple[Frame, float, float]]:
@@ -146,19 +140,10 @@ def _lamp(light: Light) -> dict[str, Any]:
 
 def _change(change: Any) -> dict[str, Any]:
     return {
-        "name": change.name,
-        "turn_deg": change.turn_deg,
-        "in_doubt": change.in_doubt,
-        "in_reach": change.in_reach,
-        "reach_stops": change.reach_stops,
+        **fields(change, "name", "turn_deg", "in_doubt", "in_reach", "reach_stops"),
         "worst_given_up": change.worst,
         "cases": [
-            {
-                "lamp": case.light,
-                "stops": case.stops,
-                "turn_deg": case.turn_deg,
-                "given_up": case.given_up,
-            }
+            {"lamp": case.light} | fields(case, "stops", "turn_deg", "given_up")
             for case in change.cases
         ],
     }
@@ -173,15 +158,6 @@ def _sun(probe: Probe) -> dict[str, Any] | None:
         "illuminance_lux": round(done.illuminance_lux),
         "range_lux": [round(value) for value in done.range_lux],
     }
-
-
-def _short(value: float) -> float | None:
-    return round(value, 4) if math.isfinite(value) else None
-
-
-def _short_name(frame: Frame) -> str:
-    """Cut a name to the table: sessions put the date first, and the end tells frames apart."""
-    return frame.path.name[-_NAME:]
 
 
 def _lamp_row(light: Light) -> str:

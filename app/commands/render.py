@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.commands.outputs import check_ending, check_outputs, head_files
-from app.commands.solver_args import MOST_DEG
+from app.commands.arguments import MOST_DEG, add_json, check_ending, check_outputs, head_files
+from app.commands.printing import answer, say
 from app.core.base import colour
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
@@ -55,8 +53,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         default="generic",
         help="head or baked T.npz (default: generic)",
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(run=run)
+    add_json(parser, run)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -68,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
         When an argument, the panorama or the head is of no use; nothing is written then.
     """
     started = time.perf_counter()
-    output = Path(args.output)
+    output: Path = args.output
     # Everything that can be wrong with the words is said before anything is computed.
     check_ending(output, _WRITERS, "pictures")
     if not abs(args.turn) <= MOST_DEG:
@@ -76,50 +73,26 @@ def run(args: argparse.Namespace) -> int:
     check_outputs([output], [args.env, *head_files(args.head)])
     transport = load_named(args.head)
     environment = read_environment(args.env)
-    for warning in environment.warnings:
-        print(warning, file=sys.stderr)
+    say(*environment.warnings)
     light = reduce(environment, transport.environment_shape, wrap(args.turn))
-    linear = picture_at(transport, light)
+    linear = to_image(transport, render(transport, light))
     if output.suffix.lower() == ".exr":
         write_exr(output, linear)
     else:
         gain = colour.face_exposure(_face_luminance(transport, linear))
-        display = colour.to_bytes(colour.tone_map(linear, gain))
-        write_png(output, display)
-    _say(args, output, transport.size, time.perf_counter() - started)
-    return 0
-
-
-def picture_at(transport: Transport, radiance: FloatImage) -> FloatImage:
-    """Render the head under an environment that has been turned and reduced already.
-
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, W, 3)
-        Linear Rec. 709 radiance in the transport's size.
-
-    Returns
-    -------
-    NDArray[np.float32], (N, N, 3)
-        Linear Rec. 709 picture on black, in the scale of `radiance`.
-    """
-    return to_image(transport, render(transport, radiance))
+        write_png(output, colour.to_bytes(colour.tone_map(linear, gain)))
+    size, seconds = transport.size, time.perf_counter() - started
+    facts = {
+        "file": str(output),
+        "turn_deg": args.turn,
+        "head": args.head,
+        "size": [size, size],
+        "seconds": round(seconds, 3),
+    }
+    words = f"Wrote {output} ({size} x {size}, turn {args.turn:g}°, {seconds:.2f} s)."
+    return answer(args, facts, words)
 
 
 def _face_luminance(transport: Transport, picture: FloatImage) -> FloatImage:
     values: FloatImage = colour.luminance(picture.reshape(-1, 3)[transport.pixels])[transport.face]
     return values
-
-
-def _say(args: argparse.Namespace, output: Path, size: int, seconds: float) -> None:
-    if args.json:
-        facts = {
-            "file": str(output),
-            "turn_deg": args.turn,
-            "head": args.head,
-            "size": [size, size],
-            "seconds": round(seconds, 3),
-        }
-        print(json.dumps(facts, ensure_ascii=False))
-    else:
-        print(f"Wrote {output} ({size} x {size}, turn {args.turn:g}°, {seconds:.2f} s).")

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import json
 import math
 import sys
 import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from app.commands.arguments import add_json
+from app.commands.printing import answer, say
 from app.core.base.colour import luminance
 from app.core.base.errors import CoreError
 from app.core.base.paths import resources
@@ -87,17 +88,13 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         action="store_true",
         help="end when standard input is closed, as when the program that started it is gone",
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(run=run)
+    add_json(parser, run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Serve the camera until it is interrupted.
 
-    Returns
-    -------
-    int
-        0, once standard input is closed; without ``--until-eof`` it ends by an exception.
+    With ``--until-eof`` it ends when standard input is closed, otherwise by an exception.
 
     Raises
     ------
@@ -110,9 +107,11 @@ def run(args: argparse.Namespace) -> int:
     clock = SystemClock()
     camera = _camera(args, clock)
     with contextlib.closing(camera), _server(camera, args, clock) as server:
-        print(_words(args, server.url), flush=True)
+        facts = {"url": server.url, "model": args.model, "faults": list(faults_named(args.fault))}
+        answer(args, facts | ({"user": _user(args)} if args.password else {}), server.url)
+        sys.stdout.flush()
         if args.password:
-            _tell(f"It asks for the user name {_user(args)} and its password.")
+            say(f"It asks for the user name {_user(args)} and its password.")
         closed = _input_closed() if args.until_eof else threading.Event()
         while not closed.is_set():
             clock.sleep(_TICK_S)
@@ -134,18 +133,7 @@ def _input_closed() -> threading.Event:
 
 
 def scene_scale(environment: Environment, mean_cd_m2: float = MEAN_CD_M2) -> float:
-    """Say what one unit of an environment is, so that its mean luminance is as wanted.
-
-    Parameters
-    ----------
-    mean_cd_m2 : float, optional
-        Mean over the sphere in cd/m2.
-
-    Returns
-    -------
-    float
-        cd/m2 per unit.
-    """
+    """Say what one unit of an environment is in cd/m2 if its mean over the sphere is given."""
     mean = float(luminance(energy(environment.radiance))) / (4.0 * math.pi)
     return mean_cd_m2 / mean
 
@@ -169,8 +157,7 @@ def _check(args: argparse.Namespace) -> None:
 
 def _camera(args: argparse.Namespace, clock: Clock) -> SimulatedCamera:
     environment = read_environment(args.scene or resources() / "demo" / "scenes" / "courtyard.exr")
-    for line in environment.warnings:
-        print(line, file=sys.stderr)
+    say(*environment.warnings)
     return SimulatedCamera(
         Scene(environment.radiance, scale=scene_scale(environment, args.mean)),
         args.model,
@@ -185,7 +172,7 @@ def _camera(args: argparse.Namespace, clock: Clock) -> SimulatedCamera:
 
 def _server(camera: SimulatedCamera, args: argparse.Namespace, clock: Clock) -> CameraServer:
     try:
-        return CameraServer(camera, args.port, clock=clock, log=_tell if args.log else None)
+        return CameraServer(camera, args.port, clock=clock, log=say if args.log else None)
     except OSError as error:
         raise CoreError(
             f"Cannot listen at port {args.port}: {(error.strerror or str(error)).lower()}.",
@@ -193,20 +180,9 @@ def _server(camera: SimulatedCamera, args: argparse.Namespace, clock: Clock) -> 
         ) from error
 
 
-def _words(args: argparse.Namespace, url: str) -> str:
-    if not args.json:
-        return url
-    facts = {"url": url, "model": args.model, "faults": list(faults_named(args.fault))}
-    return json.dumps({**facts, "user": _user(args)} if args.password else facts)
-
-
 def _user(args: argparse.Namespace) -> str:
     user: str = args.user or personality_named(args.model).user
     return user
-
-
-def _tell(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)
 
 
 def _fault_list() -> str:

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-import json
-import math
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.commands.outputs import check_ending, check_outputs, head_files
-from app.commands.solver_args import add_questions, finite
+from app.commands.arguments import (
+    add_questions,
+    check_drawing,
+    check_ending,
+    check_outputs,
+    finite,
+    head_files,
+)
+from app.commands.printing import answer, fields, numbers, points, say, short
 from app.core.base.images import write_png
 from app.core.solver.certainty import caution
 from app.core.solver.environment import Environment, read_environment, reduce, reduce_radiance
@@ -37,7 +41,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "whether the place can give the style at all. Turns are degrees, positive clockwise "
         "seen from above; at turn 0 the sitter faces the panorama's centre column.",
     )
-    add_questions(parser)
+    add_questions(parser, run)
     parser.add_argument("--sheet", metavar="PNG", help="also write a sheet with pictures")
     parser.add_argument(
         "--epsilon-c",
@@ -45,42 +49,26 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         type=finite,
         help="also report the paper's own rule: unattainable when the largest quality is below E",
     )
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the command.
-
-    Returns
-    -------
-    int
-        Exit code 0.
-
-    Raises
-    ------
-    CoreError
-        For anything the user can put right.
-    """
+    """Answer for each style, and draw the sheet where one is asked for."""
     start = time.perf_counter()
     if args.sheet:
         check_ending(Path(args.sheet), (".png",), "sheets")
         check_outputs([Path(args.sheet)], [args.environment, *head_files(args.head)])
+        check_drawing()
     pack = load_named_pack(args.head)
     names = [style.name for style in select(pack.styles, args.style)]
     environment = read_environment(args.environment)
-    for warning in environment.warnings:
-        print(warning, file=sys.stderr)
+    say(*environment.warnings)
     radiance = reduce(environment, pack.header.environment)
     results = solve_all(pack, radiance, args.objective, styles=names, front_deg=args.front)
     if args.sheet:
         _write_sheet(Path(args.sheet), pack, results, environment, args)
     seconds = time.perf_counter() - start
-    if args.json:
-        values = _as_json(results, args, pack, seconds)
-        print(json.dumps(values, ensure_ascii=False))
-    else:
-        print(_table(results, args, environment.name, seconds))
-    return 0
+    facts = _as_json(results, args, pack, seconds)
+    return answer(args, facts, _table(results, args, environment.name, seconds))
 
 
 def _as_json(
@@ -101,44 +89,29 @@ def _as_json(
 
 def _style_json(result: StyleResult, epsilon_c: float | None) -> dict[str, Any]:
     values: dict[str, Any] = {
-        "name": result.name,
-        "title": result.title,
-        "side": result.side,
-        "turn_deg": result.turn_deg,
+        **fields(result, "name", "title", "side", "turn_deg"),
         "turn_refined_deg": round(result.turn_refined_deg, 6),
         "direction": result.direction,
-        "quality_curve": _short(result.quality_curve.tolist()),
-        "match_curve": _short(result.match_curve.tolist()),
-        "strength_curve": _short(result.strength_curve.tolist()),
-        "quality": _short([result.quality])[0],
-        "match": _short([result.match])[0],
-        "strength": _short([result.strength])[0],
-        "attainable": result.attainable,
-        "reason": result.reason,
+        **{
+            f"{curve}_curve": [short(value) for value in getattr(result, f"{curve}_curve").tolist()]
+            for curve in ("quality", "match", "strength")
+        },
+        "quality": short(result.quality),
+        "match": short(result.match),
+        "strength": short(result.strength),
+        **fields(result, "attainable", "reason"),
         "caution": _caution(result),
         "arc_deg": [round(end, 6) for end in result.arc_deg],
         "peaks": [
-            {
-                "turn_deg": peak.turn_deg,
-                "turn_refined_deg": round(peak.turn_refined_deg, 6),
-                "quality": _short([peak.quality])[0],
-                "match": _short([peak.match])[0],
-                "strength": _short([peak.strength])[0],
-                "arc_deg": [round(end, 6) for end in peak.arc_deg],
-            }
+            {**numbers(peak), "arc_deg": [round(end, 6) for end in peak.arc_deg]}
             for peak in result.peaks
         ],
     }
     if epsilon_c is not None:
         largest = float(result.quality_curve.max())
-        values["quality_max"] = _short([largest])[0]
+        values["quality_max"] = short(largest)
         values["attainable_paper"] = largest >= epsilon_c
     return values
-
-
-def _short(values: Sequence[float]) -> list[float]:
-    """Nine significant digits: more than the data hold, and half as long."""
-    return [float(f"{value:.9g}") for value in values]
 
 
 def _table(
@@ -172,9 +145,9 @@ def _row(result: StyleResult, epsilon_c: float | None) -> list[str]:
         result.title,
         side,
         f"{abs(result.turn_refined_deg):.1f}°",
-        {"none": ""}.get(result.direction, result.direction),
-        _points(result.match),
-        _points(result.strength),
+        "" if result.direction == "none" else result.direction,
+        points(result.match),
+        points(result.strength),
         result.reason or "",
     ]
     if epsilon_c is not None:
@@ -192,11 +165,6 @@ def _caution(result: StyleResult) -> str | None:
     return caution(result.name) if result.attainable else None
 
 
-def _points(value: float) -> str:
-    """Round down like the reasons do, so that a value under a limit never reads as the limit."""
-    return str(max(math.floor(value), 0))
-
-
 def _write_sheet(
     path: Path,
     pack: StylePack,
@@ -204,7 +172,7 @@ def _write_sheet(
     environment: Environment,
     args: argparse.Namespace,
 ) -> None:
-    # Only a sheet needs its drawing.
+    # Only a sheet needs Qt.
     from app.export.result_sheet import draw_sheet
 
     transport = load_transport_of(pack, args.head)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 from typing import TYPE_CHECKING
 
+from app.commands.arguments import add_json
+from app.commands.printing import answer, fields
 from app.core.base.paths import user_data
 from app.core.solver.styles import Style, StyleLamp, load_styles
 
@@ -21,15 +22,13 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help="list the styles and their lamps",
         description="List the lighting styles and where their lamps stand.",
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.set_defaults(run=run)
+    add_json(parser, run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Print the styles."""
     styles = load_styles(user_data() / "styles")
-    print(json.dumps(as_json(styles), ensure_ascii=False) if args.json else as_table(styles))
-    return 0
+    return answer(args, as_json(styles), as_table(styles))
 
 
 def as_json(styles: Sequence[Style]) -> dict[str, list[dict[str, object]]]:
@@ -44,11 +43,7 @@ def as_json(styles: Sequence[Style]) -> dict[str, list[dict[str, object]]]:
     return {
         "styles": [
             {
-                "name": style.name,
-                "title": style.title,
-                "side": style.side,
-                "side_words": style.side_words,
-                "note": style.note,
+                **fields(style, "name", "title", "side", "side_words", "note"),
                 "lamps": [dataclasses.asdict(lamp) for lamp in style.lamps],
                 "paper": style.paper,
             }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import cv2
 import numpy as np
@@ -17,20 +17,20 @@ from app.core.hdr.display import (
 )
 from app.core.solver.environment import solid_angles
 from app.core.solver.pictures import WELL
-from app.export.result_sheet.canvas import Canvas, circle_points
-from app.export.result_sheet.lettering import Lettering
-from app.export.result_sheet.theme import BG, CTL, DIM, ON_TAG, SCALE, TAG, TEXT
-from app.export.result_sheet.words import signed
+from app.core.text.turns import signed
+from app.export.canvas import SCALE, Canvas, circle_points, shorten, text_width
+from app.export.theme import Dark, draw_scale
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.core.hdr.frame import Merged
+    from app.core.hdr.lights import Light
     from app.core.hdr.tripod_detection import Clutter
-    from app.export.result_sheet.canvas import Box, Point
-    from app.export.result_sheet.lettering import Anchor
+    from app.export.canvas import Box, Point
 
 Bytes: TypeAlias = NDArray[np.uint8]
+
 
 _MARGIN: Final = 24.0
 _SCALE_ROOM: Final = 28.0
@@ -41,37 +41,9 @@ _TAG_SIZE: Final = 22.0
 _NOTES_LEFT: Final = 0.52  # of the panorama's width
 
 
-class LampMark(Protocol):
-    """What the preview shows of a lamp that was found."""
-
-    @property
-    def id(self) -> str:
-        """Letter."""
-
-    @property
-    def azimuth_deg(self) -> float:
-        """Azimuth of its middle, degrees, positive to the right."""
-
-    @property
-    def elevation_deg(self) -> float:
-        """Elevation of its middle, degrees."""
-
-    @property
-    def diameter_deg(self) -> float:
-        """Of a disc of the same size, degrees."""
-
-    @property
-    def share(self) -> float:
-        """Of the light's energy, 0 to 1."""
-
-    @property
-    def clipped(self) -> bool:
-        """Whether it is too bright for every frame, so that its share is a lower bound."""
-
-
 def preview(
     merged: Merged,
-    lights: Sequence[LampMark] = (),
+    lights: Sequence[Light] = (),
     masks: Sequence[Clutter] = (),
     exposure_stops: float = 0.0,
     *,
@@ -101,52 +73,42 @@ def preview(
     notes = _notes(merged, masks, exposure_stops)
     lines = max(min(len(lights), _MOST_ROWS + 1) + 1 if lights else 0, len(notes))
     top = _MARGIN + _SCALE_ROOM
-    canvas = Canvas(wide + 2 * _MARGIN, top + high + _GAP + lines * _ROW + _MARGIN - 8, BG)
-    lettering = Lettering()
+    canvas = Canvas(wide + 2 * _MARGIN, top + high + _GAP + lines * _ROW + _MARGIN - 8, Dark.BG)
     box = (_MARGIN, top, wide, shown.shape[0] / SCALE)
     canvas.picture(box, shown.astype(np.float32) / 255.0, 8.0)
     if shown.shape[1] == 2 * shown.shape[0]:
-        _draw_scale(canvas, box, lettering)
-        _draw_lamps(canvas, box, lights, lettering)
+        _draw_scale(canvas, box)
+        _draw_lamps(canvas, box, lights)
     foot = (_MARGIN, top + high + _GAP)
-    _draw_lamp_list(canvas, foot, lights, lettering)
-    _draw_notes(canvas, (float(round(_MARGIN + _NOTES_LEFT * wide)), foot[1]), notes, lettering)
+    _draw_lamp_list(canvas, foot, lights)
+    _draw_notes(canvas, (float(round(_MARGIN + _NOTES_LEFT * wide)), foot[1]), notes)
     return canvas.pixels
 
 
-def _draw_scale(canvas: Canvas, box: Box, lettering: Lettering) -> None:
+def _draw_scale(canvas: Canvas, box: Box) -> None:
     """Azimuths over the panorama, and the line where the photographer stands."""
     x, top, wide, high = box
     middle = x + wide / 2.0
-    canvas.stroke([(middle, top), (middle, top + high)], TAG, 3.0, opacity=0.35)
-    canvas.stroke([(middle, top), (middle, top + high)], ON_TAG, 1.0, opacity=0.75)
-    for degrees in range(-180, 181, 15):
-        tick = min(max(x + wide * (degrees / 360.0 + 0.5), x + 0.5), x + wide - 0.5)
-        labelled = degrees % 45 == 0
-        canvas.stroke([(tick, top - (9 if labelled else 6)), (tick, top - 3)], CTL, 1.0)
-        if labelled and degrees:
-            ends: dict[int, Anchor] = {-180: "left", 180: "right"}
-            anchor = ends.get(degrees, "middle")
-            lettering.draw(canvas, (tick, top - 13), signed(degrees), 12, 400, DIM, anchor)
-    words = "0° photographer stands here"
-    lettering.draw(canvas, (middle, top - 13), words, 12, 600, TEXT, "middle")
+    canvas.stroke([(middle, top), (middle, top + high)], Dark.TAG, 3.0, opacity=0.35)
+    canvas.stroke([(middle, top), (middle, top + high)], Dark.ON_TAG, 1.0, opacity=0.75)
+    draw_scale(canvas, box, "0° photographer stands here", (Dark.CTL, Dark.DIM))
 
 
-def _draw_lamps(canvas: Canvas, box: Box, lights: Sequence[LampMark], lettering: Lettering) -> None:
+def _draw_lamps(canvas: Canvas, box: Box, lights: Sequence[Light]) -> None:
     """Rings around the lamps, each with its letter where no other letter is."""
     taken: list[Point] = []
     rings = [(light, *_ring(box, light)) for light in lights]
     for _, centre, radius in rings:
         ring = circle_points(centre, radius)
-        canvas.stroke(ring, TAG, 3.5, opacity=0.55)
-        canvas.stroke(ring, ON_TAG, 1.5)
+        canvas.stroke(ring, Dark.TAG, 3.5, opacity=0.55)
+        canvas.stroke(ring, Dark.ON_TAG, 1.5)
     for light, centre, radius in rings:
         at = _free_place(box, centre, radius, taken)
         taken.append(at)
-        _draw_tag(canvas, at, light.id, lettering)
+        _draw_tag(canvas, at, light.id)
 
 
-def _ring(box: Box, light: LampMark) -> tuple[Point, float]:
+def _ring(box: Box, light: Light) -> tuple[Point, float]:
     x, top, wide, high = box
     centre = (
         x + wide * ((light.azimuth_deg / 360.0 + 0.5) % 1.0),
@@ -181,16 +143,14 @@ def _free_place(box: Box, centre: Point, radius: float, taken: Sequence[Point]) 
     return min(places, key=crowded)
 
 
-def _draw_tag(canvas: Canvas, at: Point, letter: str, lettering: Lettering) -> None:
-    wide = max(lettering.width(letter, 13, 700) + 10.0, _TAG_SIZE)
+def _draw_tag(canvas: Canvas, at: Point, letter: str) -> None:
+    wide = max(text_width(letter, 13, 700) + 10.0, _TAG_SIZE)
     box = (at[0] - wide / 2.0, at[1] - _TAG_SIZE / 2.0, wide, _TAG_SIZE)
-    canvas.panel(box, TAG, 5.0, CTL)
-    lettering.draw(canvas, (at[0], at[1] + 4.7), letter, 13, 700, ON_TAG, "middle")
+    canvas.panel(box, Dark.TAG, 5.0, Dark.CTL)
+    canvas.text((at[0], at[1] + 4.7), letter, 13, 700, Dark.ON_TAG, "middle")
 
 
-def _draw_lamp_list(
-    canvas: Canvas, at: Point, lights: Sequence[LampMark], lettering: Lettering
-) -> None:
+def _draw_lamp_list(canvas: Canvas, at: Point, lights: Sequence[Light]) -> None:
     """Write a row for each lamp: letter, where it is, what it gives."""
     if not lights:
         return
@@ -198,22 +158,22 @@ def _draw_lamp_list(
     stops = (0.0, 52.0, 124.0, 206.0)
     heads = ("Lamp", "Azimuth", "Elevation", "Share of the light")
     for stop, head in zip(stops, heads, strict=True):
-        lettering.draw(canvas, (x + stop, y + 12), head, 12, 600, DIM)
+        canvas.text((x + stop, y + 12), head, 12, 600, Dark.DIM)
     shown = lights[:_MOST_ROWS]
     for row, light in enumerate(shown, start=1):
         line = y + row * _ROW + 12
-        _draw_tag(canvas, (x + _TAG_SIZE / 2.0, line - 4.5), light.id, lettering)
-        lettering.draw(canvas, (x + stops[1], line), signed(light.azimuth_deg), 13)
-        lettering.draw(canvas, (x + stops[2], line), signed(light.elevation_deg), 13)
+        _draw_tag(canvas, (x + _TAG_SIZE / 2.0, line - 4.5), light.id)
+        canvas.text((x + stops[1], line), signed(light.azimuth_deg), 13, 400, Dark.TEXT)
+        canvas.text((x + stops[2], line), signed(light.elevation_deg), 13, 400, Dark.TEXT)
         share = _percent(light.share)
         least = "" if share.startswith("under") else "at least "
         words = f"{least}{share}, clipped" if light.clipped else share
-        lettering.draw(canvas, (x + stops[3], line), words, 13, 600 if light.clipped else 400)
+        canvas.text((x + stops[3], line), words, 13, 600 if light.clipped else 400, Dark.TEXT)
     if len(lights) > len(shown):
         line = y + (len(shown) + 1) * _ROW + 12
         rest = sum(light.share for light in lights[_MOST_ROWS:])
         words = f"and {len(lights) - len(shown)} more, together {_percent(rest)}"
-        lettering.draw(canvas, (x, line), words, 13, 400, DIM)
+        canvas.text((x, line), words, 13, 400, Dark.DIM)
 
 
 def _notes(
@@ -238,19 +198,17 @@ def _notes(
     return notes
 
 
-def _draw_notes(
-    canvas: Canvas, at: Point, notes: Sequence[tuple[str, str]], lettering: Lettering
-) -> None:
+def _draw_notes(canvas: Canvas, at: Point, notes: Sequence[tuple[str, str]]) -> None:
     for row, (kind, words) in enumerate(notes):
         x, line = at[0], at[1] + row * _ROW + 12
         box = (x, line - 11.0, 22.0, 14.0)
         if kind == "hatch":
             canvas.picture(box, _hatch(canvas.size_of(box)), 3.0)
         elif kind == "mask":
-            canvas.panel(box, _mixed(), 3.0, ON_TAG)
-        room = canvas.pixels.shape[1] / SCALE - _MARGIN - x - 32.0
-        cut = lettering.shorten(words, 13, room)
-        lettering.draw(canvas, (x + (32.0 if kind else 0.0), line), cut, 13)
+            canvas.panel(box, _mixed(), 3.0, Dark.ON_TAG)
+        room = canvas.width - _MARGIN - x - 32.0
+        cut = shorten(words, 13, room)
+        canvas.text((x + (32.0 if kind else 0.0), line), cut, 13, 400, Dark.TEXT)
 
 
 def _hatch(size: tuple[int, int]) -> NDArray[np.float32]:

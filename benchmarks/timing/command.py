@@ -6,9 +6,9 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from app.commands.arguments import check_outputs, head_files
 from app.commands.interrupt import stopping
-from app.commands.outputs import check_outputs, head_files
-from app.commands.progress_printer import ProgressPrinter
+from app.commands.printing import ProgressPrinter
 from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_text
 from app.core.base.progress import Token

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS
 from app.core.second_light.added import AddedLight, from_captured
 from app.core.second_light.captured import CapturedLamp, make_lamp, placed
-from app.core.second_light.lamp_tables import LampTables, lamp_tables, see_place
 from app.core.second_light.placements import COUNT
-from app.core.second_light.search_kernel import seek
+from app.core.second_light.search_kernel import LampTables, lamp_tables, see_place, seek
 from app.core.solver.relighting_cache import normalised
 from benchmarks.timing.rows import Case
 from benchmarks.timing.search import lively

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
-from app.core.painting.brush import Brush, Tool
-from app.core.painting.canvas import canvas_size
+from app.core.painting.canvas import canvas_size, from_weights
 from app.core.painting.session import PaintSession
-from app.core.painting.start import from_weights
+from app.core.painting.stroke import Brush, Tool
 from app.core.solver.relighting_cache import light_table
 from app.core.solver.transport import render
 from app.core.solver.weights import target_weights

@@ -12,19 +12,18 @@ from app.core.base.angles import wrap
 from app.core.second_light.added import AddedLight, from_captured, from_numbers
 from app.core.second_light.captured import make_lamp, placed
 from app.core.second_light.contrast import FaceBasis, prepare_face
-from app.core.second_light.dimming import powers_of
-from app.core.second_light.lamp_presets import parse
-from app.core.second_light.lamp_tables import (
+from app.core.second_light.lamp_presets import parse, powers_of
+from app.core.second_light.near import prepare_near
+from app.core.second_light.placements import placement
+from app.core.second_light.scale import illuminance
+from app.core.second_light.search import Placed, place_all
+from app.core.second_light.search_kernel import (
     LampTables,
     lamp_alone,
     lamp_tables,
     left_everywhere,
     see_place,
 )
-from app.core.second_light.near import prepare_near
-from app.core.second_light.placements import placement
-from app.core.second_light.scale import illuminance
-from app.core.second_light.search import Placed, place_all
 from app.core.solver.environment import read_environment, reduce
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.relighting_cache import normalised

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -73,6 +74,29 @@ def test_tables_and_the_guide(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     told = capsys.readouterr()
     assert "lux" in told.out
     assert "distance is not known" in told.err
+
+
+@pytest.mark.parametrize("error", [PermissionError(13, "Permission denied"), NotADirectoryError()])
+def test_a_folder_of_lamps_that_cannot_be_read_is_said(
+    error: OSError,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    folder = tmp_path / "home" / "lamps"
+    listdir = os.listdir
+
+    def refused(path: Any) -> list[str]:
+        if Path(path) == folder:
+            raise error
+        return listdir(path)
+
+    monkeypatch.setenv("TURNLIGHT_HOME", str(folder.parent))
+    monkeypatch.setattr(os, "listdir", refused)
+    assert cli.main(["lamp", "list"]) == 0
+    why = error.strerror or "NotADirectoryError"
+    said = capsys.readouterr().out
+    assert said == f"{folder}: The folder cannot be read: {why.lower()}.\n"
 
 
 def test_exposures_without_iso_ask_for_a_meter(

@@ -25,6 +25,8 @@ from benchmarks.brackets import write_bracket
 
 EV100 = 9.0
 
+pytestmark = pytest.mark.usefixtures("qapp")
+
 
 @pytest.fixture(scope="module")
 def light() -> Any:

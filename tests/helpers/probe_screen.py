@@ -13,7 +13,7 @@ from app.core.base.paths import resources
 from app.core.base.progress import Token
 from app.core.solver.environment import from_radiance
 from app.core.solver.place_light import prepare
-from app.core.storage.places import Place
+from app.core.storage.places.place import Place
 from app.devices.errors import Unreachable
 from app.devices.theta.discovery import Discovery
 from app.devices.theta.endpoint import Endpoint

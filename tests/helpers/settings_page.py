@@ -1,12 +1,19 @@
-"""docs/settings.md, made of the table of settings."""
+"""The page docs/settings.md, made of the table of settings.
+
+``python -m tests.helpers.settings_page`` writes it anew.
+"""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from app.core.storage.settings import SECTIONS, TABLE, Setting
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "settings.md"
 
 
 def document() -> str:
-    """Write docs/settings.md."""
+    """What the page should say."""
     lines = [
         "# Settings",
         "",
@@ -37,3 +44,7 @@ def _values(entry: Setting) -> str:
         known = (f"{words} (`{value}`)" for value, words in entry.choices)
         return ", ".join(known) if entry.choices else f"one of the {entry.offers}"
     return "a folder" if entry.kind == "folder" else f"text, at most {entry.longest} letters"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(document(), encoding="utf-8")

@@ -65,4 +65,4 @@ def test_no_handler_looks_through_the_children() -> None:
 
 def test_dialogs_for_files_are_asked_in_one_place() -> None:
     using = [file.name for file in FILES if "QFileDialog" in file.read_text(encoding="utf-8")]
-    assert using == ["file_dialogs.py"]
+    assert using == ["dialogs.py"]

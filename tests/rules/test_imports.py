@@ -28,6 +28,7 @@ LEAKS = [
     ("devices/simulated/exchange.py", "import app.devices.theta", "a simulated camera knows"),
     ("core/solver/solve.py", "import mitsuba", "the renderer is for baking only"),
     ("core/solver/styles.py", "import app.core.baking.scene", "the renderer is for baking only"),
+    ("export/theme.py", "import PySide6.QtGui", "no Qt below the ui"),
     ("core/base/colour.py", "import app.commands.solve", "command line above ui above export"),
 ]
 
@@ -69,7 +70,7 @@ def test_contracts_notice_a_leak_inside_a_function(
         stream.write(f"\n\ndef leak() -> None:\n    {leak}\n")
     done = contracts(tmp_path)
     assert done.returncode == 1
-    broken = [line for line in done.stdout.splitlines() if line.rstrip().endswith("BROKEN")]
+    broken = [line for line in done.stdout.splitlines() if " BROKEN" in line]
     assert any(line.startswith(contract) for line in broken), done.stdout
 
 
@@ -117,3 +118,41 @@ def test_nothing_heavy_comes_with_core_or_commands() -> None:
         check=False,
     )
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_sheets_are_drawn_without_widgets() -> None:
+    code = (
+        "import importlib, pkgutil, sys\n"
+        "import app.export\n"
+        "for info in pkgutil.iter_modules(app.export.__path__):\n"
+        "    importlib.import_module(f'app.export.{info.name}')\n"
+        "print(*(n for n in sys.modules if n.startswith('PySide6.Qt')))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    assert set(done.stdout.split()) == {"PySide6.QtCore", "PySide6.QtGui"}
+
+
+def test_an_answer_without_a_sheet_needs_no_qt() -> None:
+    scene = ROOT / "resources" / "demo" / "scenes" / "courtyard.exr"
+    code = (
+        "import sys\n"
+        "from app.cli import main\n"
+        f"code = main(['solve', {str(scene)!r}, '--style', 'butterfly', '--json'])\n"
+        "sys.exit(code or 'PySide6' in sys.modules)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr

@@ -38,7 +38,6 @@ def test_every_module_is_reached() -> None:
     assert sorted(unreached(ROOT / "app", ENTRIES)) == []
 
 
-@pytest.mark.xfail(strict=True, reason="no plot stands on pyqtgraph yet")
 def test_every_dependency_is_imported() -> None:
     assert set(dependencies()) - libraries(ROOT / "app") == set()
 

@@ -10,7 +10,7 @@ import pytest
 from PySide6.QtWidgets import QFileDialog, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.ui.widgets.file_dialogs import ask_file, ask_files, ask_folder, ask_target
+from app.ui.widgets.dialogs import ask_file, ask_files, ask_folder, ask_target
 
 # Everything in the window that follows the focus, and sixty of Qt's own dialogs over it. In a
 # process of its own: what this finds ends the process.
@@ -22,6 +22,8 @@ from app.ui.shell.shortcuts import Shortcuts
 from app.ui.theme import apply, set_theme
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.toasts import Toasts
+from app.ui.shell.window import Window
+from app.ui.widgets.messages import Toasts
 from app.ui.shell.window import Window
 
 application = QApplication([])

@@ -14,12 +14,13 @@ from PySide6.QtGui import QColor, QImage
 from PySide6.QtWidgets import QApplication, QLabel, QMenu, QToolTip, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.core.painting import from_style, save_user_style
+from app.core.painting.canvas import from_style
+from app.core.painting.library import save_user_style
 from app.core.second_light.captured import make_lamp
 from app.core.second_light.library import add_lamp
 from app.ui.presenters.model import Step
 from app.ui.widgets.buttons import Button
-from app.ui.widgets.menus import Menu
+from app.ui.widgets.surfaces import Menu
 from tests.helpers.dark_room import phone, room
 from tests.helpers.styles_screen import head
 from tests.helpers.whole_window import SCENE, open_light, opened, quick_heads

@@ -11,11 +11,10 @@ from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
 from app.ui.theme import set_theme, theme
-from app.ui.widgets.plots.arrow import TurnArrow
-from app.ui.widgets.plots.bigdegrees import BigDegrees
-from app.ui.widgets.plots.canvasring import draw_brush_ring
-from app.ui.widgets.plots.scale import WeightLegend, WeightScale
+from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
+from app.ui.widgets.plots.mask_canvas import draw_brush_ring
 from app.ui.widgets.plots.strip import BackgroundStrip, StripState
+from app.ui.widgets.plots.weights import WeightLegend, WeightScale
 
 GROUND = "#1e1e1e"
 

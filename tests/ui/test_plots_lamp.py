@@ -18,8 +18,7 @@ from app.ui.screens.light.resolve import sky_of
 from app.ui.screens.light.state import HeadsState
 from app.ui.theme import set_theme
 from app.ui.widgets.plots.head_views import AboveView, SideView
-from app.ui.widgets.plots.lamp_plot import LampPlot
-from app.ui.widgets.plots.sky_map import SkyMap
+from app.ui.widgets.plots.lamps import LampPlot, SkyMap
 
 KEY, SHIFT = Qt.Key, Qt.KeyboardModifier.ShiftModifier
 

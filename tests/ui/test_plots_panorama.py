@@ -16,7 +16,6 @@ from pytestqt.qtbot import QtBot
 from app.core.base.angles import difference
 from app.ui.theme import theme
 from app.ui.widgets.plots.panorama import PanoramaView, SceneLamp
-from app.ui.widgets.plots.tiles import cut, hatch, make_layers
 
 LEFT = Qt.MouseButton.LeftButton
 SHIFT = Qt.KeyboardModifier.ShiftModifier
@@ -30,70 +29,6 @@ def smooth_place(width: int = 1024) -> np.ndarray[tuple[int, ...], np.dtype[np.u
     green = 128 + 60 * np.cos(u) + 0 * v
     blue = 40 + 150 * v + 0 * u
     return np.stack([red, green, blue], axis=-1).astype(np.uint8)
-
-
-class TestPieces:
-    @pytest.mark.parametrize("width", [300, 1024, 1500, 5000])
-    def test_pieces_are_those_of_the_whole_picture(self, width: int) -> None:
-        place = smooth_place()
-        whole = (width, width // 2)
-        layers = make_layers(place)
-        expected = cv2.resize(place, whole, interpolation=cv2.INTER_LINEAR)
-        for x, y in ((0, 0), (width // 3, width // 5), (width - 70, width // 2 - 60)):
-            piece = cut(layers, whole, (x, y, 60, 50))
-            # Smooth content: two ways of scaling it agree, except within a texel of the seam.
-            wanted = expected[y : y + 50, x : x + 60].astype(int)
-            assert np.abs(piece.astype(int) - wanted)[:, 8:-8].max() <= 3
-
-    def test_pieces_meet_without_a_seam(self) -> None:
-        rng = np.random.default_rng(5)
-        layers = make_layers(rng.integers(0, 255, (256, 512, 3), np.uint8))
-        whole = (2048, 1024)
-        both = cut(layers, whole, (200, 100, 80, 40))
-        first = cut(layers, whole, (200, 100, 40, 40))
-        second = cut(layers, whole, (240, 100, 40, 40))
-        # OpenCV interpolates in steps of 1/32 of a texel.
-        joined = np.concatenate([first, second], axis=1)
-        assert np.abs(joined.astype(int) - both).max() <= 8
-
-    def test_the_panorama_wraps_between_its_texels(self) -> None:
-        place = np.zeros((8, 16, 3), np.uint8)
-        place[:, 0] = 240
-        left = cut(make_layers(place), (1600, 800), (0, 400, 1, 1))[0, 0]
-        right = cut(make_layers(place), (1600, 800), (1599, 400, 1, 1))[0, 0]
-        for pixel in (left, right):
-            assert np.abs(pixel.astype(int) - 120).max() <= 4
-
-    @pytest.mark.parametrize("width", [256, 1024, 4096])
-    def test_only_what_is_clipped_is_hatched_and_thin_lamps_too(self, width: int) -> None:
-        place = np.full((512, 1024, 3), 128, np.uint8)
-        clipped = np.zeros((512, 1024), bool)
-        clipped[100:102, 300:500] = True  # thin
-        clipped[300:400, 600:800] = True
-        layers, whole = make_layers(place, clipped), (width, width // 2)
-        piece = cut(layers, whole, (0, 0, *whole))
-        hatch(piece, layers, whole, (0, 0, *whole), 8.0)
-        unit = width / 1024
-        block = piece[int(310 * unit) : int(390 * unit), int(610 * unit) : int(790 * unit)]
-        assert block.min() < 40
-        assert block.max() > 220
-        assert 90 < block.mean() < 170
-        row = piece[round(101 * unit), int(310 * unit) : int(490 * unit)]
-        # Black and white alternate; only the soft edges of lines are grey.
-        assert (np.abs(row.astype(int) - 128) > 30).mean() > 0.6
-        assert (piece[int(200 * unit) : int(280 * unit)] == 128).all()
-
-    def test_hatching_goes_on_from_piece_to_piece(self) -> None:
-        layers = make_layers(np.zeros((512, 1024, 3), np.uint8), np.ones((512, 1024), bool))
-        whole = (1024, 512)
-
-        def hatched(x: int, width: int) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
-            piece = cut(layers, whole, (x, 100, width, 40))
-            hatch(piece, layers, whole, (x, 100, width, 40), 7.3)
-            return piece
-
-        joined = np.concatenate([hatched(50, 33), hatched(83, 47)], axis=1)
-        assert np.array_equal(joined, hatched(50, 80))
 
 
 @pytest.fixture
@@ -139,6 +74,81 @@ def wheel(view: PanoramaView, x: float, y: float, notches: int) -> None:
             False,
         ),
     )
+
+
+def shown_as(qtbot: QtBot, place: np.ndarray, width: int) -> PanoramaView:
+    """A view so many pixels wide, without marks."""
+    made = PanoramaView()
+    qtbot.addWidget(made)
+    made.resize(width, made.heightForWidth(width))
+    made.set_shown(marker=False)
+    made.set_picture(place)
+    return made
+
+
+class TestPicture:
+    @pytest.mark.parametrize("width", [300, 1024, 1500])
+    @pytest.mark.parametrize("zoom", [1.0, 5.0])
+    def test_what_is_shown_is_part_of_the_scaled_picture(
+        self, qtbot: QtBot, width: int, zoom: float
+    ) -> None:
+        place = smooth_place()
+        view = shown_as(qtbot, place, width)
+        view.set_zoom(zoom)
+        whole = (round(width * zoom), round(width * zoom) // 2)
+        expected = cv2.resize(place, whole, interpolation=cv2.INTER_LINEAR).astype(int)
+        left, top = (whole[0] - width) // 2, (whole[1] - width // 2) // 2
+        piece = expected[top : top + width // 2, left : left + width]
+        # Smooth content: two ways of scaling it agree, except in the rounded corners.
+        assert np.abs(painted(view)[: width // 2] - piece)[8:-8, 8:-8].max() <= 3
+
+    def test_the_panorama_wraps_between_its_texels(self, qtbot: QtBot) -> None:
+        place = np.zeros((8, 16, 3), np.uint8)
+        place[:, 0] = 240
+        view = shown_as(qtbot, place, 1600)
+        view.set_front(180.0)
+        row = painted(view)[400, :, 0]
+        # Half way from the last texel to the first; Qt counts in sixteenths of a texel.
+        assert np.abs(row[798:802] - 120).max() <= 240 / 16
+        assert row[850] == 240
+        assert row[740] <= 240 / 16
+
+    @pytest.mark.parametrize(("width", "zoom"), [(256, 1.0), (1024, 1.0), (512, 4.0)])
+    def test_only_what_is_clipped_is_hatched_and_thin_lamps_too(
+        self, qtbot: QtBot, width: int, zoom: float
+    ) -> None:
+        clipped = np.zeros((512, 1024), bool)
+        clipped[200:202, 450:550] = True  # thin
+        clipped[230:280, 480:540] = True
+        view = shown_as(qtbot, np.full((512, 1024, 3), 128, np.uint8), width)
+        view.set_clipped(clipped)
+        view.set_zoom(zoom)
+        shown = painted(view)
+        unit = width * zoom / 1024
+
+        def part(top: int, bottom: int, left: int, right: int) -> np.ndarray:
+            rows = [round(width / 4 + (y - 256) * unit) for y in (top, bottom)]
+            columns = [round(width / 2 + (x - 512) * unit) for x in (left, right)]
+            return shown[rows[0] : max(rows[1], rows[0] + 1), columns[0] : columns[1]]
+
+        block = part(236, 274, 486, 534)
+        assert block.min() < 40
+        assert block.max() > 220
+        assert 90 < block.mean() < 170
+        # Black and white alternate; only the soft edges of lines are grey.
+        assert (np.abs(part(201, 202, 454, 546) - 128) > 30).mean() > 0.6
+        assert (part(208, 222, 440, 560) == 128).all()
+
+    def test_hatching_goes_on_around_the_seam(self, qtbot: QtBot) -> None:
+        clipped = np.zeros((512, 1024), bool)
+        clipped[200:300, :60] = clipped[200:300, -60:] = True
+        view = shown_as(qtbot, np.full((512, 1024, 3), 128, np.uint8), 1024)
+        view.set_clipped(clipped)
+        view.set_front(180.0)
+        row = painted(view)[250, 460:564, 0]
+        # White lines come every eight pixels, also over the seam in the middle.
+        white = np.flatnonzero((row[1:] > 128) & (row[:-1] <= 128))
+        assert np.unique(np.diff(white)).tolist() == [8]
 
 
 class TestMarks:

@@ -15,8 +15,8 @@ from pytestqt.qtbot import QtBot
 from app.core.base.angles import difference
 from app.ui.theme import set_theme, theme
 from app.ui.widgets.plots.geometry import at_turn
-from app.ui.widgets.plots.overlay import WeightPanorama, dimmed, enlarged, tinted
 from app.ui.widgets.plots.polar import PolarPlot
+from app.ui.widgets.plots.weights import WeightPanorama, dimmed, tinted
 
 ORANGE, BLUE = (255, 140, 30), (40, 140, 255)
 LEFT = Qt.MouseButton.LeftButton
@@ -242,20 +242,36 @@ class TestWeights:
         assert not tinted(np.zeros((32, 64)), ORANGE, BLUE).any()
         assert not tinted(np.full((32, 64), np.nan), ORANGE, BLUE).any()
 
-    def test_texels_are_enlarged_about_their_middles_and_around_the_seam(self) -> None:
-        tint = np.zeros((32, 64, 4), np.uint8)
-        tint[:, 0] = 200
-        shown = enlarged(tint, 640, 320)[160, :, 0].astype(int)
-        assert abs(int(shown[4]) - int(shown[5])) <= 8  # its middle lies between them
-        assert shown[0] == pytest.approx(shown[9], abs=8)
-        assert shown[639] > 80  # half of the texel's neighbour
+    def test_texels_are_enlarged_about_their_middles_and_around_the_seam(
+        self, qtbot: QtBot
+    ) -> None:
+        view = WeightPanorama(size=(640, 320), sitter="", behind="")
+        qtbot.addWidget(view)
+        view.resize(view.sizeHint())
+        view.set_picture(np.zeros((128, 256, 3), np.uint8))
+        target = np.zeros((32, 64))
+        target[:, 0] = 1.0
+        view.set_target(target)
+        image = picture(view)
+        shown = [image.pixelColor(x, 160).red() for x in (0, 4, 5, 9, 639)]
+        assert abs(shown[1] - shown[2]) <= 8  # its middle lies between them
+        assert shown[0] == pytest.approx(shown[3], abs=8)
+        assert shown[4] > 80  # half of the texel's neighbour
 
-    def test_the_place_is_grey_darker_and_moved_to_the_photographer(self) -> None:
+    def test_the_place_is_grey_darker_and_moved_to_the_photographer(self, qtbot: QtBot) -> None:
+        view = WeightPanorama(size=(320, 160), sitter="", behind="")
+        qtbot.addWidget(view)
+        view.resize(view.sizeHint())
         place = np.zeros((4, 8, 3), np.uint8)
         place[:, 6] = (255, 0, 0)
-        grey = dimmed(place, 2)
-        assert np.unique(np.nonzero(grey)[1]).tolist() == [4]
-        assert 0 < grey[0, 4] < 76
+        view.set_picture(place, 90.0)
+        image = picture(view)
+        row = [colour(image, x, 80.0) for x in range(320)]
+        # Column 6 has its middle at azimuth 112.5, seen 22.5 beside the photographer.
+        bright = [x for x, each in enumerate(row) if each[0] > 30]
+        assert np.mean(bright) == pytest.approx(180.0, abs=1.0)
+        assert all(red == green == blue < 76 for red, green, blue in row)
+        assert max(dimmed(place)[0]) < 76
 
     def make(self, qtbot: QtBot, turn: float) -> WeightPanorama:
         view = WeightPanorama(size=(256, 128), sitter="", behind="")

@@ -14,14 +14,14 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QApplication, QFileDialog, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.core.painting import DamagedStyle
 from app.core.solver.place_light import picture_at
+from app.core.storage.library import Damaged
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.view.card import DamagedCard, StyleCard
 from app.ui.screens.styles.view.gallery import layout_for
 from app.ui.screens.styles.view.screen import StylesScreen, detail_width
-from app.ui.widgets.menus import Menu
 from app.ui.widgets.plots.geometry import at_turn
+from app.ui.widgets.surfaces import Menu
 from tests.helpers.styles_screen import Table, head, scene_light
 
 KEY = Qt.Key
@@ -202,7 +202,7 @@ class TestGrid:
             "PySide6.QtGui.QDesktopServices.openUrl", lambda url: opened.append(url.toLocalFile())
         )
         file = shown.table.folder / "styles" / "broken.toml"
-        shown.table.model.update(damaged_styles=(DamagedStyle(file, "It is empty."),))
+        shown.table.model.update(damaged_styles=(Damaged(file, "It is empty."),))
         card = shown.view.findChild(DamagedCard)
         assert isinstance(card, DamagedCard)
         assert "This style cannot be read. Its file is untouched." in card.accessibleName()

@@ -27,8 +27,8 @@ from app.ui.screens.turn.view.screen import TurnScreen
 from app.ui.screens.turn.view.shots import ShotsSheet
 from app.ui.theme import set_theme, theme
 from app.ui.widgets.buttons import IconButton
-from app.ui.widgets.menus import Menu
-from app.ui.widgets.segmented import Segmented
+from app.ui.widgets.choices import Segmented
+from app.ui.widgets.surfaces import Menu
 from tests.helpers.photos import write_photo
 from tests.helpers.turn_rig import Rig, frame_of
 

@@ -6,13 +6,12 @@ from dataclasses import fields
 
 import pytest
 from PySide6.QtCore import QPoint
-from PySide6.QtGui import QFontDatabase, QFontInfo, QFontMetricsF, QPalette
+from PySide6.QtGui import QFontInfo, QFontMetricsF, QPalette
 from PySide6.QtWidgets import QApplication, QToolTip, QWidget
 from pytestqt.qtbot import QtBot
 
-from app.core.base.errors import CoreError
-from app.ui.theme import Colours, Theme, ThemeName, apply, fonts, set_theme, theme
-from app.ui.theme.fonts import WEIGHTS
+from app.export.canvas import WEIGHTS
+from app.ui.theme import Colours, Theme, ThemeName, apply, set_theme, theme
 from app.ui.theme.style import bar_sheet, menu_sheet, palette
 from app.ui.theme.theme import LINE_HEIGHTS
 from app.ui.theme.tokens import PALETTES, Palette
@@ -81,16 +80,6 @@ def test_every_size_of_the_design_fits_its_line() -> None:
         # The largest number stands alone: its line only needs to hold the figures.
         needed = metrics.capHeight() if size > 100 else metrics.ascent()
         assert needed <= line, size
-
-
-def test_a_damaged_font_is_named(monkeypatch: pytest.MonkeyPatch, qapp: QApplication) -> None:
-    monkeypatch.setattr(QFontDatabase, "addApplicationFont", lambda _path: -1)
-    fonts._load.cache_clear()
-    with pytest.raises(CoreError, match=r"Inter-Regular\.otf.*Install Turnlight again"):
-        fonts._load()
-    monkeypatch.undo()
-    fonts._load()
-    assert qapp is QApplication.instance()
 
 
 @pytest.mark.parametrize("name", NAMES)

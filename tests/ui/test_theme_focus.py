@@ -15,7 +15,7 @@ from pytestqt.qtbot import QtBot
 from app.ui.theme import set_theme, theme
 from app.ui.theme.focus import FocusRing, install
 from app.ui.widgets.buttons import Button
-from app.ui.widgets.sliders import LabelledSlider
+from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.surfaces import Scroll, Surface
 
 PictureOf: TypeAlias = Callable[[QWidget, float], QImage]

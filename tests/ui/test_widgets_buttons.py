@@ -13,10 +13,9 @@ from PySide6.QtWidgets import QHBoxLayout, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.ui.theme import ThemeName, set_theme, theme
-from app.ui.widgets.buttons import Button, IconButton, Kind, Size, button_look
-from app.ui.widgets.chips import Chip
-from app.ui.widgets.segmented import Segmented
-from app.ui.widgets.toggles import Toggle
+from app.ui.widgets.buttons import Button, Chip, IconButton, Kind, Size, button_look
+from app.ui.widgets.choices import Segmented
+from app.ui.widgets.fields import Toggle
 
 PictureOf: TypeAlias = Callable[[QWidget, float], QImage]
 Show: TypeAlias = Callable[[QWidget], QWidget]

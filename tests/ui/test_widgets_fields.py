@@ -13,9 +13,9 @@ from PySide6.QtWidgets import QApplication, QListWidget, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.ui.theme import set_theme, theme
+from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.fields import ListField, TextField
-from app.ui.widgets.listbox import ListPopup
-from app.ui.widgets.sliders import LabelledSlider
+from app.ui.widgets.lists import ListPopup
 
 PictureOf: TypeAlias = Callable[[QWidget, float], QImage]
 STYLES = [

@@ -18,25 +18,15 @@ from pytestqt.qtbot import QtBot
 
 from app.ui.theme import ThemeName, apply, set_theme, theme
 from app.ui.theme.icons import ICONS, draw_icon
-from app.ui.widgets.banner import Banner, Empty
-from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.cards import Card
-from app.ui.widgets.chips import Chip
-from app.ui.widgets.fields import ListField, TextField
-from app.ui.widgets.icons import Sign
-from app.ui.widgets.keys import KeyHint
-from app.ui.widgets.labels import Text
-from app.ui.widgets.meters import Meter, draw_meter
+from app.ui.widgets.buttons import Button, Chip, IconButton
+from app.ui.widgets.choices import LabelledSlider, Segmented
+from app.ui.widgets.displays import Bar, Meter, Picture, Spinner, draw_meter
+from app.ui.widgets.fields import ListField, TextField, Toggle
+from app.ui.widgets.labels import KeyHint, Sign, Text
+from app.ui.widgets.lists import Cell, Column, TableHead, TableRow
+from app.ui.widgets.messages import Banner, Empty, Toasts
 from app.ui.widgets.paint import put_text
-from app.ui.widgets.pictures import Picture
-from app.ui.widgets.progress import Bar, Spinner
-from app.ui.widgets.rows import Divider
-from app.ui.widgets.segmented import Segmented
-from app.ui.widgets.sliders import LabelledSlider
-from app.ui.widgets.surfaces import Surface
-from app.ui.widgets.tables import Cell, Column, TableHead, TableRow
-from app.ui.widgets.toasts import Toasts
-from app.ui.widgets.toggles import Toggle
+from app.ui.widgets.surfaces import Card, Divider, Surface
 
 THEMES: tuple[ThemeName, ...] = ("dark", "light", "contrast")
 SIDES = [("all", "All 18"), ("in", "In reach 16"), ("out", "Out of reach 2"), ("mine", "Mine 0")]

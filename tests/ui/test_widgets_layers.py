@@ -10,14 +10,12 @@ from pytestqt.qtbot import QtBot
 
 from app.ui.theme import theme
 from app.ui.theme.focus import install
+from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.cards import Card
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.fields import TextField
-from app.ui.widgets.menus import Menu
-from app.ui.widgets.roving import Roving
-from app.ui.widgets.surfaces import Scroll, Surface
-from app.ui.widgets.toasts import Toasts
+from app.ui.widgets.messages import Toasts
+from app.ui.widgets.surfaces import Card, Menu, Scroll, Surface
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QWidget
 
 from app.ui.widgets.buttons import Button
-from app.ui.widgets.toasts import Toasts
+from app.ui.widgets.messages import Toasts
 
 if TYPE_CHECKING:
     from pytestqt.qtbot import QtBot

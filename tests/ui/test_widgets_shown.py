@@ -14,24 +14,15 @@ from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
 from app.ui.theme import ThemeName, set_theme, theme
-from app.ui.widgets.banner import Banner, Empty
-from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.cards import Card
-from app.ui.widgets.chips import Chip
-from app.ui.widgets.fields import ListField, TextField
-from app.ui.widgets.icons import Icon, Sign, draw_sign
-from app.ui.widgets.keys import KeyHint
-from app.ui.widgets.labels import Text
-from app.ui.widgets.meters import Meter
-from app.ui.widgets.paint import mix
-from app.ui.widgets.pictures import Picture
-from app.ui.widgets.progress import Bar, Spinner
-from app.ui.widgets.rows import Divider
-from app.ui.widgets.segmented import Segmented
-from app.ui.widgets.sliders import LabelledSlider
-from app.ui.widgets.tables import Cell, Column, TableHead, TableRow, places
-from app.ui.widgets.tags import Anchor, draw_tag, tag_size
-from app.ui.widgets.toggles import Toggle
+from app.ui.widgets.buttons import Button, Chip, IconButton
+from app.ui.widgets.choices import LabelledSlider, Segmented
+from app.ui.widgets.displays import Bar, Meter, Picture, Spinner
+from app.ui.widgets.fields import ListField, TextField, Toggle
+from app.ui.widgets.labels import Icon, KeyHint, Sign, Text, draw_sign
+from app.ui.widgets.lists import Cell, Column, TableHead, TableRow, places
+from app.ui.widgets.messages import Banner, Empty
+from app.ui.widgets.paint import Anchor, draw_tag, mix, tag_size
+from app.ui.widgets.surfaces import Card, Divider
 
 PictureOf: TypeAlias = Callable[[QWidget, float], QImage]
 LAMPS = [Column("Lamp"), Column("Azimuth", 88), Column("Share", 120)]

@@ -13,7 +13,7 @@ from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtWidgets import QAbstractButton, QApplication, QLineEdit
 
 from app.core.base.paths import resources
-from app.core.storage.places import create_place, delete_place, list_trash
+from app.core.storage.places.store import create_place, delete_place, list_trash
 from app.devices.clock import SystemClock
 from app.devices.theta.discovery import Discovery
 from app.ui.frame.drop import DropVeil

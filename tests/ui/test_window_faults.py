@@ -21,8 +21,8 @@ from PySide6.QtWidgets import QAbstractButton, QFileDialog
 from pytestqt.qtbot import QtBot
 
 from app.core.base.paths import resources
-from app.core.painting import list_user_styles
-from app.core.storage.places import list_places, read_place
+from app.core.painting.library import list_user_styles
+from app.core.storage.places.store import list_places, read_place
 from app.core.storage.settings import FILE, read_settings
 from app.devices.clock import SystemClock
 from app.devices.simulated.exchange import Reply, Request
@@ -35,7 +35,7 @@ from app.ui.shell.screenshots import Robot
 from app.ui.shell.start import App
 from app.ui.theme import theme
 from app.ui.widgets.labels import Text
-from app.ui.widgets.plots.bigdegrees import BigDegrees
+from app.ui.widgets.plots.guidance import BigDegrees
 from tests.helpers.cameras import Rig
 from tests.helpers.probe_screen import RigDevices
 from tests.helpers.whole_window import (

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QAbstractButton, QFileDialog, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from app.core.base import files
-from app.core.storage.places import list_places
+from app.core.storage.places.store import list_places
 from app.ui.shell.notify import Notify
 from app.ui.shell.screenshots import Robot
 from tests.helpers.whole_window import NoDevices, open_light, opened, quick_heads, sees

@@ -26,10 +26,10 @@ from app.ui.shell.screenshots import Robot
 from app.ui.shell.start import App
 from app.ui.theme import ThemeName, theme
 from app.ui.theme.theme import Theme
+from app.ui.widgets.accessibility import Roving
+from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.labels import Text
-from app.ui.widgets.roving import Roving
-from app.ui.widgets.segmented import Segmented
 from tests.helpers.whole_window import OneWebcam, open_light, opened, quick_heads
 from tests.ui.test_window_sides import StillWebcam
 

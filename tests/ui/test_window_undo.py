@@ -9,7 +9,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QLineEdit
 
-from app.core.painting import list_user_styles
+from app.core.painting.library import list_user_styles
 from app.ui.overlays.find import FindBody
 from app.ui.overlays.settings import SettingsBody
 from app.ui.presenters.model import Step

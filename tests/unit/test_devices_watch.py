@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 import pytest
 
-from app.commands import capture_watch
+from app.commands import capture
 from app.core.base.errors import Cancelled
 from app.core.base.files import open_file
 from app.core.base.progress import Token
@@ -539,8 +539,8 @@ def test_the_command_says_what_it_passes_over_while_it_waits(
                 token.cancel()
 
     token = Token()
-    monkeypatch.setattr(capture_watch, "SystemClock", Clock)
+    monkeypatch.setattr(capture, "SystemClock", Clock)
     with pytest.raises(Cancelled):
-        capture_watch._next_bracket(tmp_path, token)
+        capture._next_bracket(tmp_path, token)
     assert "Waiting for pictures" in said[0]
     assert "".join(said).count(".cr3 are passed over") == 1

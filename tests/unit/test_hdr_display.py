@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,22 +13,28 @@ from app.core.base.paths import resources
 from app.core.hdr import weighted_merge
 from app.core.hdr.display import clip_overlay, display_gain, display_panorama, mask_overlay
 from app.core.hdr.frame import Merged
+from app.core.hdr.lights import Light
 from app.core.hdr.masks import box_mask
 from app.core.hdr.tripod_detection import Clutter
 from app.core.solver.environment import read_environment
 from app.export.merge_preview import preview
 
+pytestmark = pytest.mark.usefixtures("qapp")
+
 SCENES = ("city", "interior", "night", "sunset")
 
 
-@dataclass(frozen=True)
-class Mark:
-    id: str
-    azimuth_deg: float
-    elevation_deg: float
-    diameter_deg: float = 4.0
-    share: float = 0.2
-    clipped: bool = False
+def mark(
+    name: str,
+    azimuth: float,
+    elevation: float,
+    diameter: float = 4.0,
+    share: float = 0.2,
+    clipped: bool = False,
+) -> Light:
+    """Make a lamp; only what the preview shows matters."""
+    texels = np.zeros(0, np.int32)
+    return Light(name, azimuth, elevation, diameter, 1.0, 0.01, share, clipped, 0.0, texels)
 
 
 def scene(name: str) -> np.ndarray:
@@ -163,7 +169,7 @@ def test_a_mask_is_tinted_with_an_edge_but_none_at_the_seam() -> None:
 def test_the_preview_holds_the_panorama_and_marks_the_lamps_where_they_are() -> None:
     light = merged(scene("interior"))
     plain = preview(light)
-    marks = [Mark("A", 90.0, 0.0), Mark("B", -90.0, 45.0, clipped=True)]
+    marks = [mark("A", 90.0, 0.0), mark("B", -90.0, 45.0, clipped=True)]
     marked = preview(light, marks)
     assert plain.shape[1] == marked.shape[1] == 2048 + 2 * 48
     assert marked.shape[0] > plain.shape[0]
@@ -188,9 +194,9 @@ def test_the_preview_holds_the_panorama_and_marks_the_lamps_where_they_are() -> 
 
 def test_letters_of_lamps_close_together_do_not_cover_each_other() -> None:
     light = merged(scene("interior"))
-    one = preview(light, [Mark("A", 10.0, 20.0), Mark("B", 60.0, 20.0)])
-    two = preview(light, [Mark("A", 10.0, 20.0), Mark("B", 12.0, 21.0)])
-    plain = preview(light, [Mark("C", -100.0, -60.0), Mark("D", -60.0, -60.0)])
+    one = preview(light, [mark("A", 10.0, 20.0), mark("B", 60.0, 20.0)])
+    two = preview(light, [mark("A", 10.0, 20.0), mark("B", 12.0, 21.0)])
+    plain = preview(light, [mark("C", -100.0, -60.0), mark("D", -60.0, -60.0)])
     rows = slice(400, 700)
 
     def ink(picture: np.ndarray) -> int:
@@ -203,7 +209,7 @@ def test_letters_of_lamps_close_together_do_not_cover_each_other() -> None:
 
 def test_a_lamp_at_the_seam_keeps_its_letter_inside() -> None:
     light = merged(scene("interior"))
-    marked = preview(light, [Mark("A", 180.0, 89.0), Mark("B", -180.0, -89.0)])
+    marked = preview(light, [mark("A", 180.0, 89.0), mark("B", -180.0, -89.0)])
     plain = preview(light)
     high = min(len(plain), len(marked))
     changed = (plain[:high] != marked[:high]).any(axis=2)
@@ -234,7 +240,7 @@ def test_a_display_panorama_at_hand_is_used(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_more_lamps_than_rows_are_summed_up_and_ordinary_pictures_have_no_scale() -> None:
     light = merged(scene("interior"))
-    lamps = [Mark(letter, 10.0 * k, 10.0) for k, letter in enumerate("ABCDEFGHIJKL")]
+    lamps = [mark(letter, 10.0 * k, 10.0) for k, letter in enumerate("ABCDEFGHIJKL")]
     eight, twelve = preview(light, lamps[:8]), preview(light, lamps)
     assert twelve.shape[0] == eight.shape[0] + 52
     photo = merged(np.full((300, 400, 3), 0.2, np.float32))

@@ -11,7 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from app.core.base.errors import StyleError
-from app.core.painting import Draft, load_draft, make_canvas, save_draft
+from app.core.painting.canvas import make_canvas
+from app.core.painting.user_style import Draft, load_draft, save_draft
 
 LAYERS = ("weights", "ignore", "start_weights", "start_ignore")
 

@@ -13,16 +13,15 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from app.core.base.errors import CoreError, StyleError
-from app.core.painting import (
+from app.core.painting.canvas import make_canvas
+from app.core.painting.library import (
     EXPORT_ENDING,
-    UserStyle,
     export_style,
     import_style,
     list_user_styles,
-    make_canvas,
     save_user_style,
 )
-from app.core.painting.layers_file import write_layers
+from app.core.painting.user_style import UserStyle, write_layers
 
 
 @pytest.fixture

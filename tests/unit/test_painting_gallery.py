@@ -5,21 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from app.core.painting import (
-    Brush,
-    Tool,
-    UserStyle,
-    blank,
-    from_style,
+from app.core.painting.canvas import Canvas, blank, from_style, make_canvas, weights_of
+from app.core.painting.gallery import (
     light_side,
-    make_canvas,
     prepare_user_style,
     solve_user_styles,
     suggested_side,
     target_picture,
 )
-from app.core.painting.canvas import Canvas, weights_of
-from app.core.painting.stroke import Stroke
+from app.core.painting.stroke import Brush, Stroke, Tool
+from app.core.painting.user_style import UserStyle
 from app.core.solver.relighting_cache import light_table
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.styles import load_styles

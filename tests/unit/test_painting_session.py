@@ -8,20 +8,17 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from app.core.painting import (
+from app.core.painting.canvas import (
     NOTHING_PAINTED,
     ONE_SIDED,
-    Answer,
-    Brush,
-    PaintSession,
-    Tool,
     blank,
     canvas_size,
-    cleared,
     from_weights,
+    head_values,
     make_canvas,
 )
-from app.core.painting.canvas import head_values
+from app.core.painting.session import Answer, PaintSession
+from app.core.painting.stroke import Brush, Tool, cleared
 from app.core.solver.relighting_cache import LightTable, light_table
 from app.core.solver.transport import load_named, render, to_image
 from app.core.solver.weights import painted

@@ -6,8 +6,17 @@ import numpy as np
 import pytest
 
 from app.core.base.errors import StyleError
-from app.core.painting import PaintSession, blank, canvas_size, from_style, from_weights
-from app.core.painting.canvas import head_values, make_canvas, resized, weights_of
+from app.core.painting.canvas import (
+    blank,
+    canvas_size,
+    from_style,
+    from_weights,
+    head_values,
+    make_canvas,
+    resized,
+    weights_of,
+)
+from app.core.painting.session import PaintSession
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
 from app.core.solver.styles import NAMES

@@ -11,9 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from app.core.painting.brush import Brush, Tool, cover
 from app.core.painting.canvas import Canvas, Region, make_canvas
-from app.core.painting.stroke import Stroke
+from app.core.painting.stroke import Brush, Stroke, Tool, cover
 
 SIZE = 96
 Point = tuple[float, float, float]

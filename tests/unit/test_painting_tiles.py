@@ -7,10 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.core.painting.brush import Brush, Tool
 from app.core.painting.canvas import make_canvas
-from app.core.painting.stroke import Stroke
-from app.core.painting.tiles import TILE, apply, cleared, difference, revert
+from app.core.painting.stroke import TILE, Brush, Stroke, Tool, apply, cleared, difference, revert
 
 SIZE = 150
 

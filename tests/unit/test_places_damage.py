@@ -1,4 +1,4 @@
-"""Places whose files were damaged, or kept by a newer version: what can be saved is saved."""
+"""Places whose files were damaged, or kept by a newer version: what is fit is kept."""
 
 from __future__ import annotations
 
@@ -14,13 +14,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.core.storage.places import (
-    create_place,
-    list_places,
-    read_place,
-    write_place,
-)
 from app.core.storage.places.encoding import to_json
+from app.core.storage.places.store import create_place, list_places, read_place, write_place
 from tests.unit.test_places_store import NOON, POSIX, SHARED, full_place
 
 
@@ -142,7 +137,7 @@ def test_bad_results_are_dropped_one_by_one(kept: Path) -> None:
 
 
 @pytest.mark.parametrize("share", [0.005, 0.02, 0.05, 0.2, 0.9, 0.9999])
-def test_cut_off_file_keeps_what_came_before(kept: Path, share: float) -> None:
+def test_cut_off_file_leaves_the_light_and_what_the_folder_says(kept: Path, share: float) -> None:
     whole = (kept / "place.json").read_bytes()
     (kept / "place.json").write_bytes(whole[: int(len(whole) * share)])
     listed = list_places(kept.parent)[0]
@@ -153,10 +148,7 @@ def test_cut_off_file_keeps_what_came_before(kept: Path, share: float) -> None:
     place = read_place(kept)
     assert "place.json.bak" in "".join(place.remarks)
     assert place.made_at.astimezone(UTC).year == 2026
-    if share >= 0.2:
-        wanted = to_json(full_place())
-        again = to_json(replace(place, source=None))
-        assert {key for key in wanted if again[key] != wanted[key]} <= {"results"}
+    assert place.name == "cafe"
     assert place.environment == "environment-0123456789ab.exr"
 
 
@@ -190,7 +182,7 @@ def test_file_that_is_something_else(kept: Path, content: bytes, words: str) -> 
     assert list_places(kept.parent)[0].state == "whole"
 
 
-def test_nesting_of_one_entry_costs_that_entry(kept: Path) -> None:
+def test_deep_nesting_is_damage(kept: Path) -> None:
     facts = json.loads((kept / "place.json").read_text("utf-8"))
     deep: Any = 1
     for _ in range(60):
@@ -198,8 +190,8 @@ def test_nesting_of_one_entry_costs_that_entry(kept: Path) -> None:
     (kept / "place.json").write_text(json.dumps(facts | {"notes": deep}), "utf-8")
     place = read_place(kept)
     assert place.notes == ""
-    assert place.goal_deg == 96.4
-    assert "“notes”" in place.remarks[0]
+    assert "nested too deeply" in place.remarks[0]
+    assert "place.json.bak" in place.remarks[1]
 
 
 @SHARED

@@ -19,15 +19,15 @@ from pathlib import Path
 
 import pytest
 
-from app.core.storage.places import (
+from app.core.storage.places.light import read_light
+from app.core.storage.places.originals import sweep
+from app.core.storage.places.store import (
     create_place,
     list_places,
     list_trash,
-    read_light,
     read_place,
     write_place,
 )
-from app.core.storage.places.names import sweep
 
 ROOT = Path(__file__).resolve().parents[2]
 NOW = datetime(2026, 6, 21, 12, 5, tzinfo=UTC)

@@ -19,13 +19,16 @@ from hypothesis import strategies as st
 
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
-from app.core.storage.places import (
+from app.core.storage.places.encoding import to_json
+from app.core.storage.places.place import (
     Asked,
     CaptureFacts,
     FrameFacts,
     Location,
     Place,
     PlaceError,
+)
+from app.core.storage.places.store import (
     capture_folders,
     create_place,
     list_places,
@@ -34,7 +37,6 @@ from app.core.storage.places import (
     rename_place,
     write_place,
 )
-from app.core.storage.places.encoding import to_json
 from tests.unit.test_places_results import RESULTS
 
 POSIX = pytest.mark.skipif(os.name != "posix", reason="permissions, pipes and links as on POSIX")

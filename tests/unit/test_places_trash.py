@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from app.core.storage.places import (
-    PlaceError,
+from app.core.storage.places.place import PlaceError
+from app.core.storage.places.store import (
     create_place,
     delete_place,
     list_places,

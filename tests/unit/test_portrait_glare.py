@@ -11,8 +11,14 @@ from numpy.typing import NDArray
 
 from app.core.base.angles import difference
 from app.core.base.paths import resources
-from app.core.portrait.flow import light_flow
-from app.core.portrait.glare import NOTICEABLE, STRONG, eye_light, face_direction_words, glare
+from app.core.portrait.glare import (
+    NOTICEABLE,
+    STRONG,
+    eye_light,
+    face_direction_words,
+    glare,
+    light_flow,
+)
 from app.core.solver.environment import read_environment
 from tests.helpers.synthetic import lamp_environment
 

@@ -10,7 +10,7 @@ import pytest
 
 from app.core.base.errors import CoreError
 from app.core.second_light.scale import illuminance
-from app.core.storage.places import CaptureFacts, Place
+from app.core.storage.places.place import CaptureFacts, Place
 from app.ui.presenters.model import Step
 from app.ui.screens.light import jobs
 from app.ui.screens.light.presenter import LightPresenter

@@ -9,8 +9,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from app.core.second_light.dimming import powers_of
-from app.core.second_light.lamp_presets import KINDS, at_distance
+from app.core.second_light.lamp_presets import KINDS, at_distance, powers_of
 from app.core.solver.transport import render
 from app.ui.screens.light import pictures, work
 from app.ui.screens.light.pictures import look

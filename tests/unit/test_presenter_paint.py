@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from app.core.base.angles import difference
-from app.core.painting import NOTHING_PAINTED, ONE_SIDED, Tool, load_draft
+from app.core.painting.canvas import NOTHING_PAINTED, ONE_SIDED
+from app.core.painting.stroke import Tool
+from app.core.painting.user_style import load_draft
 from app.ui.presenters.model import Step
 from app.ui.screens.paint.live import NO_LIGHT, NOTHING
 from app.ui.screens.paint.state import PaintState, PaintView, Shown

@@ -8,7 +8,9 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
-from app.core.painting import Tool, list_user_styles, load_draft
+from app.core.painting.library import list_user_styles
+from app.core.painting.stroke import Tool
+from app.core.painting.user_style import load_draft
 from app.ui.screens.paint.state import PaintState, PaintView
 from tests.helpers.paint_studio import Studio, studio
 

@@ -11,7 +11,7 @@ import pytest
 from app.core.base.images import write_exr
 from app.core.base.paths import resources
 from app.core.second_light.scale import stated_white
-from app.core.storage.places import PlaceSummary, create_place, list_places
+from app.core.storage.places.store import PlaceSummary, create_place, list_places
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
 from app.ui.screens.light.presenter import LightPresenter
 from tests.helpers.immediate_runner import ImmediateRunner

@@ -8,7 +8,8 @@ from unittest.mock import MagicMock
 
 import pytest
 
-from app.core.storage.places import PlaceError, read_place
+from app.core.storage.places.place import PlaceError
+from app.core.storage.places.store import read_place
 from app.devices.capture.status import Stage
 from app.ui.presenters.frame import FramePresenter
 from app.ui.screens.probe.state import ProbeState

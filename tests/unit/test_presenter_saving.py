@@ -17,7 +17,8 @@ from app.core.base import files
 from app.core.base.errors import CoreError
 from app.core.base.images import write_png
 from app.core.base.paths import resources
-from app.core.storage.places import list_places, read_light, read_place
+from app.core.storage.places.light import read_light
+from app.core.storage.places.store import list_places, read_place
 from app.core.storage.settings import Settings
 from app.ui.presenters import place_loader
 from app.ui.presenters.frame import FramePresenter
@@ -151,7 +152,8 @@ def test_a_message_names_what_is_wrong_and_no_temporary_file() -> None:
 
 def half_a_place(table: Table, tmp_path: Path) -> Path:
     """A place whose photographs were copied when the program was killed."""
-    from app.core.storage.places import adopt_files, create_place
+    from app.core.storage.places.originals import adopt_files
+    from app.core.storage.places.store import create_place
 
     rng = np.random.default_rng(3)
     frames = []
@@ -186,7 +188,7 @@ def test_finishing_it_merges_what_is_there(
     table.desk.open_paths([SCENE])
     light = table.model.light
     assert light is not None
-    from app.core.storage.places import CaptureFacts, Location
+    from app.core.storage.places.place import CaptureFacts, Location
 
     asked: list[Any] = []
 
@@ -206,7 +208,7 @@ def test_finishing_it_merges_what_is_there(
 
 
 def test_an_empty_folder_of_a_place_can_only_be_deleted(table: Table, tmp_path: Path) -> None:
-    from app.core.storage.places import create_place
+    from app.core.storage.places.store import create_place
 
     create_place(tmp_path / "places", "Nothing yet", table.services.today())
     shelf = PlacesListPresenter(table.services, table.desk)

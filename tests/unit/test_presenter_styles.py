@@ -13,11 +13,11 @@ import pytest
 
 from app.core.base.angles import difference, wrap
 from app.core.base.progress import Token
-from app.core.painting import DamagedStyle
 from app.core.portrait.glare import glare
 from app.core.portrait.ratio import lighting_ratio
 from app.core.solver.place_light import picture_at
-from app.core.storage.places import Location, Place
+from app.core.storage.library import Damaged
+from app.core.storage.places.place import Location, Place
 from app.core.text.turns import whole
 from app.ui.presenters.model import Step
 from app.ui.screens.styles.gallery import look, question_of
@@ -260,7 +260,7 @@ class TestStates:
     def test_a_damaged_style_is_a_card_of_its_own(self, table: Table) -> None:
         table.open(scene_light())
         file = table.folder / "styles" / "broken.toml"
-        table.model.update(damaged_styles=(DamagedStyle(file, "It has no weights."),))
+        table.model.update(damaged_styles=(Damaged(file, "It has no weights."),))
         state = table.presenter.resolve()
         card = state.cards[-1]
         assert card.damaged == file

@@ -7,7 +7,8 @@ from unittest.mock import MagicMock
 
 import pytest
 
-from app.core.painting import from_style, import_style, list_user_styles, save_user_style
+from app.core.painting.canvas import from_style
+from app.core.painting.library import import_style, list_user_styles, save_user_style
 from app.core.painting.user_style import UserStyle
 from app.ui.screens.styles.files import plain_name
 from app.ui.screens.styles.state import StylesView
@@ -167,7 +168,7 @@ def test_the_sheet_has_the_numbers_of_the_screen(
     table: Table, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     kept = []
-    monkeypatch.setattr("app.export.set_sheet.write_pdf", lambda path, sheet: kept.append(sheet))
+    monkeypatch.setattr("app.export.set_page.write_pdf", lambda path, sheet: kept.append(sheet))
     table.presenter.choose("left-rembrandt")
     for turn in (None, 33.0):
         if turn is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,33 +15,46 @@ from app.core.base import colour
 from app.core.solver import pictures
 from app.core.solver.environment import from_radiance
 from app.core.solver.pictures import WELL
-from app.export.result_sheet import card, draw_sheet, place, plot
-from app.export.result_sheet.canvas import Canvas, circle_points
-from app.export.result_sheet.lettering import Lettering
-from app.export.result_sheet.theme import AMBER, BG, PANEL, SCALE, TEXT
-from app.export.result_sheet.words import arc_words, head_words, side_words, turn_words
+from app.core.solver.solve import StyleResult
+from app.core.solver.style_pack import head_words
+from app.export import result_card as card
+from app.export import result_sheet as sheet
+from app.export.canvas import SCALE, Canvas, text_width, wrap_text
+from app.export.theme import Dark, draw_meter
+
+pytestmark = pytest.mark.usefixtures("qapp")
 
 PLACES = {"top": "from overhead"}
-LETTERS = Lettering()
 
 
-@dataclasses.dataclass(frozen=True)
-class Result:
-    """A style's result with only what the sheet shows."""
+def result_of(
+    name: str = "left-loop", title: str = "Loop", side: str = "left", **changes: Any
+) -> StyleResult:
+    """Make a style's result; only what the sheet shows matters."""
+    curve = np.linspace(-20.0, 100.0, 64)
+    plain = StyleResult(
+        name=name,
+        title=title,
+        side=side,
+        turn_index=9,
+        turn_deg=50.625,
+        turn_refined_deg=53.2,
+        direction="clockwise",
+        quality_curve=curve,
+        match_curve=curve,
+        strength_curve=curve,
+        quality=1.0,
+        match=88.0,
+        strength=55.0,
+        attainable=True,
+        reason=None,
+        arc_deg=(39.0, 71.0),
+        peaks=(),
+    )
+    return dataclasses.replace(plain, **changes)
 
-    name: str = "left-loop"
-    title: str = "Loop"
-    side: str = "left"
-    turn_refined_deg: float = 53.2
-    match_curve: tuple[float, ...] = tuple(np.linspace(-20.0, 100.0, 64))
-    match: float = 88.0
-    strength: float = 55.0
-    attainable: bool = True
-    reason: str | None = None
-    arc_deg: tuple[float, float] = (39.0, 71.0)
 
-
-LOST = Result(
+LOST = result_of(
     "top",
     "Top",
     "none",
@@ -53,7 +66,7 @@ LOST = Result(
 
 def is_amber(pixels: np.ndarray) -> np.ndarray:
     """Where a picture shows full amber, (H, W) bool."""
-    return np.asarray((np.abs(pixels.astype(int) - AMBER) <= 6).all(axis=-1))
+    return np.asarray((np.abs(pixels.astype(int) - Dark.AMBER) <= 6).all(axis=-1))
 
 
 def head(size: int = 40, value: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
@@ -64,19 +77,19 @@ def head(size: int = 40, value: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
     return coverage[..., None] * tone, coverage
 
 
-def data_of(result: Result) -> card.CardData:
+def data_of(result: StyleResult) -> card.CardData:
     """Make a card's data with the same picture twice."""
     picture, coverage = head()
     return card.CardData(result, picture, picture * np.float32(3.0), coverage, PLACES, 45.0)
 
 
-def sheet_of(results: list[Result], **more: object) -> np.ndarray:
-    """Draw a sheet of a plain place."""
+def sheet_of(results: list[StyleResult], **more: object) -> np.ndarray:
+    """Draw a sheet of a plain sheet."""
     picture, coverage = head()
     radiance = np.full((32, 64, 3), 0.3, np.float32)
     radiance[:16] = 1.0
     named = {result.name: picture for result in results}
-    return draw_sheet(
+    return sheet.draw_sheet(
         results,
         named,
         named,
@@ -89,8 +102,8 @@ def sheet_of(results: list[Result], **more: object) -> np.ndarray:
 
 
 def test_sheet_has_a_fixed_width_and_grows_with_the_cards() -> None:
-    few = sheet_of([Result()])
-    many = sheet_of([dataclasses.replace(Result(), name=f"s{i}") for i in range(7)])
+    few = sheet_of([result_of()])
+    many = sheet_of([dataclasses.replace(result_of(), name=f"s{i}") for i in range(7)])
     assert few.dtype == np.uint8
     assert few.shape[1] == many.shape[1] == 1680 * SCALE
     assert many.shape[0] > few.shape[0] + 200 * SCALE
@@ -103,7 +116,7 @@ def test_sheet_without_styles_or_reach_is_still_drawn() -> None:
 
 
 def test_order_is_in_reach_by_match_then_out_of_reach() -> None:
-    results = [LOST, Result(match=50.0), Result(name="right-loop", side="right", match=90.0)]
+    results = [LOST, result_of(match=50.0), result_of(name="right-loop", side="right", match=90.0)]
     assert (sheet_of(results) == sheet_of(results[::-1])).all()
 
 
@@ -111,7 +124,9 @@ def test_unknown_pictures_are_an_error() -> None:
     picture, coverage = head()
     place_ = from_radiance(np.ones((8, 16, 3), np.float32), "hall")
     with pytest.raises(KeyError):
-        draw_sheet([Result()], {}, {"left-loop": picture}, coverage, place_, "Hall", "generic")
+        sheet.draw_sheet(
+            [result_of()], {}, {"left-loop": picture}, coverage, place_, "Hall", "generic"
+        )
 
 
 def test_amber_is_for_turns_only() -> None:
@@ -120,7 +135,7 @@ def test_amber_is_for_turns_only() -> None:
     rows, _ = np.nonzero(is_amber(lost))
     assert rows.size > 0
     assert rows.max() < 80 * SCALE
-    assert is_amber(sheet_of([Result()]))[700 * SCALE :].any()
+    assert is_amber(sheet_of([result_of()]))[700 * SCALE :].any()
 
 
 def test_the_theme_is_neutral() -> None:
@@ -133,23 +148,23 @@ def test_the_theme_is_neutral() -> None:
 def test_reasons_are_never_clipped(length: int) -> None:
     words = " ".join(["light"] * length)
     result = dataclasses.replace(LOST, reason=words)
-    height = card.height_of(data_of(result), LETTERS)
-    lines = LETTERS.wrap(words, 12, 132)
+    height = card.height_of(data_of(result))
+    lines = wrap_text(words, 12, 132)
     assert " ".join(lines) == words
-    assert all(LETTERS.width(line, 12) <= 132 for line in lines)
+    assert all(text_width(line, 12) <= 132 for line in lines)
     # Room from the first line's baseline to the numbers at the foot.
     assert height - 44 - (card._BLOCK_TOP + 24) >= 16 * len(lines) - 1e-9
-    canvas = Canvas(card.WIDTH, height, BG)
-    card.draw_card(canvas, (0.0, 0.0), height, data_of(result), LETTERS)
+    canvas = Canvas(card.WIDTH, height, Dark.BG)
+    card.draw_card(canvas, (0.0, 0.0), height, data_of(result))
     # Nothing but the card's panel in the strip beside its lower edge.
     strip = canvas.pixels[-9 * SCALE : -2 * SCALE, 20 * SCALE : -20 * SCALE]
-    assert (strip == PANEL).all()
+    assert (strip == Dark.PANEL).all()
 
 
 def test_cards_in_reach_show_amber_and_others_grey_pictures() -> None:
-    for result in (Result(), LOST):
-        canvas = Canvas(card.WIDTH, 320, BG)
-        card.draw_card(canvas, (0.0, 0.0), 320, data_of(result), LETTERS)
+    for result in (result_of(), LOST):
+        canvas = Canvas(card.WIDTH, 320, Dark.BG)
+        card.draw_card(canvas, (0.0, 0.0), 320, data_of(result))
         face = canvas.pixels[68 * SCALE, 68 * SCALE].astype(int)
         assert is_amber(canvas.pixels).any() == result.attainable
         assert (np.ptp(face) > 10) == result.attainable
@@ -205,124 +220,41 @@ TURNS = st.lists(st.floats(-179.9, 180.0), min_size=0, max_size=18)
 @settings(max_examples=50, deadline=None)
 def test_flags_never_collide(turns: list[float]) -> None:
     results = [
-        Result(f"s{i}", "Below side", "left", turn_refined_deg=turn) for i, turn in enumerate(turns)
+        result_of(f"s{i}", "Below side", "left", turn_refined_deg=turn)
+        for i, turn in enumerate(turns)
     ]
-    flags = place.make_flags(results, {}, LETTERS)
+    flags = sheet.make_flags(results, {})
     assert len(flags) == len(turns)
     for one, other in itertools.permutations(flags, 2):
-        start, stop = one.x, one.x + place.flag_width(one, LETTERS)
+        start, stop = one.x, one.x + sheet.flag_width(one)
         if one.lane == other.lane:
-            assert other.x > stop or other.x + place.flag_width(other, LETTERS) < start
+            assert other.x > stop or other.x + sheet.flag_width(other) < start
         # A pole that ends further down does not run through these words.
         elif other.lane > one.lane and other.x != one.x:
             assert not start < other.x < stop
-    assert place.lanes_height(flags) >= 20.0 * len({flag.lane for flag in flags})
+    assert sheet.lanes_height(flags) >= 20.0 * len({flag.lane for flag in flags})
 
 
 def test_flags_stand_at_their_turns_and_only_for_what_is_in_reach() -> None:
-    flags = place.make_flags([Result(turn_refined_deg=0.0), LOST], {}, LETTERS)
+    flags = sheet.make_flags([result_of(turn_refined_deg=0.0), LOST], {})
     (flag,) = flags
-    assert flag.x == place.WIDTH / 2.0
+    assert flag.x == sheet._PANORAMA_WIDTH / 2.0
     assert (flag.turn, flag.title, flag.side) == ("0°", "Loop", "sitter’s left")
 
 
-@pytest.mark.parametrize(
-    ("turn", "expected"),
-    [
-        (96.4, ("96°", "clockwise")),
-        (-96.4, ("96°", "counter-clockwise")),
-        (180.0, ("180°", "clockwise")),
-        (0.4, ("0°", "no turn needed")),
-        (-0.4, ("0°", "no turn needed")),
-    ],
-)
-def test_turn_words(turn: float, expected: tuple[str, str]) -> None:
-    assert turn_words(turn) == expected
-
-
 def test_words() -> None:
-    assert arc_words((170.0, -160.2)) == "170° to −160°"
     assert head_words("female") == "Female head"
     assert head_words("generic-light") == "Generic head, light skin"
     assert head_words("my-head") == "Head my-head"
-    assert side_words(Result(), {}) == "sitter’s left (camera right)"
-    assert side_words(LOST, PLACES) == "from overhead"
-    assert side_words(LOST, {}) == ""
-
-
-def test_lettering_is_inter_and_kerned() -> None:
-    assert Path(LETTERS._folder / "Inter-Bold.otf").is_file()
-    apart = LETTERS.width("T", 100) + LETTERS.width("o", 100)
-    assert LETTERS.width("To", 100) == pytest.approx(apart - 7.5, abs=1.0)
-    assert LETTERS.width("", 12) == 0.0
-    canvas = Canvas(100, 30, BG)
-    end = LETTERS.draw(canvas, (10, 20), "96°", 16, 700, TEXT)
-    assert end == pytest.approx(10 + LETTERS.width("96°", 16, 700))
-    levels = np.unique(canvas.pixels)
-    assert levels.size > 10, "letters have smooth edges"
-    columns = np.nonzero((canvas.pixels[..., 0] > 0x60).any(axis=0))[0] / SCALE
-    assert 10 <= columns.min() <= 13
-    assert end - 4 <= columns.max() <= end + 1
-
-
-def test_letters_of_one_weight_never_show_up_in_another() -> None:
-    # OpenCV mixes glyphs up when faces are released and loaded again.
-    def drawn() -> np.ndarray:
-        letters, canvas = Lettering(), Canvas(200, 60, BG)
-        letters.draw(canvas, (10, 20), "Light", 16, 400)
-        letters.draw(canvas, (10, 50), "Light", 16, 700)
-        return canvas.pixels
-
-    first = drawn()
-    for _ in range(5):
-        assert (drawn() == first).all()
-    regular, bold = first[: 30 * SCALE], first[30 * SCALE :]
-    assert bold.astype(float).sum() > regular.astype(float).sum() * 1.02
-
-
-def test_missing_fonts_fall_back_to_the_built_in_one(tmp_path: Path) -> None:
-    assert Lettering(tmp_path).width("96°", 16) > 10
-
-
-def test_long_names_get_an_ellipsis() -> None:
-    short = LETTERS.shorten("A place with a very long name", 16, 100)
-    assert short.endswith("…")
-    assert LETTERS.width(short, 16) <= 100
-    assert LETTERS.shorten("Hall", 16, 100) == "Hall"
-
-
-def test_shapes_have_the_area_that_they_should() -> None:
-    canvas = Canvas(60, 60, (0, 0, 0))
-    canvas.dot((30.25, 29.75), 20.0, (200, 200, 200))
-    area = canvas.pixels[..., 0].sum() / 200.0 / SCALE**2
-    assert area == pytest.approx(np.pi * 400, rel=0.01)
-    canvas = Canvas(60, 60, (0, 0, 0))
-    canvas.panel((10, 10, 40, 30), (200, 200, 200), 8.0)
-    area = canvas.pixels[..., 0].sum() / 200.0 / SCALE**2
-    assert area == pytest.approx(1200 - (4 - np.pi) * 64, rel=0.01)
-
-
-def test_shapes_are_cut_at_the_edge_of_the_canvas() -> None:
-    canvas = Canvas(20, 20, (0, 0, 0))
-    canvas.dot((0.0, 0.0), 8.0, TEXT)
-    canvas.stroke([(-50.0, 10.0), (50.0, 10.0)], TEXT, 2.0)
-    canvas.dot((500.0, 500.0), 8.0, TEXT)
-    assert canvas.pixels[0, 0, 0] == TEXT[0]
-    assert canvas.pixels[-1, -1, 0] == 0
-
-
-def test_dashes_leave_gaps() -> None:
-    whole, dashed = Canvas(80, 80, (0, 0, 0)), Canvas(80, 80, (0, 0, 0))
-    whole.stroke(circle_points((40, 40), 30), TEXT, 1.0)
-    dashed.dashes(circle_points((40, 40), 30, 400), TEXT, 1.0, 2.0, 3.0)
-    share = dashed.pixels.astype(float).sum() / whole.pixels.sum()
-    assert 0.3 < share < 0.75
+    assert card.side_of(result_of(), {}) == "sitter’s left (camera right)"
+    assert card.side_of(LOST, PLACES) == "from overhead"
+    assert card.side_of(LOST, {}) == ""
 
 
 @pytest.mark.parametrize(("turn", "dx", "dy"), [(0, 0, -1), (90, 1, 0), (180, 0, 1), (-90, -1, 0)])
 def test_polar_plot_has_clockwise_to_the_right(turn: float, dx: int, dy: int) -> None:
-    canvas = Canvas(100, 100, PANEL)
-    plot.polar(canvas, (50, 50), 40, [10.0] * 64, turn, (turn - 5.0, turn + 5.0), 45.0)
+    canvas = Canvas(100, 100, Dark.PANEL)
+    card._draw_polar(canvas, (50, 50), 40, [10.0] * 64, turn, (turn - 5.0, turn + 5.0), 45.0)
     rows, columns = np.nonzero(is_amber(canvas.pixels))
     where = np.array([columns.mean(), rows.mean()]) / SCALE - 50.0
     assert where @ (dx, dy) > 10.0
@@ -333,11 +265,12 @@ def test_polar_plot_has_clockwise_to_the_right(turn: float, dx: int, dy: int) ->
     ("match", "share"), [(-5, 0.0), (0, 0.0), (50, 0.5), (100, 1.0), (120, 1.0)]
 )
 def test_meter_is_filled_in_proportion(match: float, share: float) -> None:
-    canvas = Canvas(220, 20, PANEL)
-    plot.meter(canvas, (10, 8, 200, 4), match, 45.0, TEXT)
+    canvas = Canvas(220, 20, Dark.PANEL)
+    colours = (Dark.TEXT, Dark.TRACK, Dark.PANEL)
+    draw_meter(canvas, (10, 8, 200, 4), match, 45.0, colours)
     row = canvas.pixels[10 * SCALE, 10 * SCALE : 210 * SCALE, 0]
     # The tick and the gaps beside it take 4 of the 200 px.
-    assert (row == TEXT[0]).mean() == pytest.approx(share, abs=0.025)
+    assert (row == Dark.TEXT[0]).mean() == pytest.approx(share, abs=0.025)
     above = canvas.pixels[6 * SCALE, :, 0]
-    tick = np.nonzero(above == TEXT[0])[0].mean() / SCALE
+    tick = np.nonzero(above == Dark.TEXT[0])[0].mean() / SCALE
     assert tick == pytest.approx(10 + 0.45 * 200, abs=0.5)

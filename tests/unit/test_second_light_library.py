@@ -13,8 +13,7 @@ import pytest
 
 from app.core.base.errors import CoreError
 from app.core.second_light.captured import CapturedLamp, make_lamp
-from app.core.second_light.comparable import compare, with_lux
-from app.core.second_light.lamp_file import read_lamp_file
+from app.core.second_light.dark_room import read_lamp_file
 from app.core.second_light.library import (
     add_lamp,
     delete_lamp,
@@ -25,6 +24,7 @@ from app.core.second_light.library import (
     restore_lamp,
     update_lamp,
 )
+from app.core.second_light.scale import compare, with_lux
 from tests.helpers.dark_room import phone, room
 
 SHAPE = (64, 128)

@@ -12,13 +12,24 @@ from app.core.base.errors import CoreError, StyleError
 from app.core.base.progress import Token
 from app.core.second_light.added import AddedLight, from_captured, from_numbers
 from app.core.second_light.captured import PlacedLamp
-from app.core.second_light.contrast import norm_at, norms
-from app.core.second_light.hidden import correlate, correlate_at, find_hidden, hidden_tables
+from app.core.second_light.contrast import (
+    correlate,
+    correlate_at,
+    find_hidden,
+    hidden_tables,
+    norm_at,
+    norms,
+)
 from app.core.second_light.lamp_presets import parse
-from app.core.second_light.lamp_tables import lamp_alone, lamp_tables, left_everywhere, see_place
 from app.core.second_light.placements import MIRRORED
 from app.core.second_light.search import ALL, place_all
-from app.core.second_light.search_kernel import seek
+from app.core.second_light.search_kernel import (
+    lamp_alone,
+    lamp_tables,
+    left_everywhere,
+    see_place,
+    seek,
+)
 from app.core.solver.head_shape import HeadShape
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.solve import solve_all

@@ -10,19 +10,21 @@ import pytest
 
 from app.core.base.errors import CoreError, EnvironmentFileError
 from app.core.base.images import write_exr, write_hdr
-from app.core.second_light.dimming import power_words, powers_of
-from app.core.second_light.lamp_file import read_lamp_file
-from app.core.second_light.lamp_presets import KINDS
-from app.core.second_light.placements import COUNT, direction, placement
-from app.core.second_light.reach import above_floor, within_arm
+from app.core.second_light.dark_room import read_lamp_file
+from app.core.second_light.lamp_presets import KINDS, power_words, powers_of
+from app.core.second_light.placements import (
+    COUNT,
+    above_floor,
+    direction,
+    metres,
+    placement,
+    placement_words,
+    within_arm,
+)
 from app.core.second_light.scale import illuminance, stated_white
-from app.core.second_light.search import place_all
 from app.core.second_light.search_kernel import Spot, best_spot, refine
-from app.core.second_light.words import metres, placement_words
 from app.core.solver.environment import solid_angles
-from benchmarks.second_light import compare
-from tests.helpers.second_light import captured, coloured_place, pack
-from tests.helpers.synthetic import lambert_sphere_transport, lamp_environment
+from tests.helpers.synthetic import lamp_environment
 
 
 def _number(azimuth_deg: float, altitude_deg: float) -> int:
@@ -193,23 +195,3 @@ def test_ties_in_order() -> None:
     assert best_spot(objective) == Spot(1, _number(5.625, 16.875))
     objective[1, _number(5.625, 0.0)] = 1.0
     assert best_spot(objective) == Spot(1, _number(5.625, 0.0))
-
-
-def test_the_report_of_greedy() -> None:
-    place = coloured_place(9) * np.float32(10.0)
-    transport = lambert_sphere_transport()
-    for objective in ("picture", "paper"):
-        full, quick = (
-            place_all(pack(), transport, place, captured(), objective, greedy=way)
-            for way in (False, True)
-        )
-        pairs = compare(full, quick, objective)
-        assert len(pairs) == 18
-        for pair, one, other in zip(pairs, full, quick, strict=True):
-            if pair.same:
-                assert pair.lost == 0.0
-                assert pair.turn_apart_deg == 0.0
-            elif objective == "picture":
-                assert pair.lost == pytest.approx(one.match - other.match)
-            else:
-                assert pair.lost >= 0.0

@@ -19,14 +19,15 @@ from app.core.portrait.ratio import LightingRatio
 from app.core.solver.environment import read_environment, reduce, reduce_radiance
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack, load_transport_of
-from app.export.result_sheet.canvas import Canvas
-from app.export.result_sheet.lettering import Anchor, Lettering, Weight
-from app.export.result_sheet.theme import SCALE, TEXT, Colour
-from app.export.set_sheet import SetSheet, SheetLamp, assemble, draw, lamps_of, plan, strip
-from app.export.set_sheet.marks import at
-from app.export.set_sheet.page import PLAN_AT, STRIP_AT
-from app.export.set_sheet.theme import AMBER, AMBER_FILL, HEIGHT, INK, PAPER, WIDTH
+from app.export import set_plan as plan
+from app.export import set_strip as strip
+from app.export.canvas import SCALE, Anchor, Canvas, Colour, Point, Weight, around, text_width
+from app.export.set_page import HEIGHT, PLAN_AT, STRIP_AT, WIDTH, draw, draw_page
+from app.export.set_sheet import SetSheet, SheetLamp, assemble, lamps_of
+from app.export.theme import Print
 from tests.helpers.synthetic import lamp_environment
+
+pytestmark = pytest.mark.usefixtures("qapp")
 
 DEMO = resources() / "demo"
 GREY = np.full((64, 128, 3), 96, np.uint8)
@@ -70,32 +71,36 @@ def sheet_of(**changes: Any) -> SetSheet:
     return dataclasses.replace(plain, **changes)
 
 
-class Listening(Lettering):
-    """Lettering that remembers its words and where they end."""
+class Listening(Canvas):
+    """A page that remembers its words and where they end."""
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__(WIDTH, HEIGHT, Print.PAPER)
         self.words: list[tuple[str, float, float, float]] = []
 
-    def draw(
+    def text(
         self,
-        canvas: Canvas,
-        at: tuple[float, float],
+        at: Point,
         text: str,
         size: float,
-        weight: Weight = 400,
-        colour: Colour = TEXT,
+        weight: Weight,
+        colour: Colour,
         anchor: Anchor = "left",
     ) -> float:
-        end = super().draw(canvas, at, text, size, weight, colour, anchor)
-        self.words.append((text, end - self.width(text, size, weight), end, at[1]))
+        end = super().text(at, text, size, weight, colour, anchor)
+        self.words.append((text, end - text_width(text, size, weight), end, at[1]))
         return end
 
 
+def written(sheet: SetSheet) -> list[tuple[str, float, float, float]]:
+    """What a page says: words, where they start and end, and their baseline."""
+    canvas = Listening()
+    draw_page(canvas, sheet)
+    return canvas.words
+
+
 def said(sheet: SetSheet) -> str:
-    letters = Listening()
-    draw(sheet, letters)
-    return " ".join(word[0] for word in letters.words)
+    return " ".join(word[0] for word in written(sheet))
 
 
 def near(page: NDArray[np.uint8], place: tuple[float, float], colour: Colour, reach: float) -> int:
@@ -113,8 +118,8 @@ def test_the_page_is_a4_and_white() -> None:
     page = draw(sheet_of())
     assert page.shape == (round(HEIGHT * SCALE), round(WIDTH * SCALE), 3)
     assert pytest.approx((210.0, 297.0), abs=0.15) == (WIDTH / 96 * 25.4, HEIGHT / 96 * 25.4)
-    assert (page[:60] == PAPER).all()
-    assert (page[:, :60] == PAPER).all()
+    assert (page[:60] == Print.PAPER).all()
+    assert (page[:, :60] == Print.PAPER).all()
 
 
 def test_it_says_the_turn_the_side_and_the_rest() -> None:
@@ -157,24 +162,24 @@ def test_counter_clockwise_is_to_the_right_and_on_the_other_side() -> None:
 def test_the_photographer_walks_around_the_plan(turn: float) -> None:
     page = draw(sheet_of(turn_deg=turn, arc_deg=(turn - 10, turn + 10)))
     # Turn 0 is up and clockwise to the right, as on a clock.
-    spot = at(CENTRE, plan.RADIUS, turn)
+    spot = around(CENTRE, plan.RADIUS, turn)
     assert (spot[0] > CENTRE[0]) == (0 < turn < 180)
-    assert near(page, spot, INK, 5.0) > 300
+    assert near(page, spot, Print.INK, 5.0) > 300
     # Where they stood there is no black camera.
-    assert near(page, at(CENTRE, plan.RADIUS, 0.0), INK, 5.0) == 0
+    assert near(page, around(CENTRE, plan.RADIUS, 0.0), Print.INK, 5.0) == 0
     # The walk is drawn the way it goes, and not the other way round.
-    assert near(page, at(CENTRE, plan.RADIUS, 0.6 * turn), AMBER, 3.0) > 20
+    assert near(page, around(CENTRE, plan.RADIUS, 0.6 * turn), Print.AMBER, 3.0) > 20
     if abs(turn) < 180:
-        assert near(page, at(CENTRE, plan.RADIUS, -0.6 * turn), AMBER, 3.0) == 0
+        assert near(page, around(CENTRE, plan.RADIUS, -0.6 * turn), Print.AMBER, 3.0) == 0
 
 
 @pytest.mark.parametrize("turn", [90.0, -90.0, 30.0])
 def test_the_sitter_faces_the_photographer(turn: float) -> None:
     page = draw(sheet_of(turn_deg=turn, arc_deg=(turn - 2, turn + 2)))
     # The nose sticks out of the head toward the photographer and nowhere else.
-    assert near(page, at(CENTRE, 31.0, turn), INK, 2.0) > 8
-    assert near(page, at(CENTRE, 31.0, turn + 180.0), INK, 2.0) == 0
-    assert near(page, at(CENTRE, 31.0, -turn), INK, 2.0) == 0
+    assert near(page, around(CENTRE, 31.0, turn), Print.INK, 2.0) > 8
+    assert near(page, around(CENTRE, 31.0, turn + 180.0), Print.INK, 2.0) == 0
+    assert near(page, around(CENTRE, 31.0, -turn), Print.INK, 2.0) == 0
 
 
 @pytest.mark.parametrize(("front", "azimuth"), [(0.0, 90.0), (0.0, -60.0), (-40.0, 60.0)])
@@ -182,11 +187,11 @@ def test_a_lamp_is_drawn_where_it_is(front: float, azimuth: float) -> None:
     lamp = SheetLamp("A", azimuth, 10.0, 0.5)
     page = draw(sheet_of(turn_deg=10.0, arc_deg=(5, 15), front_deg=front, lamps=(lamp,)))
     turn = azimuth - front
-    assert near(page, at(CENTRE, plan.RING, turn), AMBER_FILL, 8.0) > 300
-    assert near(page, at(CENTRE, plan.RING, -turn), AMBER_FILL, 8.0) == 0
+    assert near(page, around(CENTRE, plan.RING, turn), Print.AMBER_FILL, 8.0) > 300
+    assert near(page, around(CENTRE, plan.RING, -turn), Print.AMBER_FILL, 8.0) == 0
     x = STRIP_AT[0] + strip.x_of(turn)
     y = STRIP_AT[1] + strip.HEIGHT * (strip.TOP_DEG - 10.0) / (strip.TOP_DEG - strip.BOTTOM_DEG)
-    assert near(page, (x, y), AMBER_FILL, 8.0) > 300
+    assert near(page, (x, y), Print.AMBER_FILL, 8.0) > 300
 
 
 def test_left_on_the_plan_is_the_sitters_left() -> None:
@@ -204,8 +209,8 @@ def test_left_on_the_plan_is_the_sitters_left() -> None:
     (lamp,) = sheet.lamps
     assert lamp.azimuth_deg == pytest.approx(0.0, abs=1.0)
     page = draw(sheet)
-    assert near(page, at(CENTRE, plan.RING, 0.0), AMBER_FILL, 8.0) > 300
-    assert near(page, at(CENTRE, plan.RADIUS, 90.0), INK, 5.0) > 300
+    assert near(page, around(CENTRE, plan.RING, 0.0), Print.AMBER_FILL, 8.0) > 300
+    assert near(page, around(CENTRE, plan.RADIUS, 90.0), Print.INK, 5.0) > 300
 
 
 def test_the_background_is_what_lies_behind_the_sitter() -> None:
@@ -233,10 +238,10 @@ def test_the_marks_on_the_strip(turn: float) -> None:
     page = draw(sheet_of(turn_deg=turn))
     middle = STRIP_AT[1] + 0.4 * strip.HEIGHT
     x = STRIP_AT[0]
-    assert near(page, (x + strip.x_of(turn), middle), AMBER_FILL, 4.0) > 30
-    assert near(page, (x + strip.x_of(-turn), middle), AMBER_FILL, 4.0) == 0
+    assert near(page, (x + strip.x_of(turn), middle), Print.AMBER_FILL, 4.0) > 30
+    assert near(page, (x + strip.x_of(-turn), middle), Print.AMBER_FILL, 4.0) == 0
     # The frame around the background: its left edge is 22.5 degrees beside the middle.
-    assert near(page, (x + strip.x_of(turn + 180.0 - 22.5), middle), AMBER_FILL, 4.0) > 5
+    assert near(page, (x + strip.x_of(turn + 180.0 - 22.5), middle), Print.AMBER_FILL, 4.0) > 5
 
 
 def test_no_turn_needs_no_walk() -> None:
@@ -255,10 +260,9 @@ def test_warnings_and_reasons_are_there() -> None:
 
 
 def test_all_facts_at_once_stay_in_their_column() -> None:
-    letters = Listening()
     reason = "Light only from one side, and far too little of it to be of any use"
-    draw(sheet_of(glare=GLARE, reason=reason), letters)
-    left = [word for word in letters.words if word[1] < PLAN_AT[0] and 260 < word[3] < 505]
+    words = written(sheet_of(glare=GLARE, reason=reason))
+    left = [word for word in words if word[1] < PLAN_AT[0] and 260 < word[3] < 505]
     assert left
     assert max(word[2] for word in left) < PLAN_AT[0]
     assert max(word[3] for word in left) < 500.0
@@ -266,15 +270,13 @@ def test_all_facts_at_once_stay_in_their_column() -> None:
 
 @pytest.mark.parametrize("turn", [179.7, -179.2, -134.5, 8.0])
 def test_the_large_figures_stay_beside_the_plan(turn: float) -> None:
-    letters = Listening()
-    draw(sheet_of(turn_deg=turn), letters)
-    top = [word for word in letters.words if word[1] < PLAN_AT[0] and 130 < word[3] < 215]
+    words = written(sheet_of(turn_deg=turn))
+    top = [word for word in words if word[1] < PLAN_AT[0] and 130 < word[3] < 215]
     assert len(top) >= 3
     assert max(word[2] for word in top) <= PLAN_AT[0] - 10.0
 
 
 def test_long_names_and_notes_stay_on_the_page() -> None:
-    letters = Listening()
     sheet = sheet_of(
         title="My own style with a name that goes on and on and on",
         place="A_very_long_name_of_a_place_" * 5,
@@ -282,16 +284,15 @@ def test_long_names_and_notes_stay_on_the_page() -> None:
         "capture again, and look whether the shadow of the house has come near.",
         notes="Chair one step from the window. " * 30,
     )
-    draw(sheet, letters)
-    assert min(word[1] for word in letters.words) >= 40.0
-    assert max(word[2] for word in letters.words) <= WIDTH - 43.5
+    words = written(sheet)
+    assert min(word[1] for word in words) >= 40.0
+    assert max(word[2] for word in words) <= WIDTH - 43.5
 
 
 def test_a_painted_style_has_no_target() -> None:
     painted = np.full((80, 80, 3), (255, 140, 30), np.uint8)
-    letters = Listening()
-    page = draw(sheet_of(target=None, painted=painted, side="none", light="painted"), letters)
-    words = [word[0] for word in letters.words]
+    sheet = sheet_of(target=None, painted=painted, side="none", light="painted")
+    page, words = draw(sheet), [word[0] for word in written(sheet)]
     assert "Painted" in words
     assert "Target" not in words
     assert near(page, (100.0, 560.0), (255, 140, 30), 10.0) > 200

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import fields
-from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -20,9 +19,8 @@ from app.core.storage.settings import (
     SettingsError,
     setting,
 )
-from tests.helpers.settings_page import document
+from tests.helpers.settings_page import PAGE, document
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
 IDS = [entry.key for entry in TABLE]
 
 
@@ -43,7 +41,7 @@ def values_of(entry: Setting) -> st.SearchStrategy[object]:
 
 
 def test_page_is_the_table() -> None:
-    assert (DOCS / "settings.md").read_text(encoding="utf-8") == document()
+    assert PAGE.read_text(encoding="utf-8") == document()
 
 
 def test_page_names_every_setting_and_choice() -> None:

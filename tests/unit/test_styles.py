@@ -57,7 +57,8 @@ def test_all_eighteen_are_there_in_order(built_in: dict[str, styles.Style]) -> N
     assert {name for name, style in built_in.items() if style.paper} == set(styles.PAPER_NAMES)
     assert len(styles.PAPER_NAMES) == 16
     files = {path.stem for path in (resources() / "styles").glob("*.toml")}
-    assert files == set(styles.NAMES)
+    # Of a pair only the left one is written down.
+    assert files == {name for name in styles.NAMES if not name.startswith("right-")}
 
 
 @pytest.mark.parametrize("name", styles.NAMES)

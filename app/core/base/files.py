@@ -77,7 +77,7 @@ def check_target(path: Path | str) -> Path:
     except (FileNotFoundError, NotADirectoryError):
         mode = stat.S_IFREG
     except (OSError, ValueError) as error:
-        raise CoreError(f"Cannot write {target}: {_words(error)}.") from error
+        raise CoreError(f"Cannot write {target}: {words_of(error)}.") from error
     if stat.S_ISDIR(mode):
         raise CoreError(f"Cannot write {target}: that is a folder.", "Give a file name.")
     if not stat.S_ISREG(mode):
@@ -160,14 +160,15 @@ def _fill(path: Path, data: bytes) -> None:
     path.write_bytes(data)
 
 
-def _words(error: OSError | ValueError) -> str:
+def words_of(error: OSError | ValueError) -> str:
+    """Return the system's own words for what went wrong."""
     reason = getattr(error, "strerror", None) or str(error) or type(error).__name__
     return reason.rstrip(".").lower()
 
 
 def _refused(target: Path, error: OSError) -> CoreError:
     hint = "Make room, or choose another folder." if error.errno in _NO_ROOM else ""
-    return CoreError(f"Cannot write {target}: {_words(error)}.", hint)
+    return CoreError(f"Cannot write {target}: {words_of(error)}.", hint)
 
 
 def _temporary_beside(target: Path) -> Path:
@@ -180,13 +181,14 @@ def _temporary_beside(target: Path) -> Path:
         os.close(handle)
         temporary = Path(name)
         # mkstemp makes the file private; a result is an ordinary file.
-        temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask())
+        temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~umask())
     except OSError as error:
         raise _refused(target, error) from error
     return temporary
 
 
-def _umask() -> int:
+def umask() -> int:
+    """Return which permissions new files and folders do not get."""
     mask = os.umask(0o077)
     os.umask(mask)
     return mask

@@ -1,31 +1,108 @@
 """The canvas: what is painted on the head's picture, finer than the pixels that are searched.
 
 It covers the whole square picture of the head. Painting there and averaging down keeps strokes
-smooth on screen; the search sees the head's own pixels.
+smooth on screen; the search sees the head's own pixels. Painting starts from a style's target
+weights, spread smoothly over the canvas.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.errors import StyleError
-from app.core.solver.weights import painted
+from app.core.solver.transport import to_image
+from app.core.solver.weights import painted, target_weights
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Bools, Float32, Float64, Floats
+    from app.core.solver.style_pack import StylePack
     from app.core.solver.transport import Transport
     from app.core.solver.weights import PaintedWeights
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
-Mask: TypeAlias = NDArray[np.bool_]
-Floats: TypeAlias = NDArray[np.floating[Any]]
+
+def from_style(pack: StylePack, transport: Transport, name: str) -> Canvas:
+    """Start from a built-in style: the weights of its target picture (eq. 6).
+
+    Averaged over the head's pixels, its weights are those of eq. 6 to 1e-6.
+    Raises StyleError if the pack has no such style, or belongs to another head.
+    """
+    if pack.header.picture != transport.size:
+        raise StyleError("The styles belong to another head.")
+    target = pack.target(name).reshape(-1, 3)[transport.pixels].astype(np.float64)
+    luminance = target @ np.asarray(transport.header.luminance_weights)
+    return from_weights(transport, target_weights(luminance, transport.face))
+
+
+def from_weights(transport: Transport, weights: Floats) -> Canvas:
+    """Start from weights on the head's pixels.
+
+    `weights`: (P,) float, in [-1, 1]; those outside the face are not used.
+    The canvas is smooth, also beyond the edge of the face, and averages to the weights over each
+    pixel of the face.
+    Raises StyleError if there is not one finite value per pixel of the head.
+    """
+    if weights.shape != transport.face.shape or not np.isfinite(weights).all():
+        raise StyleError("The weights do not fit this head.")
+    face = to_image(transport, transport.face.astype(np.float32)) > 0
+    head = _continued(to_image(transport, np.clip(weights, -1, 1)), face)
+    step = canvas_size(transport) // transport.size
+    spread = _interpolation(transport.size, step)
+    smooth = spread @ head @ spread.T
+    # Where interpolation leaves the scale, the plain value is as good.
+    beyond = np.abs(smooth).reshape(transport.size, step, transport.size, step).max(axis=(1, 3)) > 1
+    return make_canvas(np.where(_blocks(beyond, step), _blocks(head, step), smooth))
+
+
+def _blocks(picture: NDArray[Any], step: int) -> NDArray[Any]:
+    return np.repeat(np.repeat(picture, step, axis=0), step, axis=1)
+
+
+def _interpolation(pixels: int, step: int) -> Float64:
+    """(step * pixels, pixels) cubic interpolation whose averages over each pixel are its value."""
+    place = (np.arange(step * pixels) + 0.5) / step - 0.5
+    spread = np.zeros((len(place), pixels))
+    first = np.floor(place).astype(int)
+    for neighbour in (-1, 0, 1, 2):
+        column = first + neighbour
+        away = np.abs(place - column)
+        near = 1.5 * away**3 - 2.5 * away**2 + 1
+        far = -0.5 * away**3 + 2.5 * away**2 - 4 * away + 2
+        kernel = np.where(away < 1, near, np.where(away < 2, far, 0.0))
+        np.add.at(spread, (np.arange(len(place)), np.clip(column, 0, pixels - 1)), kernel)
+    averages = spread.reshape(pixels, step, pixels).mean(axis=1)
+    result: Float64 = np.linalg.solve(averages.T, spread.T).T
+    return result
+
+
+def _continued(picture: Float32, known: Bools) -> Float32:
+    """Spread the known pixels outward, so that no edge of the face is smoothed into nothing."""
+    filled = np.where(known, picture, 0).astype(np.float32)
+    share = known.astype(np.float32)
+    for _ in range(len(picture)):
+        if (share > 0).all() or not known.any():
+            break
+        sums, counts = _neighbours(filled), _neighbours(share)
+        grown = (share == 0) & (counts > 0)
+        filled = np.where(grown, sums / np.where(grown, counts, 1), filled).astype(np.float32)
+        share = np.where(grown, np.float32(1), share)
+    return filled
+
+
+def _neighbours(picture: Float32) -> Float32:
+    """Sum over the 3 x 3 neighbourhood, symmetric to the last bit."""
+    wide = np.pad(picture, 1)
+    rows = wide[:-2] + wide[2:] + wide[1:-1]
+    total: Float32 = rows[:, :-2] + rows[:, 2:] + rows[:, 1:-1]
+    return total
+
 
 MIN_SIZE: Final = 16
 MAX_SIZE: Final = 1024
@@ -70,19 +147,12 @@ class Canvas:
     """Painted weights and what they started from. Its arrays cannot be written to.
 
     Row 0 is the top, column 0 the left of the picture, which is the sitter's right.
-
-    Attributes
-    ----------
-    weights : (S, S) float32
-        In [-1, 1]: +1 should be brighter, -1 darker.
-    ignore : (S, S) float32
-        In [0, 1]; from `IGNORED` on a pixel does not count.
-    start_weights, start_ignore : (S, S) float32
-        What "Restore" goes back to.
     """
 
-    weights: Float32 = field(repr=False)
+    weights: Float32 = field(repr=False)  # (S, S), in [-1, 1]: +1 should be brighter, -1 darker
+    # (S, S), in [0, 1]; from `IGNORED` on a pixel does not count
     ignore: Float32 = field(repr=False)
+    # start_weights, start_ignore: (S, S), what "Restore" goes back to
     start_weights: Float32 = field(repr=False)
     start_ignore: Float32 = field(repr=False)
 
@@ -125,19 +195,11 @@ def make_canvas(
 ) -> Canvas:
     """Make a canvas of layers, copied and checked.
 
-    Parameters
-    ----------
-    weights : (S, S) float
-        In [-1, 1]; what is a little outside is clipped.
-    ignore : (S, S) float, optional
-        In [0, 1], likewise; nothing is ignored without it.
-    start_weights, start_ignore : (S, S) float, optional
-        What to restore; by default the layers themselves.
-
-    Raises
-    ------
-    StyleError
-        If the layers are not square, not of one size, or not numbers.
+    `weights`: (S, S) float, in [-1, 1]; what is a little outside is clipped.
+    `ignore`: (S, S) float, in [0, 1], likewise; nothing is ignored without it.
+    `start_weights` and `start_ignore`: (S, S) float, what to restore; by default the layers
+    themselves.
+    Raises StyleError if the layers are not square, not of one size, or not numbers.
     """
     shape = weights.shape
     nothing = np.zeros(shape, np.float32)
@@ -157,16 +219,7 @@ def make_canvas(
 def resized(layer: Floats, size: int) -> Float32:
     """Bring a layer to another canvas size; averaged where it becomes smaller.
 
-    Parameters
-    ----------
-    layer : (S, S) float
-        Any layer.
-    size : int
-        Side wanted, pixels.
-
-    Returns
-    -------
-    (size, size) float32
+    `layer`: (S, S) float. Returns (size, size) float32.
     """
     values = np.ascontiguousarray(layer, np.float32)
     if len(values) == size:
@@ -178,17 +231,9 @@ def resized(layer: Floats, size: int) -> Float32:
 def block_means(layer: Float32, pixels: int, region: Region | None = None) -> Float64:
     """Average a canvas layer over the head's pixels.
 
-    Parameters
-    ----------
-    layer : (S, S) float32
-        Any layer.
-    region : Region, optional
-        Only these; given in the head's pixels, not the canvas's.
-
-    Returns
-    -------
-    (n, m) float64
-        One value per head pixel of the region; (N, N) without one.
+    `layer`: (S, S) float32.
+    `region`: only these; given in the head's pixels, not the canvas's.
+    Returns (n, m) float64: one value per head pixel of the region; (N, N) without one.
     """
     step = len(layer) // pixels
     if region is None:
@@ -201,15 +246,11 @@ def block_means(layer: Float32, pixels: int, region: Region | None = None) -> Fl
     return result
 
 
-def head_values(canvas: Canvas, transport: Transport) -> tuple[Float64, Mask]:
+def head_values(canvas: Canvas, transport: Transport) -> tuple[Float64, Bools]:
     """Reduce a canvas to the pixels of a head.
 
-    Returns
-    -------
-    values : (P,) float64
-        Painted weights in [-1, 1], not yet zero-mean.
-    ignored : (P,) bool
-        Pixels that do not count.
+    Returns (P,) float64 painted weights in [-1, 1], not yet zero-mean, and (P,) bool: the pixels
+    that do not count.
     """
     weights, ignore = canvas.weights, canvas.ignore
     if canvas.size % transport.size:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.painting.canvas import make_canvas, weights_of
 from app.core.solver.reach import LIMITS, Limits
@@ -17,6 +16,7 @@ from app.core.solver.transport import render, to_image
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Float32, Floats
     from app.core.painting.canvas import Canvas
     from app.core.painting.user_style import UserStyle
     from app.core.solver.reach import Objective
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from app.core.solver.transport import Transport
     from app.core.solver.weights import PaintedWeights
 
-Float32: TypeAlias = NDArray[np.float32]
 
 _SIDE_DEG: Final = 20.0  # nearer to the front or the back than this, light has no side
 _HIGH_DEG: Final = 25.0
@@ -39,19 +38,11 @@ _GATHERED: Final = 0.15  # share of the light that its centre must keep to have 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Asking:
-    """What a user's style asks of a head.
-
-    Attributes
-    ----------
-    weights : PaintedWeights
-        On the head's pixels.
-    target : (N, N, 3) float32
-        See `target_picture`.
-    """
+    """What a user's style asks of a head."""
 
     style: UserStyle
-    weights: PaintedWeights = field(repr=False)
-    target: Float32 = field(repr=False)
+    weights: PaintedWeights = field(repr=False)  # on the head's pixels
+    target: Float32 = field(repr=False)  # (N, N, 3), see `target_picture`
 
 
 def prepare_user_style(transport: Transport, style: UserStyle) -> Asking:
@@ -63,11 +54,8 @@ def prepare_user_style(transport: Transport, style: UserStyle) -> Asking:
 def target_picture(transport: Transport, weights: PaintedWeights) -> Float32:
     """Picture of the head under the light that painted weights ask for.
 
-    Returns
-    -------
-    (N, N, 3) float32
-        Under the environment max(F, 0), linear Rec. 709 on black, largest value 1; all black
-        when nothing is asked for.
+    Returns (N, N, 3) float32: under the environment max(F, 0), linear Rec. 709 on black, largest
+    value 1; all black when nothing is asked for.
     """
     glow = np.maximum(weights.preintegrated(transport), 0.0)
     lit = np.maximum(render(transport, np.repeat(glow[..., None], 3, axis=2)), 0.0)
@@ -78,12 +66,8 @@ def target_picture(transport: Transport, weights: PaintedWeights) -> Float32:
 def light_side(transport: Transport, weights: PaintedWeights) -> tuple[Side, str]:
     """Tell from which side the light that painted weights ask for comes.
 
-    Returns
-    -------
-    side : Side
-        The sitter's own side of the centre of max(F, 0).
-    place : str
-        Where it is, in words, when it is on neither side; else empty.
+    Returns the sitter's own side of the centre of max(F, 0), and in words where the centre is when
+    it is on neither side.
     """
     glow = np.maximum(weights.preintegrated(transport).astype(np.float64), 0.0)
     height, width = glow.shape
@@ -124,7 +108,7 @@ def suggested_side(
 def solve_user_styles(
     transport: Transport,
     styles: Sequence[UserStyle | Asking],
-    light: NDArray[np.floating[Any]],
+    light: Floats,
     objective: Objective = "picture",
     *,
     limits: Limits = LIMITS,
@@ -133,21 +117,9 @@ def solve_user_styles(
 ) -> tuple[StyleResult, ...]:
     """Find the best turn of every painted style in a place.
 
-    Parameters
-    ----------
-    light : (H, W, 3) or (H, W) float
-        Environment at turn 0 in the transport's size, linear Rec. 709 radiance, or luminance of
-        light that counts as grey; any exposure.
-
-    Returns
-    -------
-    tuple of StyleResult
-        In the order of `styles`, with their names, titles and sides.
-
-    Raises
-    ------
-    EnvironmentFileError
-        As `app.core.solver.solve.solve_all`.
+    `light`: (H, W, 3) or (H, W) float, environment at turn 0 in the transport's size, linear Rec.
+    709 radiance, or luminance of light that counts as grey; any exposure.
+    Results are in the order of `styles`.
     """
     if not styles:
         return ()

@@ -2,18 +2,29 @@
 
 Nothing is overwritten or lost: names are always new, changed and deleted styles go to a folder
 ``trash`` inside, and a file that cannot be read is left as it is.
+
+A style goes to a friend as one file, a zip archive with exactly two members. What comes from
+outside is read within bounds, checked like any style, and written anew under a name of this
+program's choosing; no name or path inside the archive is used.
+
+Every function raises StyleError when a file cannot be read, moved or written; what was there before
+still counts then, and nothing half-written does.
 """
 
 from __future__ import annotations
 
 import contextlib
-import os
-from dataclasses import dataclass, replace
+import io
+import tempfile
+import zipfile
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.core.base.errors import StyleError
-from app.core.base.unique_names import names_like, title_key, titles_like
+from app.core.base.errors import CoreError, StyleError
+from app.core.base.files import atomic_write_bytes, open_file
 from app.core.painting.user_style import (
+    MAX_BYTES,
     MAX_TITLE,
     UserStyle,
     checksum,
@@ -21,69 +32,165 @@ from app.core.painting.user_style import (
     layers_path,
     not_saved,
     read_user_style,
+    style_text,
     text_path,
+    write_layers,
     write_user_style,
 )
 from app.core.solver.style_file import is_painted, read_painted, read_toml
 from app.core.solver.styles import NAMES
+from app.core.storage.library import Damaged, Library, Trashed, files_in, unreadable_folder
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
     from app.core.painting.canvas import Canvas
     from app.core.solver.styles import Side
+
+
+EXPORT_ENDING: Final = ".turnstyle"
+"""Ending of the file."""
+
+_TEXT: Final = "style.toml"
+_LAYERS: Final = "weights.exr"
+_MOST: Final = {_TEXT: 64_000, _LAYERS: MAX_BYTES}
+_METHODS: Final = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+_LONGEST: Final = sum(_MOST.values()) + 4096
+_ENCRYPTED: Final = 0x1
+_NAME: Final = "received"
+
+
+def export_style(style: UserStyle, file: Path, *, replace: bool = False) -> None:
+    """Write a style to one file.
+
+    Raises CoreError if it cannot be written, or a file is there that must not be replaced.
+    """
+    if not replace and file.exists():
+        raise StyleError(f"There is already a file {file.name}.", "Choose another name.")
+    with tempfile.TemporaryDirectory() as folder:
+        layers = Path(folder) / _LAYERS
+        try:
+            write_layers(layers, style.weights, style.ignore)
+        except CoreError as error:
+            raise StyleError(
+                f"{file.name} was not exported: {tempfile.gettempdir()} takes no files.",
+                "Make room there.",
+            ) from error
+        parts = {_TEXT: style_text(style).encode(), _LAYERS: layers.read_bytes()}
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_STORED) as archive:
+        for name, data in parts.items():
+            # A fixed date: the same style gives the same file.
+            archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), data)
+    atomic_write_bytes(file, packed.getvalue())
+
+
+def import_style(folder: Path, file: Path) -> UserStyle:
+    """Take in a style that somebody exported.
+
+    It gets a new name, and a new title where the old one is taken.
+    Raises StyleError if the file is not a whole style, of a newer form, or too large, or the style
+    cannot be written. Then nothing is left behind that counts.
+    """
+    parts = _members(file)
+    with tempfile.TemporaryDirectory() as place:
+        text = text_path(Path(place), _NAME)
+        text.write_bytes(parts[_TEXT])
+        try:
+            values = read_painted(text)
+            layers_path(Path(place), _NAME, values.sha256).write_bytes(parts[_LAYERS])
+            style = read_user_style(text)
+        except StyleError as error:
+            said = error.message.replace(text.name, "It")
+            raise StyleError(
+                f"{file.name} is not a style that can be read. {_sentence(said)}", error.hint
+            ) from error
+    return add(folder, style)
+
+
+def _sentence(words: str) -> str:
+    return words if words.endswith(".") else f"{words}."
+
+
+def _members(file: Path) -> dict[str, bytes]:
+    """Read the two members of an archive that may be anything."""
+    try:
+        if not file.is_file():
+            raise StyleError(f"There is no file {file}.", "Check the name.")
+        with open_file(file) as stream:
+            raw = stream.read(_LONGEST + 1)
+    except (OSError, ValueError) as error:
+        words = (getattr(error, "strerror", None) or str(error)).lower()
+        raise StyleError(f"{file.name} cannot be read: {words}.") from error
+    if len(raw) > _LONGEST:
+        raise StyleError(f"{file.name} is too large to be a style.")
+    try:
+        return _unpacked(raw)
+    except CoreError:
+        raise
+    # A damaged zip fails in many ways: bad sizes, bad flags, methods that nobody knows.
+    except Exception as error:
+        raise StyleError(
+            f"{file.name} is damaged or not an exported style.", "Ask for it again."
+        ) from error
+
+
+def _unpacked(raw: bytes) -> dict[str, bytes]:
+    parts = {}
+    with zipfile.ZipFile(io.BytesIO(raw)) as archive:
+        entries = archive.infolist()
+        if sorted(entry.filename for entry in entries) != sorted(_MOST):
+            raise ValueError("other members than a style has")
+        for entry in entries:
+            most = _MOST[entry.filename]
+            plain = entry.compress_type in _METHODS and not entry.flag_bits & _ENCRYPTED
+            # Before anything is unpacked: a small file can claim to unpack to a huge one.
+            if not plain or entry.file_size > most:
+                raise ValueError("a member that is no part of a style")
+            with archive.open(entry) as member:
+                data = member.read(most + 1)
+            if len(data) != entry.file_size:
+                raise ValueError("a member of another size than stated")
+            parts[entry.filename] = data
+    return parts
+
 
 CANNOT_READ: Final = "This style cannot be read. Its file is untouched."
 
 _MAX_STYLES: Final = 100  # their weights are held in memory, 1.3 MB each
-_TRASH: Final = "trash"
+
+_LIBRARY: Final = Library(
+    noun="style",
+    error=StyleError,
+    not_put_away=not_saved,
+    longest=MAX_TITLE,
+    reserved=NAMES,
+    names=lambda folder: [file.stem for file in folder.glob("*.toml")],
+    title_of=lambda folder, name: read_painted(text_path(folder, name)).title,
+    is_taken=lambda folder, name: text_path(folder, name).exists(),
+)
 
 
-@dataclass(frozen=True, slots=True)
-class DamagedStyle:
-    """A file in the folder of styles that cannot be read."""
-
-    path: Path
-    reason: str
-    message: str = CANNOT_READ
-
-
-@dataclass(frozen=True, slots=True)
-class Trashed:
-    """A style that was put away."""
-
-    folder: Path
-    name: str
-    title: str
-
-
-def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[DamagedStyle, ...]]:
+def list_user_styles(folder: Path) -> tuple[tuple[UserStyle, ...], tuple[Damaged, ...]]:
     """Read all painted styles of a folder.
 
-    Returns
-    -------
-    tuple of DamagedStyle
-        Files that are neither; they are left as they are.
+    Files that cannot be read come second; they are left as they are.
     """
     styles: list[UserStyle] = []
-    damaged: list[DamagedStyle] = []
+    damaged: list[Damaged] = []
     try:
-        files = sorted(folder.glob("*.toml"), key=lambda f: f.stem) if folder.is_dir() else []
+        files = files_in(folder, ".toml")
     except OSError as error:
-        words = (error.strerror or str(error)).lower()
-        return (), (DamagedStyle(folder, f"The folder cannot be read: {words}."),)
+        return (), (unreadable_folder(folder, error),)
     for file in files:
         if file.name.startswith(".") or _has_lamps(file):
             continue
         if len(styles) >= _MAX_STYLES:
             reason = f"There are more than {_MAX_STYLES} styles; this one is not read."
-            damaged.append(DamagedStyle(file, reason))
+            damaged.append(Damaged(file, reason))
             continue
         try:
             styles.append(read_user_style(file))
         except StyleError as error:
-            damaged.append(DamagedStyle(file, str(error)))
+            damaged.append(Damaged(file, str(error)))
     return tuple(styles), tuple(damaged)
 
 
@@ -98,16 +205,10 @@ def save_user_style(
     head: str = "",
     origin: str = "",
 ) -> UserStyle:
-    """Keep a canvas as a new style.
-
-    Raises
-    ------
-    StyleError
-        If it cannot be written, or a text is too long. Then nothing is left behind that counts.
-    """
+    """Keep a canvas as a new style."""
     draft = UserStyle(
         "",
-        clean_text(title, "title"),
+        _LIBRARY.clean_title(title),
         side,
         clean_text(place, "place"),
         clean_text(note, "note"),
@@ -120,96 +221,53 @@ def save_user_style(
 
 
 def add(folder: Path, style: UserStyle) -> UserStyle:
-    """Keep a style under a name and title of its own.
-
-    Raises
-    ------
-    StyleError
-        If it cannot be written.
-    """
-    title = _free_title(folder, style.title)
-    named = replace(style, name=_free_name(folder, title), title=title)
+    """Keep a style under a name and title of its own; raises StyleError if it cannot be written."""
+    name, title = _LIBRARY.names_for(folder, style.title)
+    named = replace(style, name=name, title=title)
     write_user_style(folder, named)
     return named
 
 
 def update_user_style(folder: Path, style: UserStyle, canvas: Canvas) -> UserStyle:
-    """Give a style other weights; a copy of the old ones goes to the trash.
-
-    Raises
-    ------
-    StyleError
-        If it cannot be written; the old ones then still count.
-    """
+    """Give a style other weights; a copy of the old ones goes to the trash."""
     changed = replace(style, weights=canvas.weights, ignore=canvas.ignore)
     if checksum(changed) == checksum(style):
         return style
-    away = _trash_folder(folder, style.name)
-    write_user_style(away, style)
+    write_user_style(_LIBRARY.trash_folder(folder, style.name), style)
     write_user_style(folder, changed)
-    _discard(layers_path(folder, style.name, checksum(style)))
+    # No text names these weights any more, and they lie in the trash as well.
+    with contextlib.suppress(OSError):
+        layers_path(folder, style.name, checksum(style)).unlink()
     return changed
 
 
 def rename(folder: Path, style: UserStyle, title: str) -> UserStyle:
-    """Give a style another title; its name in files stays.
-
-    Raises
-    ------
-    StyleError
-        If another style is called so, or it cannot be written.
-    """
-    wanted = clean_text(title, "title")
-    if title_key(wanted) in _titles(folder, without=style.name):
-        raise StyleError(f"There is already a style called “{wanted}”.", "Choose another name.")
-    renamed = replace(style, title=wanted)
+    """Give a style another title; its name in files stays."""
+    renamed = replace(style, title=_LIBRARY.renamed(folder, style.name, title))
     write_user_style(folder, renamed)
     return renamed
 
 
 def duplicate(folder: Path, style: UserStyle, title: str = "") -> UserStyle:
     """Keep a copy of a style, by default as "… 2"; errors as `add`."""
-    return add(folder, replace(style, title=clean_text(title or style.title, "title")))
+    return add(folder, replace(style, title=_LIBRARY.clean_title(title or style.title)))
 
 
 def delete(folder: Path, style: UserStyle) -> Trashed:
-    """Put a style away, so that `restore` can bring it back.
-
-    Raises
-    ------
-    StyleError
-        If its files cannot be moved.
-    """
-    away = _trash_folder(folder, style.name)
+    """Put a style away, so that `restore` can bring it back."""
     text, layers = text_path(folder, style.name), layers_path(folder, style.name, checksum(style))
-    try:
-        # First the text, without which the style does not count.
-        os.replace(text, away / text.name)
-        if layers.exists():
-            os.replace(layers, away / layers.name)
-    except OSError as error:
-        words = (error.strerror or str(error)).lower()
-        raise StyleError(f"“{style.title}” was not deleted: {words}.") from error
-    return Trashed(away, style.name, style.title)
+    files = [text, layers] if layers.exists() else [text]
+    return _LIBRARY.put_away(folder, style.name, style.title, files)
 
 
 def restore(folder: Path, trashed: Trashed) -> UserStyle:
     """Bring a style back; its files in the trash stay as they are.
 
-    Returns
-    -------
-    UserStyle
-        Under its old name and title, unless others bear them by now.
-
-    Raises
-    ------
-    StyleError
-        If it is no longer in the trash, damaged, or cannot be written.
+    It has its old name and title unless others bear them by now.
     """
     style = read_user_style(text_path(trashed.folder, trashed.name))
-    title = _free_title(folder, style.title)
-    taken = text_path(folder, style.name).exists()
-    back = replace(style, name=_free_name(folder, title) if taken else style.name, title=title)
+    name, title = _LIBRARY.names_for(folder, style.title, style.name)
+    back = replace(style, name=name, title=title)
     write_user_style(folder, back)
     return back
 
@@ -222,50 +280,3 @@ def _has_lamps(file: Path) -> bool:
     except StyleError:
         return False
     return True
-
-
-def _titles(folder: Path, without: str = "") -> set[str]:
-    titles = set()
-    for file in folder.glob("*.toml") if folder.is_dir() else ():
-        # A title that cannot be read cannot be met again either.
-        with contextlib.suppress(StyleError):
-            if file.stem != without:
-                titles.add(title_key(read_painted(file).title))
-    return titles
-
-
-def _free_title(folder: Path, title: str) -> str:
-    taken = _titles(folder)
-    return _first(each for each in titles_like(title, MAX_TITLE) if title_key(each) not in taken)
-
-
-def _free_name(folder: Path, title: str) -> str:
-    names = names_like(title, "style", NAMES)
-    return _first(each for each in names if not text_path(folder, each).exists())
-
-
-def _first(free: Iterator[str]) -> str:
-    found = next(free, None)
-    if found is None:
-        raise StyleError("There are too many styles of this name.", "Choose another name.")
-    return found
-
-
-def _discard(file: Path) -> None:
-    """Remove weights that no text names any more and that lie in the trash as well."""
-    with contextlib.suppress(OSError):
-        file.unlink()
-
-
-def _trash_folder(folder: Path, name: str) -> Path:
-    trash = folder / _TRASH
-    try:
-        trash.mkdir(parents=True, exist_ok=True)
-        for number in range(1, 100_000):
-            away = trash / (name if number == 1 else f"{name}-{number}")
-            if not away.exists():
-                away.mkdir()
-                return away
-    except OSError as error:
-        raise not_saved(error) from error
-    raise StyleError("The trash of styles is full.", f"Empty {trash}.")

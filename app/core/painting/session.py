@@ -8,10 +8,9 @@ answer depends on what is on the canvas and not on how it came there.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.painting.canvas import (
     IGNORED,
@@ -24,8 +23,7 @@ from app.core.painting.canvas import (
     resized,
     weights_of,
 )
-from app.core.painting.stroke import Stroke
-from app.core.painting.tiles import TileChange, apply, revert
+from app.core.painting.stroke import Stroke, TileChange, apply, revert
 from app.core.solver.reach import LIMITS, Limits, Objective
 from app.core.solver.relighting_cache import counted_light, table_picture
 from app.core.solver.solve import StyleResult, solve_on_table
@@ -33,47 +31,31 @@ from app.core.solver.transport import to_image
 from app.core.solver.weights import paint
 
 if TYPE_CHECKING:
-    from app.core.painting.brush import Brush
+    from app.core.base.arrays import Bools, Float32, Float64, Indices
+    from app.core.painting.stroke import Brush
     from app.core.solver.relighting_cache import CountedLight, LightTable
     from app.core.solver.transport import Transport
     from app.core.solver.weights import PaintedWeights
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
-Mask: TypeAlias = NDArray[np.bool_]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answer:
-    """What the painted weights come to.
+    """What the painted weights come to."""
 
-    Attributes
-    ----------
-    preintegrated : (H, W) float32
-        Pre-integrated target F (eq. 3) in panorama coordinates at turn 0: positive where light
-        helps, negative where it harms.
-    advice : str or None
-        What is missing before this can be kept as a style; None when nothing is.
-    result : StyleResult or None
-        Best turn, match, strength and curves here; None without a place.
-    picture : (N, N, 3) float32 or None
-        Linear Rec. 709 picture at the refined best turn on black, in the unit of the
-        environment; None without a place or without colours.
-    """
-
+    # (H, W), pre-integrated target F (eq. 3) in panorama coordinates at turn 0: positive where
+    # light helps, negative where it harms
     preintegrated: Float32 = field(repr=False)
-    advice: str | None
-    result: StyleResult | None
+    advice: str | None  # what is missing before this can be kept as a style; None when nothing is
+    result: StyleResult | None  # best turn, match, strength and curves here; None without a place
+    # (N, N, 3), linear Rec. 709 picture at the refined best turn on black, in the unit of the
+    # environment; None without a place or without colours
     picture: Float32 | None = field(repr=False)
 
 
 class PaintSession:
     """A canvas, the head it belongs to, and the place's light. For one thread at a time.
 
-    Parameters
-    ----------
-    front_deg : float, optional
-        Azimuth at which the photographer stands, deg.
+    `front_deg`: azimuth at which the photographer stands, deg.
     """
 
     def __init__(
@@ -96,7 +78,7 @@ class PaintSession:
         self._place = place.reshape(transport.size, transport.size)
         self._stroke: Stroke | None = None
         self._dirty: list[Region] = []
-        self._counted: tuple[Mask, CountedLight] | None = None
+        self._counted: tuple[Bools, CountedLight] | None = None
         self.replace(canvas)
 
     @property
@@ -120,10 +102,7 @@ class PaintSession:
     def set_light(self, table: LightTable | None, front_deg: float = 0.0) -> None:
         """Take another place's light, or none.
 
-        Parameters
-        ----------
-        front_deg : float, optional
-            Azimuth at which the photographer stands, deg.
+        `front_deg`: azimuth at which the photographer stands, deg.
         """
         self._table, self._front_deg, self._counted = table, front_deg, None
 
@@ -139,12 +118,8 @@ class PaintSession:
     def begin(self, brush: Brush, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:
         """Begin a stroke; one under way is given up.
 
-        Parameters
-        ----------
-        x, y : float
-            Canvas pixels from the upper left corner.
-        pressure : float, optional
-            0 to 1.
+        `x` and `y`: canvas pixels from the upper left corner.
+        `pressure`: 0 to 1.
         """
         self.abort()
         self._stroke = Stroke(self._canvas, brush, x, y, pressure)
@@ -175,12 +150,12 @@ class PaintSession:
             self._start_afresh(self._canvas)
 
     def apply(self, change: TileChange) -> None:
-        """Do a change again; see `app.core.painting.tiles.apply`."""
+        """Do a change again; see `app.core.painting.stroke.apply`."""
         self.abort()
         self._start_afresh(apply(self._canvas, change))
 
     def revert(self, change: TileChange) -> None:
-        """Take a change back; see `app.core.painting.tiles.revert`."""
+        """Take a change back; see `app.core.painting.stroke.revert`."""
         self.abort()
         self._start_afresh(revert(self._canvas, change))
 
@@ -210,7 +185,7 @@ class PaintSession:
         self._weights = weights_of(canvas, self._transport)
         self._dirty.clear()
 
-    def _counted_now(self, table: LightTable, active: Mask) -> CountedLight:
+    def _counted_now(self, table: LightTable, active: Bools) -> CountedLight:
         known = self._counted
         if known is None or not np.array_equal(known[0], active):
             known = self._counted = active, counted_light(table, active)
@@ -225,7 +200,7 @@ class PaintSession:
         pixels, first = np.unique(pixels, return_index=True)
         return paint(self._transport, self._weights, pixels, values[first], ignored[first])
 
-    def _changed(self, region: Region) -> tuple[NDArray[np.intp], Float64, Mask]:
+    def _changed(self, region: Region) -> tuple[Indices, Float64, Bools]:
         """Pixels of the face in a region of the canvas that are not what they were."""
         canvas, size = self.canvas, self._transport.size
         step = canvas.size // size

@@ -2,25 +2,213 @@
 
 Within a stroke cover only grows toward its maximum along the path, as paint programs have it:
 going over a place again in the same stroke does not make it stronger.
+
+A pixel's cover is the brush's profile at its distance from the path, so it does not depend on where
+the path was cut into pieces nor on how many events came. What a stroke changes is kept by tiles,
+for undo.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from app.core.painting.brush import Tool, cover, reach
 from app.core.painting.canvas import Canvas, Region, around
-from app.core.painting.tiles import TileChange, difference
 
 if TYPE_CHECKING:
-    from app.core.painting.brush import Brush, Point
+    from app.core.base.arrays import Float32
 
-Float32: TypeAlias = NDArray[np.float32]
+TILE: Final = 64
+"""Side of a tile, canvas pixels; those at the right and lower edge may be smaller."""
+
+_LAYERS: Final = ("weights", "ignore")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tile:
+    """A part of one layer before and after."""
+
+    layer: str
+    # column, row: in tiles; the left edge is at 64 times the column
+    column: int
+    row: int
+    # before, after: (h, w)
+    before: Float32 = field(repr=False)
+    after: Float32 = field(repr=False)
+
+    @property
+    def region(self) -> Region:
+        """Where it is on the canvas."""
+        left, top = self.column * TILE, self.row * TILE
+        height, width = self.before.shape
+        return Region(left, top, left + width, top + height)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TileChange:
+    """All that a stroke changed."""
+
+    tiles: tuple[Tile, ...]
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that it takes, bytes."""
+        return sum(tile.before.nbytes + tile.after.nbytes for tile in self.tiles)
+
+    @property
+    def regions(self) -> tuple[Region, ...]:
+        """Parts of the canvas that it changes."""
+        found = {(tile.column, tile.row): tile.region for tile in self.tiles}
+        return tuple(found.values())
+
+    def __bool__(self) -> bool:
+        """Whether anything changed at all."""
+        return bool(self.tiles)
+
+
+def difference(before: Canvas, after: Canvas) -> TileChange:
+    """Find the tiles in which two canvases differ."""
+    tiles: list[Tile] = []
+    for layer in _LAYERS:
+        old, new = getattr(before, layer), getattr(after, layer)
+        if old is new:
+            continue
+        changed = old != new
+        rows, columns = (np.flatnonzero(changed.any(axis=axis)) // TILE for axis in (1, 0))
+        for row in dict.fromkeys(rows.tolist()):
+            for column in dict.fromkeys(columns.tolist()):
+                place = (_span(row), _span(column))
+                if changed[place].any():
+                    pair = old[place].copy(), new[place].copy()
+                    tiles.append(Tile(layer, column, row, *pair))
+    return TileChange(tuple(tiles))
+
+
+def apply(canvas: Canvas, change: TileChange) -> Canvas:
+    """Do a change again.
+
+    The canvas is as it was after the change, to the last bit.
+    Raises ValueError if the canvas is not the one that the change began with.
+    """
+    return _exchange(canvas, [(tile, tile.before, tile.after) for tile in change.tiles])
+
+
+def revert(canvas: Canvas, change: TileChange) -> Canvas:
+    """Take a change back; the reverse of `apply`, with the same errors."""
+    return _exchange(canvas, [(tile, tile.after, tile.before) for tile in change.tiles])
+
+
+def cleared(canvas: Canvas) -> tuple[Canvas, TileChange]:
+    """Take all strokes away: back to what the canvas started from, as one change."""
+    after = replace(canvas, weights=canvas.start_weights, ignore=canvas.start_ignore)
+    return after, difference(canvas, after)
+
+
+def _span(index: int) -> slice:
+    return slice(index * TILE, (index + 1) * TILE)
+
+
+def _exchange(canvas: Canvas, parts: list[tuple[Tile, Float32, Float32]]) -> Canvas:
+    layers = {name: getattr(canvas, name).copy() for name in {tile.layer for tile, _, _ in parts}}
+    for tile, old, new in parts:
+        place = tile.region.slices
+        if not np.array_equal(layers[tile.layer][place], old):
+            raise ValueError("the change belongs to another state of the canvas")
+        layers[tile.layer][place] = new
+    for layer in layers.values():
+        layer.setflags(write=False)
+    return replace(canvas, **layers)
+
+
+Point: TypeAlias = tuple[float, float]
+
+LEAST_DIAMETER: Final = 2.0
+"""Smallest brush, canvas pixels."""
+
+_RESTING: Final = 1e-6  # canvas pixels: a shorter way is none, and cannot be divided by
+_EDGE: Final = 1.0  # the hardest edge still fades over a pixel, or it would show steps
+
+
+class Tool(StrEnum):
+    """What a stroke does."""
+
+    BRIGHTER = "brighter"
+    DARKER = "darker"
+    IGNORE = "ignore"
+    RESTORE = "restore"
+
+
+@dataclass(frozen=True, slots=True)
+class Brush:
+    """What is painted with."""
+
+    tool: Tool = Tool.BRIGHTER
+    diameter: float = 64.0  # canvas pixels
+    strength: float = 0.3  # 0 to 1: how far one stroke goes toward the tool's goal
+    softness: float = 0.7  # 0 to 1: share of the radius over which the brush fades out
+    mirror: bool = False
+    pen_pressure: bool = False
+
+    @property
+    def radius(self) -> float:
+        """Canvas pixels."""
+        return 0.5 * max(self.diameter, LEAST_DIAMETER)
+
+    @property
+    def full_radius(self) -> float:
+        """Radius of full strength (the dashed inner ring), canvas pixels."""
+        inner = (1.0 - min(max(self.softness, 0.0), 1.0)) * self.radius
+        return max(min(inner, self.radius - _EDGE), 0.0)
+
+
+def reach(start: Point, stop: Point, radius: float, size: int) -> Region:
+    """Part of a canvas that a piece of path can touch.
+
+    `start` and `stop`: ends (x, y), canvas pixels from the upper left corner.
+    `radius`: of the brush, canvas pixels.
+    """
+    (left, right), (top, bottom) = (sorted(ends) for ends in zip(start, stop, strict=True))
+    return Region(
+        max(int(np.floor(left - radius)), 0),
+        max(int(np.floor(top - radius)), 0),
+        min(int(np.ceil(right + radius)), size),
+        min(int(np.ceil(bottom + radius)), size),
+    )
+
+
+def cover(brush: Brush, start: Point, stop: Point, region: Region) -> Float32:
+    """Profile of the brush along a straight piece of path.
+
+    `start` and `stop`: ends (x, y), canvas pixels from the upper left corner; may be the same.
+    Returns (h, w) float32: 1 within `full_radius` of the path, fading smoothly to 0 at the radius,
+    at the centres of the region's pixels.
+    """
+    x = np.arange(region.left, region.right) + (0.5 - start[0])
+    y = np.arange(region.top, region.bottom)[:, None] + (0.5 - start[1])
+    dx, dy = stop[0] - start[0], stop[1] - start[1]
+    length = dx * dx + dy * dy
+    if length > _RESTING**2:
+        along = (x * (dx / length) + y * (dy / length)).astype(np.float32)
+        np.clip(along, 0.0, 1.0, out=along)
+        across = x.astype(np.float32) - np.float32(dx) * along
+        away = y.astype(np.float32) - np.float32(dy) * along
+        distance = across * across
+        distance += away * away
+    else:
+        distance = (x * x + y * y).astype(np.float32)
+    np.sqrt(distance, out=distance)
+    fade = np.float32(1.0 / (brush.radius - brush.full_radius))
+    rest = np.float32(brush.radius) - distance
+    rest *= fade
+    np.clip(rest, 0.0, 1.0, out=rest)
+    # Smoothstep: no visible ring where the fade begins and ends.
+    profile: Float32 = rest * rest * (np.float32(3.0) - np.float32(2.0) * rest)
+    return profile
+
 
 _CELL_SHARE: Final = 0.125  # of the radius: path over which one pressure holds
 _LEAST_CELL: Final = 2.0  # canvas pixels
@@ -33,12 +221,8 @@ class Stroke:
     counted along the path from its beginning, so that the stroke does not depend on how many
     events told of it.
 
-    Parameters
-    ----------
-    x, y : float
-        Where the brush comes down, canvas pixels from the upper left corner.
-    pressure : float, optional
-        0 to 1; counts only if the brush says so.
+    `x` and `y`: where the brush comes down, canvas pixels from the upper left corner.
+    `pressure`: 0 to 1; counts only if the brush says so.
     """
 
     def __init__(
@@ -66,17 +250,9 @@ class Stroke:
     def extend(self, x: float, y: float, pressure: float = 1.0) -> tuple[Region, ...]:
         """Draw on in a straight line.
 
-        Parameters
-        ----------
-        x, y : float
-            Where the brush is now, canvas pixels; may lie outside the canvas.
-        pressure : float, optional
-            0 to 1; in between it is taken to change evenly.
-
-        Returns
-        -------
-        tuple of Region
-            What may have changed; none when the place is not a number.
+        `x` and `y`: where the brush is now, canvas pixels; may lie outside the canvas.
+        `pressure`: 0 to 1; in between it is taken to change evenly.
+        Returns what may have changed; nothing when the place is not a number.
         """
         if not (math.isfinite(x) and math.isfinite(y)):
             return ()

@@ -2,45 +2,177 @@
 
 The weights' file bears the first digits of their checksum in its name, so that a change is
 written beside what was there and counts only when the text that names it is in place.
+
+Every function raises StyleError, with a sentence, for files that cannot be read or written, are
+damaged, or were made by a newer version.
 """
 
 from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from app.core.base.archive import digest
-from app.core.base.errors import CoreError, StyleError
+from app.core.base.archive import CONTRADICTIONS, digest, parse_header, read_arrays, write_arrays
+from app.core.base.errors import CoreError, StyleError, TransportError
 from app.core.base.files import atomic_write_text
-from app.core.painting.layers_file import read_layers, write_layers
+from app.core.base.image_input import clear_error, open_image, read_start
+from app.core.base.images import write_image
+from app.core.painting.canvas import MAX_SIZE, MIN_SIZE, Canvas, canvas_size, make_canvas, resized
 from app.core.solver.style_file import PAINTED_FORMAT, read_painted
 from app.core.solver.styles import Side, Style
+from app.core.storage.library import one_line
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-Float32: TypeAlias = NDArray[np.float32]
+    from OpenImageIO import ImageInput
+
+    from app.core.base.arrays import Float32
+    from app.core.solver.transport import Transport
+
+
+DRAFT_FORMAT: Final = 1
+"""Version of the file's layout."""
+
+_LAYERS: Final = ("weights", "ignore", "start_weights", "start_ignore")
+_MAX_BYTES: Final = 4 * len(_LAYERS) * MAX_SIZE**2 + 65_536
+_TEXTS: Final = ("title", "origin", "style", "head")
+_LONGEST: Final = 400
+_HINT: Final = "The draft's file is untouched; painting starts from the style itself."
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Draft:
+    """Unsaved painting."""
+
+    canvas: Canvas
+    title: str = ""
+    origin: str = ""
+    style: str = ""
+    head: str = ""
+
+
+def save_draft(path: Path, draft: Draft) -> None:
+    """Write a draft whole or not at all; the one before is replaced."""
+    header = {"format": DRAFT_FORMAT, **{key: getattr(draft, key)[:_LONGEST] for key in _TEXTS}}
+    arrays = {name: getattr(draft.canvas, name) for name in _LAYERS}
+    arrays["header"] = np.frombuffer(json.dumps(header).encode(), np.uint8)
+    write_arrays(path, arrays)
+
+
+def load_draft(path: Path) -> Draft:
+    """Read a draft."""
+    try:
+        arrays = read_arrays(path, "draft", _HINT, _MAX_BYTES)
+    except (TransportError, OSError) as error:
+        words = error.message if isinstance(error, TransportError) else f"{path.name}: {error}."
+        raise StyleError(words, _HINT) from error
+    try:
+        header = parse_header(arrays["header"])
+        version = int(header["format"])
+        texts = {key: str(header[key])[:_LONGEST] for key in _TEXTS}
+        layers = [np.asarray(arrays[name]) for name in _LAYERS]
+    except CONTRADICTIONS as error:
+        raise StyleError(f"{path.name} is damaged or not a draft.", _HINT) from error
+    if version > DRAFT_FORMAT:
+        raise StyleError(
+            f"{path.name} was made by a newer Turnlight (format {version}).", "Update Turnlight."
+        )
+    if version < DRAFT_FORMAT or any(layer.dtype != np.float32 for layer in layers):
+        raise StyleError(f"{path.name} is damaged or not a draft.", _HINT)
+    return Draft(make_canvas(*layers), **texts)
+
+
+MAX_BYTES: Final = 12_000_000
+"""Largest file that is read; the largest canvas takes 8.4 MB unpacked."""
+
+_CHANNELS: Final = ("weights", "ignore")
+_EXR: Final = b"\x76\x2f\x31\x01"
+
+
+def write_layers(path: Path, weights: Float32, ignore: Float32) -> None:
+    """Write painted weights, without loss.
+
+    `weights` and `ignore`: (S, S) float32, canvas layers.
+    """
+    pixels = np.ascontiguousarray(np.stack([weights, ignore], axis=-1), np.float32)
+    write_image(path, pixels, "float", {"compression": "zip"}, _CHANNELS)
+
+
+def read_layers(path: Path) -> tuple[Float32, Float32]:
+    """Read painted weights from a file that may be anything.
+
+    Returns read-only weights, (S, S) float32 in [-1, 1], and ignore, (S, S) float32 in [0, 1].
+    """
+    _check_file(path)
+    source = open_image(path)
+    if source is None:
+        raise _damaged(path)
+    try:
+        layers = _layers(source, path)
+    except (UnicodeError, MemoryError):
+        raise _damaged(path) from None
+    finally:
+        source.close()
+    return layers
+
+
+def _check_file(path: Path) -> None:
+    """Judge the file by its size and first bytes, before any decoder sees it."""
+    try:
+        if not path.is_file():
+            raise StyleError(f"The weights {path.name} are missing.")
+        if path.stat().st_size > MAX_BYTES:
+            raise StyleError(f"{path.name} is too large for painted weights.")
+        head = read_start(path, len(_EXR))
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise StyleError(f"{path.name} cannot be read: {reason.lower()}.") from None
+    if head != _EXR:
+        raise _damaged(path)
+
+
+def _layers(source: ImageInput, path: Path) -> tuple[Float32, Float32]:
+    spec = source.spec()
+    names = [str(name) for name in spec.channelnames]
+    square = spec.width == spec.height and MIN_SIZE <= spec.width <= MAX_SIZE
+    if sorted(names) != sorted(_CHANNELS) or not square or spec.deep or spec.depth != 1:
+        raise StyleError(f"{path.name} does not hold painted weights.")
+    size = int(spec.width)
+    pixels = source.read_image(0, 0, 0, len(_CHANNELS), "float")
+    if pixels is None:
+        clear_error(source)
+        raise _damaged(path)
+    values = np.asarray(pixels, np.float32).reshape(size, size, len(_CHANNELS))
+    weights, ignore = (np.ascontiguousarray(values[:, :, names.index(n)]) for n in _CHANNELS)
+    if not (_within(weights, -1.0) and _within(ignore, 0.0)):
+        raise StyleError(f"{path.name} holds numbers that are no painted weights.")
+    weights.setflags(write=False)
+    ignore.setflags(write=False)
+    return weights, ignore
+
+
+def _within(layer: Float32, low: float) -> bool:
+    return bool(np.isfinite(layer).all() and layer.min() >= low and layer.max() <= 1.0)
+
+
+def _damaged(path: Path) -> StyleError:
+    return StyleError(f"{path.name} is damaged or incomplete.")
+
 
 MAX_TITLE: Final = 80
 """Longest title, characters."""
 
-_LENGTHS: Final = {"title": MAX_TITLE, "place": 40, "note": 400, "head": 80, "origin": 80}
+_LENGTHS: Final = {"place": 40, "note": 400, "head": 80, "origin": 80}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UserStyle:
-    """A painted style.
-
-    Attributes
-    ----------
-    weights, ignore : (S, S) float32
-        Canvas layers, see `app.core.painting.canvas.Canvas`. Not to be written to.
-    """
+    """A painted style."""
 
     name: str
     title: str
@@ -49,6 +181,8 @@ class UserStyle:
     note: str
     head: str
     origin: str
+    # weights, ignore: (S, S), canvas layers, see `app.core.painting.canvas.Canvas`. Not to be
+    # written to
     weights: Float32 = field(repr=False)
     ignore: Float32 = field(repr=False)
 
@@ -68,21 +202,20 @@ class UserStyle:
         return self.style.full_title
 
 
-def clean_text(text: str, key: str) -> str:
-    """Make a text fit for one line on screen and in a file.
+def from_user_style(style: UserStyle, transport: Transport) -> Canvas:
+    """Start from a style of the user's own, painted on this head or another.
 
-    Raises
-    ------
-    StyleError
-        If it is too long, or an empty title.
+    Its layers are brought to this head's canvas size where that differs.
     """
-    visible = "".join(letter if letter.isprintable() else " " for letter in text)
-    value = " ".join(visible.split())
-    if key == "title" and not value:
-        raise StyleError("The style needs a name.", "Type one.")
+    size = canvas_size(transport)
+    return make_canvas(resized(style.weights, size), resized(style.ignore, size))
+
+
+def clean_text(text: str, key: str) -> str:
+    """Make a text fit for one line on screen and in a file; raises StyleError if it is too long."""
+    value = one_line(text)
     if len(value) > _LENGTHS[key]:
-        what = "name" if key == "title" else key
-        raise StyleError(f"This {what} is longer than {_LENGTHS[key]} characters.", "Shorten it.")
+        raise StyleError(f"This {key} is longer than {_LENGTHS[key]} characters.", "Shorten it.")
     return value
 
 
@@ -115,13 +248,7 @@ def style_text(style: UserStyle) -> str:
 
 
 def write_user_style(folder: Path, style: UserStyle) -> None:
-    """Write a style's two files; the text comes last and makes it count.
-
-    Raises
-    ------
-    StyleError
-        If it cannot be written. Then what was there is as it was.
-    """
+    """Write a style's two files; the text comes last and makes it count."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         target = layers_path(folder, style.name, checksum(style))
@@ -149,13 +276,7 @@ def not_saved(error: OSError | CoreError) -> StyleError:
 
 
 def read_user_style(path: Path) -> UserStyle:
-    """Read a painted style.
-
-    Raises
-    ------
-    StyleError
-        If the text or the weights cannot be read, or do not belong together.
-    """
+    """Read a painted style."""
     values = read_painted(path)
     weights, ignore = read_layers(layers_path(path.parent, values.name, values.sha256))
     style = UserStyle(

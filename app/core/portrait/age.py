@@ -42,15 +42,10 @@ _LONG_MINUTES: Final = 6 * 60.0  # after it the sun is elsewhere, and degrees sa
 
 @dataclass(frozen=True, slots=True)
 class Age:
-    """The age of a light.
-
-    Attributes
-    ----------
-    sun_deg : float or None
-        How far the sun has moved, deg of arc; None where there is no sun in it, or no telling.
-    """
+    """The age of a light."""
 
     minutes: float
+    # how far the sun has moved, deg of arc; None where there is no sun in it, or no telling
     sun_deg: float | None
     state: State
     when: str
@@ -65,15 +60,8 @@ def light_age(
 ) -> Age:
     """Say how old a light is.
 
-    Parameters
-    ----------
-    sun_elevation_deg : float, optional
-        Of the measured sun, deg; with it the change of its azimuth is bounded.
-
-    Returns
-    -------
-    Age
-        Of state unknown where it was measured in the future by more than two minutes.
+    `sun_elevation_deg`: of the measured sun, deg; with it the change of its azimuth is bounded.
+    The state is unknown where it was measured more than two minutes in the future.
     """
     try:
         seconds = (now.astimezone() - made_at.astimezone()).total_seconds()
@@ -111,15 +99,8 @@ def declination_deg(when: datetime) -> float:
 def sun_moved_deg(minutes: float, declination: float) -> float:
     """Angle between where the sun was and where it is.
 
-    Parameters
-    ----------
-    declination : float
-        Of the sun, deg.
-
-    Returns
-    -------
-    float
-        Deg of arc on the sky; 15 cos(declination) an hour for short times.
+    `declination`: deg.
+    Returns deg of arc on the sky; 15 cos(declination) an hour for short times.
 
     Examples
     --------

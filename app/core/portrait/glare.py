@@ -12,6 +12,12 @@ Lamps are what is fifty times as bright as the background: bare sources, not win
 (studies of offices count from five times on, Wienold and Christoffersen 2006, but sitters bear a
 window). Beyond some fifty degrees from the gaze the brow hides a lamp (Guth's field of view ends at
 53 degrees up).
+
+The flow of light: the light vector of a place points to where most of its light comes from; its
+length over the mean spherical (scalar) illuminance says how directional the light is, from 0 for
+even light to 4 for one small lamp in the dark (Lynes, Burt, Jackson and Cuttle, "The flow of light
+into buildings", Transactions of the IES 31, 1966, 65-91; words after Cuttle, *Lighting by Design*,
+2003, table 2.4).
 """
 
 from __future__ import annotations
@@ -19,19 +25,65 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import difference
 from app.core.base.colour import LUMINANCE_WEIGHTS, FloatImage
 from app.core.base.sphere import direction, directions
 from app.core.solver.environment import solid_angles
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
+if TYPE_CHECKING:
+    from app.core.base.arrays import Bools, Float32, Float64, Floats
+
+_WORDS: Final = (
+    (2.5, "hard light with deep shadows"),
+    (1.5, "strong light with clear shadows"),
+    (0.75, "soft light with open shadows"),
+    (0.0, "nearly even light"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Flow:
+    """The flow of light past a face."""
+
+    # where most of the light comes from, relative to the face: positive toward the sitter's left,
+    # deg
+    azimuth_deg: float
+    elevation_deg: float  # positive up, deg
+    strength: float
+    words: str
+
+
+def light_flow(radiance: Floats, facing_deg: float) -> Flow:
+    """Find the flow of light at a turn.
+
+    `radiance`: (H, 2 H, 3) or (H, 2 H) float, environment as of
+    `app.core.portrait.glare.eye_light`, or its result.
+    `facing_deg`: panorama azimuth that the sitter faces, deg.
+    """
+    light = eye_light(radiance)
+    shape = (light.shape[0], light.shape[1])
+    energy = light.astype(np.float64) * solid_angles(shape)[:, None]
+    vector = np.tensordot(energy, directions(shape).astype(np.float64), axes=2)
+    scalar = float(energy.sum()) / 4.0
+    length = float(np.linalg.norm(vector))
+    strength = length / scalar if scalar > 0 else 0.0
+    words = next(text for least, text in _WORDS if strength >= least)
+    if strength < _WORDS[2][0]:
+        return Flow(0.0, 0.0, strength, f"{words.capitalize()} from all around")
+    aside = difference(facing_deg, math.degrees(math.atan2(-vector[0], vector[2])))
+    up = math.degrees(math.asin(max(-1.0, min(1.0, float(vector[1]) / length))))
+    if abs(up) > 75.0:
+        place = "from overhead" if up > 0 else "from beneath"
+        return Flow(aside, up, strength, f"{words.capitalize()} {place}")
+    from_words = face_direction_words(aside, up)
+    return Flow(aside, up, strength, f"{words.capitalize()} from {from_words}")
+
+
 Level: TypeAlias = Literal["none", "noticeable", "strong"]
 
 NOTICEABLE: Final = 0.04
@@ -53,19 +105,12 @@ _SAME_SUN_DEG: Final = 6.0
 
 @dataclass(frozen=True, slots=True)
 class Glare:
-    """Glare in the sitter's eyes at one turn.
-
-    Attributes
-    ----------
-    azimuth_deg : float
-        Of the worst lamp, relative to the face: positive toward the sitter's left, deg.
-    elevation_deg : float
-        Positive up, deg.
-    """
+    """Glare in the sitter's eyes at one turn."""
 
     level: Level
+    # of the worst lamp, relative to the face: positive toward the sitter's left, deg
     azimuth_deg: float
-    elevation_deg: float
+    elevation_deg: float  # positive up, deg
     veil: float
     words: str
 
@@ -75,23 +120,13 @@ class Glare:
         return self.level != "none"
 
 
-def eye_light(radiance: NDArray[np.floating[Any]]) -> FloatImage:
+def eye_light(radiance: Floats) -> FloatImage:
     """Reduce an environment to what `glare` looks at; worth keeping where many turns are asked.
 
-    Parameters
-    ----------
-    radiance : (H, 2 H, 3) or (H, 2 H) float
-        Linear Rec. 709 radiance, or luminance, any exposure; panorama frame.
-
-    Returns
-    -------
-    NDArray[np.float32], (h, 2 h)
-        Luminance, at most 256 x 512.
-
-    Raises
-    ------
-    ValueError
-        If it is not a panorama.
+    `radiance`: (H, 2 H, 3) or (H, 2 H) float, linear Rec. 709 radiance, or luminance, any exposure;
+    panorama frame.
+    Returns (h, 2 h) float32: luminance, at most 256 x 512.
+    Raises ValueError if it is not a panorama.
     """
     light = np.asarray(radiance, np.float32)
     if light.ndim == 3 and light.shape[2] == 3:
@@ -106,26 +141,17 @@ def eye_light(radiance: NDArray[np.floating[Any]]) -> FloatImage:
 
 
 def glare(
-    radiance: NDArray[np.floating[Any]],
+    radiance: Floats,
     facing_deg: float,
     sun: tuple[float, float] | None = None,
 ) -> Glare:
     """Judge the glare in the eyes of a sitter who looks at the photographer.
 
-    Parameters
-    ----------
-    radiance : (H, 2 H, 3) or (H, 2 H) float
-        Environment as of `eye_light`, or its result.
-    facing_deg : float
-        Panorama azimuth that the sitter faces, the turn plus the azimuth of the front, deg.
-    sun : tuple of float, optional
-        Panorama azimuth and elevation of the sun where it is known, deg, so that it is called
-        by its name.
-
-    Raises
-    ------
-    ValueError
-        If it is not a panorama.
+    `radiance`: (H, 2 H, 3) or (H, 2 H) float, environment as of `eye_light`, or its result.
+    `facing_deg`: panorama azimuth that the sitter faces, the turn plus the azimuth of the front,
+    deg.
+    `sun`: panorama azimuth and elevation of the sun where it is known, deg, so that it is called by
+    its name.
     """
     light = eye_light(radiance)
     shape = (light.shape[0], light.shape[1])
@@ -144,9 +170,7 @@ def glare(
     return _judge(_directions(shape)[rows, columns].astype(np.float64), veils, facing_deg, sun)
 
 
-def _bare(
-    light: FloatImage, onto_eye: Float32, cosine: Float32, shape: tuple[int, int]
-) -> NDArray[np.bool_]:
+def _bare(light: FloatImage, onto_eye: Float32, cosine: Float32, shape: tuple[int, int]) -> Bools:
     """Mark texels that are lamps: what is 50 times as bright as all that is no lamp."""
     front = cosine > 0
     total, weight = float(onto_eye.sum()), math.pi
@@ -193,12 +217,8 @@ def _no_glare(veil: float, azimuth_deg: float = 0.0, elevation_deg: float = 0.0)
 def face_direction_words(azimuth_deg: float, elevation_deg: float) -> str:
     """Say where a direction lies from the sitter's face.
 
-    Parameters
-    ----------
-    azimuth_deg : float
-        Relative to the face, positive toward the sitter's left, deg.
-    elevation_deg : float
-        Positive up, deg.
+    `azimuth_deg`: relative to the face, positive toward the sitter's left, deg.
+    `elevation_deg`: positive up, deg.
 
     Examples
     --------

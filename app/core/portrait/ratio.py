@@ -16,13 +16,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from app.core.base.arrays import Float64, Floats, Indices
     from app.core.solver.transport import Transport
 
 KeySide: TypeAlias = Literal["left", "right", "none"]
@@ -61,15 +60,9 @@ _SIDES: Final[dict[KeySide, str]] = {
 
 @dataclass(frozen=True, slots=True)
 class LightingRatio:
-    """How the two sides of a face compare.
+    """How the two sides of a face compare."""
 
-    Attributes
-    ----------
-    stops : float
-        Lit cheek over shadow cheek, in stops; never negative.
-    """
-
-    stops: float
+    stops: float  # lit cheek over shadow cheek, in stops; never negative
     ratio: str
     key_side: KeySide
     words: str
@@ -77,30 +70,16 @@ class LightingRatio:
 
 def lighting_ratio(
     transport: Transport,
-    picture: NDArray[np.floating[Any]],
-    areas: tuple[NDArray[np.intp], NDArray[np.intp]] | None = None,
+    picture: Floats,
+    areas: tuple[Indices, Indices] | None = None,
 ) -> LightingRatio:
     """Read the lighting ratio off a picture of the head.
 
-    Parameters
-    ----------
-    transport : Transport
-        Of the head: which pixels the picture has, and how large they are.
-    picture : (P, 3) or (P,) float
-        Linear Rec. 709 picture on the head's pixels (`app.core.solver.transport.render`), or its
-        luminance; any exposure.
-    areas : tuple of (M,) int, optional
-        From `cheeks`, where many pictures of one head are read.
-
-    Returns
-    -------
-    LightingRatio
-        Of no side and 0 stops where both cheeks are in shadow, as when only rims are lit.
-
-    Raises
-    ------
-    ValueError
-        If the picture has not the transport's pixels, or is not finite.
+    `picture`: (P, 3) or (P,) float, linear Rec. 709 picture on the head's pixels
+    (`app.core.solver.transport.render`), or its luminance; any exposure.
+    `areas`: two (M,) int, from `cheeks`, where many pictures of one head are read.
+    There is no side and 0 stops where both cheeks are in shadow, as when only rims are lit.
+    Raises ValueError if the picture has not the transport's pixels, or is not finite.
     """
     values = np.asarray(picture, np.float64)
     if values.shape[:1] != transport.pixels.shape or values.ndim > 2:
@@ -124,24 +103,14 @@ def lighting_ratio(
     return LightingRatio(abs(stops), ratio_words(abs(stops)), side, _words(abs(stops), side))
 
 
-def cheeks(transport: Transport) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def cheeks(transport: Transport) -> tuple[Indices, Indices]:
     """Find the pixels that are read, on the fronts of the cheeks.
 
-    Parameters
-    ----------
-    transport : Transport
-        Of a head seen from in front, its middle in the middle of the picture, its crown at the
-        upper edge of what it covers.
-
-    Returns
-    -------
-    left, right : (M,) int
-        Positions in the head's pixels: the sitter's left cheek (image right), and the other.
-
-    Raises
-    ------
-    ValueError
-        If there is no head where the cheeks should be.
+    `transport`: of a head seen from in front, its middle in the middle of the picture, its crown at
+    the upper edge of what it covers.
+    Returns positions in the head's pixels, (M,) int: the sitter's left cheek (image right), and
+    the other.
+    Raises ValueError if there is no head where the cheeks should be.
     """
     row, column = np.divmod(transport.pixels.astype(np.int64), transport.size)
     row, column = row + 0.5, column + 0.5 - transport.size / 2.0
@@ -156,9 +125,7 @@ def cheeks(transport: Transport) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return found[0], found[1]
 
 
-def _eyes(
-    transport: Transport, row: NDArray[np.float64], column: NDArray[np.float64]
-) -> tuple[float, float]:
+def _eyes(transport: Transport, row: Float64, column: Float64) -> tuple[float, float]:
     """Half the distance between the eyes, and their row, in pixels.
 
     Eyes are known by their colour in even light: white and iris are bluer than any skin.
@@ -190,7 +157,7 @@ def ratio_words(stops: float) -> str:
     return f"{number}:1"
 
 
-def _level(values: NDArray[np.float64]) -> float:
+def _level(values: Float64) -> float:
     """Mean of an area, its highlights held down."""
     positive = np.maximum(values, 0.0)
     limit = _HIGHLIGHT * float(np.percentile(positive, _MOST_PERCENTILE))

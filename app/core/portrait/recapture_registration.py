@@ -3,24 +3,270 @@
 Whoever sets a camera down again never sets it down as before. The turn between the two captures is
 found from what both show, so that the azimuth where the photographer stands, and every turn marked,
 stay where they are in the world.
+
+RootSIFT features (Lowe 2004; Arandjelovic and Zisserman 2012) are found on the equirectangular
+pictures themselves: both cameras stand upright, so a thing appears at about the same height in both
+and is stretched alike. Contrast is evened out first (CLAHE), so that exposure and a moved sun
+matter little.
+
+A rotation is found by random pairs (RANSAC, Fischler and Bolles 1981) and refined to all that is
+roughly in place. Set down elsewhere by some centimetres, a camera sees near things shifted by
+several degrees, and no rotation fits them; but each pair of directions still lies in one plane
+with the way the camera moved (the epipolar constraint, Longuet-Higgins 1981): t . (a x R b) = 0.
+Rotation R and direction of the move t are fitted to that by Gauss-Newton steps with Tukey's
+weights.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
+import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
-from app.core.base.sphere import angle_of, angles_of, rotation
-from app.core.portrait.panorama_features import features, matched
-from app.core.portrait.pose import Pose, find_pose
+from app.core.base.sphere import angle_of, angles_of, from_vector, rotation
 
-Bytes: TypeAlias = NDArray[np.uint8]
-Float64: TypeAlias = NDArray[np.float64]
+if TYPE_CHECKING:
+    from app.core.base.arrays import Bytes, Float32, Float64, Int64
+
+_TRIALS: Final = 400
+_SEED: Final = 1
+_NEAR_DEG: Final = 3.0
+_TILT_DEG: Final = 20.0
+_SAME_ANGLE: Final = 0.05  # between the cosines of the angles of a pair
+_APART: Final = 0.97
+_WIDE_DEG: Final = (12.0, 10.0, 8.0, 8.0, 8.0, 8.0)  # windows of the refinement
+_KEEP_DEG: Final = 12.0
+_STEPS: Final = 25
+_CLOSE_RAD: Final = 1e-6
+_LEAST_SCALE_RAD: Final = math.radians(0.05)
+_MOVED_DEG: Final = 1.0
+_SECTORS: Final = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """A rotation from the second panorama to the first, and what speaks for it."""
+
+    rotation: Float64  # (3, 3), takes directions in the second panorama to directions in the first
+    error_deg: float  # standard error, deg: jackknife over eight sectors of the horizon
+    seeds: int  # pairs within 3 deg of the best pure rotation: none can be expected elsewhere
+    points: int
+    sectors: int
+    shift_deg: float
+    forward: float
+
+
+def find_pose(a: Float64, b: Float64) -> Pose | None:
+    """Find the rotation between two panoramas.
+
+    `a` and `b`: (M, 3) float64, unit vectors to the same things in the first and in the second
+    panorama; many may be wrong.
+    """
+    start = _by_trial(a, b)
+    if start is None:
+        return None
+    rotation, seeds = start
+    for window in _WIDE_DEG:
+        away = _angles(a, b @ rotation.T)
+        # The sum of angles rather than of their squares: nearly all things are far enough away.
+        weights = np.clip(1.0 - (away / (2.0 * window)) ** 2, 0.0, 1.0) ** 2 / np.maximum(away, 1.0)
+        rotation = _fitted(a, b, weights)
+    keep = _angles(a, b @ rotation.T) < _KEEP_DEG
+    a, b = a[keep], b[keep]
+    if len(a) < 8:
+        return None
+    rotation, move, weights = _epipolar(a, b, rotation)
+    return _judged(a, b, rotation, move, weights, seeds)
+
+
+def _by_trial(a: Float64, b: Float64) -> tuple[Float64, int] | None:
+    """Rotation of an upright camera that puts most pairs in place, and how many."""
+    count = len(a)
+    if count < 8:
+        return None
+    # Chance that repeats: the same two pictures always give the same answer.
+    chance = np.random.default_rng(_SEED)
+    i, j = chance.integers(0, count, _TRIALS), chance.integers(0, count, _TRIALS)
+    cosine = (a[i] * a[j]).sum(axis=1)
+    alike = np.abs(cosine - (b[i] * b[j]).sum(axis=1)) < _SAME_ANGLE
+    some = alike & (np.abs(cosine) < _APART)
+    trials = _triads(a[i[some]], a[j[some]]) @ np.swapaxes(_triads(b[i[some]], b[j[some]]), 1, 2)
+    trials = trials[trials[:, 1, 1] > math.cos(math.radians(_TILT_DEG))]
+    if not len(trials):
+        return None
+    turned = np.einsum("nij,mj->nmi", trials, b)
+    hits = np.einsum("nmi,mi->nm", turned, a) > math.cos(math.radians(_NEAR_DEG))
+    counts = hits.sum(axis=1)
+    best = int(counts.argmax())
+    return np.asarray(trials[best], np.float64), int(counts[best])
+
+
+def _triads(first: Float64, second: Float64) -> Float64:
+    """(N, 3, 3) axes made of two directions, one column each."""
+    across = np.cross(first, second)
+    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
+    return np.stack([first, np.cross(across, first), across], axis=-1)
+
+
+def _angles(a: Float64, b: Float64) -> Float64:
+    """(N,) angles between unit vectors, deg."""
+    chord = np.linalg.norm(a - b, axis=1)
+    return np.asarray(np.degrees(2.0 * np.arcsin(np.clip(chord / 2.0, 0.0, 1.0))), np.float64)
+
+
+def _fitted(a: Float64, b: Float64, weights: Float64) -> Float64:
+    """Weighted least-squares rotation from b to a (Kabsch 1976)."""
+    left, _, right = np.linalg.svd((a * weights[:, None]).T @ b)
+    proper = np.diag([1.0, 1.0, float(np.linalg.det(left @ right))])
+    return np.asarray(left @ proper @ right, np.float64)
+
+
+def _epipolar(a: Float64, b: Float64, rotation: Float64) -> tuple[Float64, Float64, Float64]:
+    """Fit rotation and direction of the move; with them the weights of the pairs."""
+    normals = np.cross(a, b @ rotation.T)
+    even = 1.0 / np.maximum((normals**2).sum(axis=1, keepdims=True), 1e-5)
+    move = np.linalg.eigh((normals * even).T @ normals)[1][:, 0]
+    for _ in range(_STEPS):
+        error, weights, slopes, sides = _linear(a, b, rotation, move)
+        step = _solved(slopes, error, weights)
+        rotation = from_vector(step[:3]) @ rotation
+        move = move + sides.T @ step[3:]
+        move /= np.linalg.norm(move)
+        if float(np.abs(step).max()) < _CLOSE_RAD:
+            break
+    return rotation, move, _linear(a, b, rotation, move)[1]
+
+
+def _linear(
+    a: Float64, b: Float64, rotation: Float64, move: Float64
+) -> tuple[Float64, Float64, Float64, Float64]:
+    """Errors, Tukey weights, slopes by rotation and move, and the two directions of the move."""
+    turned = b @ rotation.T
+    normals = np.cross(a, turned)
+    error: Float64 = normals @ move
+    scale = max(1.4826 * float(np.median(np.abs(error))), _LEAST_SCALE_RAD)
+    weights = np.clip(1.0 - (error / (4.685 * scale)) ** 2, 0.0, 1.0) ** 2
+    by_turn = (a * turned).sum(axis=1)[:, None] * move - (turned @ move)[:, None] * a
+    sides = np.linalg.svd(move[None])[2][1:]
+    return error, weights, np.hstack([by_turn, normals @ sides.T]), sides
+
+
+def _solved(slopes: Float64, error: Float64, weights: Float64) -> Float64:
+    """Damped step: where nothing moved, the direction of the move is anybody's guess."""
+    normal = (slopes * weights[:, None]).T @ slopes
+    damping = 1e-6 * len(error) * np.ones(5)
+    damping[3:] += 1e-3 * float(np.trace(normal[3:, 3:])) + 1e-9
+    right = (slopes * weights[:, None]).T @ error
+    return np.asarray(-np.linalg.solve(normal + np.diag(damping), right), np.float64)
+
+
+def _judged(
+    a: Float64, b: Float64, rotation: Float64, move: Float64, weights: Float64, seeds: int
+) -> Pose:
+    agree = weights > 0.25
+    turned = b @ rotation.T
+    away = _angles(a, turned)
+    far = agree & (away > _MOVED_DEG)
+    along = ((a - turned) @ move)[far] > 0
+    share = float(along.mean()) if along.size else 1.0
+    sector = (np.arctan2(-a[:, 0], a[:, 2]) / (2.0 * np.pi) + 0.5) * _SECTORS
+    part = np.clip(sector.astype(np.int64), 0, _SECTORS - 1)
+    return Pose(
+        rotation=rotation,
+        error_deg=_error_deg(a, b, rotation, move, part),
+        seeds=seeds,
+        points=int(agree.sum()),
+        sectors=len(np.unique(part[agree])),
+        shift_deg=float(np.median(away[agree])) if agree.any() else math.inf,
+        forward=max(share, 1.0 - share),
+    )
+
+
+def _error_deg(a: Float64, b: Float64, rotation: Float64, move: Float64, part: Int64) -> float:
+    """Jackknife over the sectors that hold anything."""
+    error, weights, slopes, _ = _linear(a, b, rotation, move)
+    filled = [k for k in range(_SECTORS) if bool((weights[part == k] > 0.25).any())]
+    if len(filled) < 3:
+        return math.inf
+    steps = np.stack(
+        [_solved(slopes[part != k], error[part != k], weights[part != k])[:3] for k in filled]
+    )
+    spread = steps - steps.mean(axis=0)
+    count = len(filled)
+    variance = (count - 1) / count * float((spread**2).sum())
+    return math.degrees(math.sqrt(variance))
+
+
+_SIZE: Final = (512, 1024)
+_PAD: Final = 64
+_ROWS: Final = (80, 402)  # from 62 degrees up to 51 down: beyond, pictures are torn apart
+_MOST: Final = 2000
+_CONTRAST: Final = 0.02
+_RATIO: Final = 0.85
+
+
+@dataclass(frozen=True, slots=True)
+class Features:
+    """Things seen in a panorama."""
+
+    vectors: Float64  # (N, 3), unit vectors to them, panorama axes of `app.core.base.sphere`
+    descriptors: Float32  # (N, 128), RootSIFT, of length 1
+
+
+def features(picture: Bytes) -> Features:
+    """Find features in a panorama.
+
+    `picture`: (h, 2 h, 3) uint8, sRGB picture of any size; 1024 x 512 are looked at.
+    """
+    shape = picture.shape
+    if picture.dtype != np.uint8 or len(shape) != 3 or shape[2] != 3 or shape[1] != 2 * shape[0]:
+        raise ValueError(f"a panorama is (h, 2 h, 3) bytes, not {shape} {picture.dtype}")
+    height, width = _SIZE
+    method = cv2.INTER_AREA if shape[0] >= height else cv2.INTER_CUBIC
+    small = cv2.resize(picture, (width, height), interpolation=method)
+    grey = cv2.cvtColor(small, cv2.COLOR_RGB2GRAY)
+    wide = cv2.copyMakeBorder(grey, 0, 0, _PAD, _PAD, cv2.BORDER_WRAP)
+    even = cv2.createCLAHE(3.0, (8, 16)).apply(wide)
+    mask = np.zeros(even.shape, np.uint8)
+    mask[_ROWS[0] : _ROWS[1], _PAD:-_PAD] = 255
+    points, found = cv2.SIFT.create(_MOST, contrastThreshold=_CONTRAST).detectAndCompute(even, mask)
+    if not points:
+        return Features(np.zeros((0, 3)), np.zeros((0, 128), np.float32))
+    at = np.array([point.pt for point in points], np.float64)
+    azimuth = 2.0 * np.pi * ((at[:, 0] - _PAD + 0.5) / width - 0.5)
+    elevation = np.pi * (0.5 - (at[:, 1] + 0.5) / height)
+    level = np.cos(elevation)
+    vectors = np.stack(
+        [-np.sin(azimuth) * level, np.sin(elevation), np.cos(azimuth) * level], axis=1
+    )
+    raw = np.asarray(found, np.float32)
+    root = np.sqrt(raw / np.maximum(raw.sum(axis=1, keepdims=True), 1e-6))
+    return Features(vectors, root)
+
+
+def matched(first: Features, second: Features) -> tuple[Float64, Float64]:
+    """Pair the features of two panoramas that look alike, each with the other's best.
+
+    Returns two (M, 3) float64: unit vectors to the same things in the first and the second
+    panorama.
+    """
+    if len(first.vectors) < 2 or len(second.vectors) < 2:
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    likeness = first.descriptors @ second.descriptors.T
+    two = np.argpartition(-likeness, 1, axis=1)[:, :2]
+    values = np.take_along_axis(likeness, two, axis=1)
+    order = np.argsort(-values, axis=1)
+    two, values = np.take_along_axis(two, order, 1), np.take_along_axis(values, order, 1)
+    distance = np.sqrt(np.maximum(2.0 - 2.0 * values, 0.0))
+    best = two[:, 0]
+    good = distance[:, 0] < _RATIO * distance[:, 1]
+    good &= likeness.argmax(axis=0)[best] == np.arange(len(best))
+    return first.vectors[good], second.vectors[best[good]]
+
 
 # Of all pairs of the 23 places tried, none had more than five seeds; the same place with another
 # exposure, noise, blur and yaw had 70 or more.
@@ -38,43 +284,29 @@ _TILTED_DEG: Final = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Registered:
-    """How a second capture lies on the first.
+    """How a second capture lies on the first."""
 
-    Attributes
-    ----------
-    yaw_deg : float
-        How far the second camera was turned clockwise (from above) against the first, deg in
-        (-180, 180]: what is at azimuth a in the second is at a + yaw in the first. 0 where it
-        is not trusted.
-    tilt_deg : float
-        By how much it leaned differently, deg.
-    error_deg : float
-        Standard error, deg; infinite where nothing was found.
-    shift_deg : float
-        Median angle by which things moved because the camera stood elsewhere: 2 deg are some
-        7 cm where walls are 2 m away.
-    rotation : (3, 3) float64
-        Takes directions in the second to directions in the first;
-        `app.core.base.sphere.remap_frame` by it lays the second picture on the first. The identity
-        where it is not trusted.
-    """
-
+    # how far the second camera was turned clockwise (from above) against the first, deg in (-180,
+    # 180]: what is at azimuth a in the second is at a + yaw in the first. 0 where it is not
+    # trusted
     yaw_deg: float
-    tilt_deg: float
-    error_deg: float
+    tilt_deg: float  # by how much it leaned differently, deg
+    error_deg: float  # standard error, deg; infinite where nothing was found
+    # median angle by which things moved because the camera stood elsewhere: 2 deg are some 7 cm
+    # where walls are 2 m away
     shift_deg: float
     points: int
     trusted: bool
     words: str
+    # (3, 3), takes directions in the second to directions in the first;
+    # `app.core.base.sphere.remap_frame` by it lays the second picture on the first. The identity
+    # where it is not trusted
     rotation: Float64 = field(repr=False)
 
     def carried(self, azimuth_deg: float) -> float:
         """Return where an azimuth of the first capture lies in the second, deg.
 
-        Returns
-        -------
-        float
-            In the second panorama, in (-180, 180].
+        The result is in the second panorama, in (-180, 180].
         """
         return wrap(azimuth_deg - self.yaw_deg)
 
@@ -82,21 +314,9 @@ class Registered:
 def register_again(first: Bytes, second: Bytes) -> Registered:
     """Find how a second panorama of a spot lies on the first.
 
-    Parameters
-    ----------
-    first, second : (h, 2 h, 3) uint8
-        SRGB display panoramas of any size. Exposure and light may differ, the yaw be any, the
-        tilt small, and the camera stand some centimetres off.
-
-    Returns
-    -------
-    Registered
-        Not trusted where the two show another place, or too little.
-
-    Raises
-    ------
-    ValueError
-        If one is not a panorama in bytes.
+    `first` and `second`: (h, 2 h, 3) uint8, sRGB display panoramas of any size. Exposure and light
+    may differ, the yaw be any, the tilt small, and the camera stand some centimetres off.
+    The result is not trusted where the two show different places, or too little.
     """
     pose = find_pose(*matched(features(first), features(second)))
     if pose is None:

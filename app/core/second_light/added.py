@@ -3,76 +3,63 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.errors import CoreError
 from app.core.base.progress import Report, Token, silent, span
-from app.core.second_light.contrast import Contrast, FaceBasis, find_contrast, prepare_face
-from app.core.second_light.hidden import Hidden, find_hidden, two_parts
+from app.core.second_light.contrast import (
+    Contrast,
+    FaceBasis,
+    Hidden,
+    find_contrast,
+    find_hidden,
+    prepare_face,
+    two_parts,
+)
 from app.core.second_light.near import NearField, coverage, near_luminances, prepare_near
 from app.core.second_light.placements import COUNT
 from app.core.solver.environment import SHAPE
 
 if TYPE_CHECKING:
+    from app.core.base.arrays import Float32, Float64, Floats
     from app.core.second_light.captured import PlacedLamp
     from app.core.second_light.lamp_presets import NumbersLamp
     from app.core.solver.head_shape import HeadShape
     from app.core.solver.transport import Transport
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
 
 _BATCH: Final = 64
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AddedLight:
-    """One lamp at all placements, for one head. Its arrays must not be written to.
-
-    Attributes
-    ----------
-    distance_m : float or None
-        From the middle of the head; None where nobody said.
-    alpha : (576, 32, 64) float32
-        Share of each texel that the lamp hides, head frame.
-    light : (576, 32, 64, 3) float32 or None
-        Premultiplied radiance of a captured lamp, linear Rec. 709, cd/m2; None of a near lamp
-        from numbers, which is no environment.
-    pictures : (576, P) float32
-        Luminance of the head under the lamp alone, in the same unit.
-    glow : (3,) float64
-        Radiance of the face of a lamp from numbers, linear Rec. 709, cd/m2; 0 of a captured one.
-    absolute : bool
-        Whether all that is in cd/m2; otherwise in a unit of the capture's own.
-    """
+    """One lamp at all placements, for one head. Its arrays must not be written to."""
 
     name: str
     title: str
-    distance_m: float | None
+    distance_m: float | None  # from the middle of the head; None where nobody said
+    # (576, 32, 64), share of each texel that the lamp hides, head frame
     alpha: Float32 = field(repr=False)
+    # (576, 32, 64, 3), premultiplied radiance of a captured lamp, linear Rec. 709, cd/m2; None of
+    # a near lamp from numbers, which is no environment
     light: Float32 | None = field(repr=False)
+    # (576, P), luminance of the head under the lamp alone, in the same unit
     pictures: Float32 = field(repr=False)
+    # (3,), radiance of the face of a lamp from numbers, linear Rec. 709, cd/m2; 0 of a captured
+    # one
     glow: Float64 = field(repr=False)
-    absolute: bool
+    absolute: bool  # whether all that is in cd/m2; otherwise in a unit of the capture's own
     hidden: Hidden = field(repr=False)
     contrast: Contrast = field(repr=False)
 
-    def over(self, light: NDArray[np.floating[Any]], number: int, power: float = 1.0) -> Float64:
+    def over(self, light: Floats, number: int, power: float = 1.0) -> Float64:
         """Composite the lamp over a place's light (eq. 7).
 
-        Parameters
-        ----------
-        light : (32, 64, 3) float
-            Linear Rec. 709 radiance as the face sees it, cd/m2.
-
-        Returns
-        -------
-        (32, 64, 3) float64
-            What a lamp from numbers gives is the picture beside it, not this: here it shines as
-            if it were far away.
+        `light`: (32, 64, 3) float, linear Rec. 709 radiance as the face sees it, cd/m2.
+        Returns (32, 64, 3) float64: what a lamp from numbers gives is the picture beside it, not
+        this: here it shines as if it were far away.
         """
         share = self.alpha[number][..., None].astype(np.float64)
         own = share * self.glow if self.light is None else self.light[number]
@@ -92,12 +79,7 @@ def from_numbers(
 ) -> AddedLight:
     """Prepare a lamp from numbers, with the near field of its distance.
 
-    Raises
-    ------
-    CoreError
-        If the head takes environments of another size.
-    Cancelled
-        If `token` says so.
+    Raises CoreError if the head takes environments of another size.
     """
     face = prepare_face(transport) if face is None else face
     near = prepare_near(transport, shape) if near is None else near
@@ -134,12 +116,7 @@ def from_captured(
 ) -> AddedLight:
     """Prepare a captured lamp.
 
-    Raises
-    ------
-    CoreError
-        If the head or the lamp is of another size, or the lamp is none.
-    Cancelled
-        If `token` says so.
+    Raises CoreError if the head or the lamp is of another size, or the lamp is none.
     """
     _check(placed)
     face = prepare_face(transport) if face is None else face

@@ -15,10 +15,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.colour import LUMINANCE_WEIGHTS
 from app.core.base.errors import CoreError
@@ -29,10 +28,9 @@ from app.core.solver.environment import SHAPE, energy, enlarge, reduce_radiance,
 from app.core.solver.environment_file import repair
 
 if TYPE_CHECKING:
+    from app.core.base.arrays import Float32, Float64
     from app.core.base.colour import FloatImage
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
 
 LARGEST: Final = (512, 1024)
 """Rows and columns that a captured lamp is kept in: 0.35 deg."""
@@ -42,26 +40,18 @@ _FINE_ROWS: Final = 256  # the least that it is turned at
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CapturedLamp:
-    """A lamp as the probe saw it from where the head will be.
-
-    Attributes
-    ----------
-    radiance : NDArray[np.float32], (H, 2 H, 3)
-        All that was captured, linear Rec. 709, the dark room too; read-only. Panorama frame.
-    alpha : NDArray[np.float32], (H, 2 H)
-        Share of each texel that the lamp covers, 0 to 1; read-only.
-    white_cd_m2 : float or None
-        Luminance of radiance 1, cd/m2; None where the exposure was not known.
-    distance_m : float or None
-        From the probe to the lamp, metres; None where nobody said.
-    """
+    """A lamp as the probe saw it from where the head will be."""
 
     name: str
     title: str
+    # (H, 2 H, 3), all that was captured, linear Rec. 709, the dark room too; read-only. Panorama
+    # frame
     radiance: FloatImage = field(repr=False)
+    # (H, 2 H), share of each texel that the lamp covers, 0 to 1; read-only
     alpha: Float32 = field(repr=False)
+    # luminance of radiance 1, cd/m2; None where the exposure was not known
     white_cd_m2: float | None = None
-    distance_m: float | None = None
+    distance_m: float | None = None  # from the probe to the lamp, metres; None where nobody said
     camera: str = ""
 
     @property
@@ -94,26 +84,18 @@ class CapturedLamp:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedLamp:
-    """A captured lamp at all placements, as the face sees it (azimuth 0 of the panorama = front).
-
-    Attributes
-    ----------
-    light : NDArray[np.float32], (576, H, W, 3)
-        Premultiplied radiance, linear Rec. 709; number as in `placements`. cd/m2 where `absolute`.
-    alpha : NDArray[np.float32], (576, H, W)
-        Share of each texel that the lamp hides, 0 to 1.
-    distance_m : float or None
-        From the middle of the head, metres: the lamp holds for this distance only.
-    absolute : bool
-        Whether the light is in cd/m2; otherwise it is in a unit of its own.
-    """
+    """A captured lamp at all placements, as the face sees it (azimuth 0 = front)."""
 
     name: str
     title: str
+    # (576, H, W, 3), premultiplied radiance, linear Rec. 709; number as in `placements`. cd/m2
+    # where `absolute`
     light: FloatImage = field(repr=False)
+    # (576, H, W), share of each texel that the lamp hides, 0 to 1
     alpha: Float32 = field(repr=False)
+    # from the middle of the head, metres: the lamp holds for this distance only
     distance_m: float | None = None
-    absolute: bool = True
+    absolute: bool = True  # whether the light is in cd/m2; otherwise it is in a unit of its own
 
 
 def make_lamp(
@@ -128,17 +110,10 @@ def make_lamp(
 ) -> CapturedLamp:
     """Make a lamp of a capture and its mask, repaired, and reduced where it is very fine.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, 2 H, 3)
-        Linear Rec. 709. It is not changed.
-    alpha : NDArray[np.float32], (H, 2 H)
-        Mask; values outside 0 to 1 are clipped, what is not a number becomes 0.
-
-    Raises
-    ------
-    CoreError
-        When the sizes do not fit, or there is no light within the mask.
+    `radiance`: (H, 2 H, 3) float32, linear Rec. 709. It is not changed.
+    `alpha`: (H, 2 H) float32, mask; values outside 0 to 1 are clipped, what is not a number becomes
+    0.
+    Raises CoreError when the sizes do not fit, or there is no light within the mask.
     """
     shape = radiance.shape
     if radiance.ndim != 3 or shape[2] != 3 or shape[0] < 1 or shape[1] != 2 * shape[0]:
@@ -166,15 +141,8 @@ def make_lamp(
 def centroid(light: FloatImage) -> tuple[float, float]:
     """Find the direction of the middle of an environment's energy.
 
-    Parameters
-    ----------
-    light : NDArray[np.float32], (H, W, 3)
-        Linear Rec. 709, not all black.
-
-    Returns
-    -------
-    azimuth_deg, elevation_deg : float
-        Panorama frame: of the sum of the directions, weighted by luminance and solid angle.
+    `light`: (H, W, 3) float32, linear Rec. 709, not all black.
+    Panorama frame: of the sum of the directions, weighted by luminance and solid angle.
     """
     shape = light.shape[0], light.shape[1]
     bright = light @ np.array(LUMINANCE_WEIGHTS, np.float32)
@@ -191,15 +159,8 @@ def centring(light: FloatImage) -> Float64:
 
     It swings about the vertical, then lowers: a lamp that stood upright stays upright.
 
-    Parameters
-    ----------
-    light : NDArray[np.float32], (H, W, 3)
-        The lamp alone.
-
-    Returns
-    -------
-    (3, 3) float64
-        Moves the content, see `app.core.base.sphere`.
+    `light`: (H, W, 3) float32, the lamp alone.
+    Returns (3, 3) float64: moves the content, see `app.core.base.sphere`.
     """
     azimuth, elevation = centroid(light)
     return rotation(azimuth, elevation).T
@@ -214,24 +175,8 @@ def placed(
 ) -> PlacedLamp:
     """Turn a lamp to all placements.
 
-    Parameters
-    ----------
-    shape : tuple of int, optional
-        Rows and columns of the search; 64 columns, one to each azimuth.
-    token, report : Token, Report, optional
-        To stop, and to say how far it is.
-
-    Returns
-    -------
-    PlacedLamp
-        The energy of the light is kept to 0.1 %.
-
-    Raises
-    ------
-    ValueError
-        When `shape` does not have one column to each azimuth.
-    Cancelled
-        When the token was cancelled.
+    The energy of the light is kept to 0.1 %.
+    Raises ValueError when `shape` does not have one column to each azimuth.
     """
     columns = COUNT // len(ALTITUDES_DEG)
     if shape[1] != columns:
@@ -256,17 +201,8 @@ def placed_at(
 ) -> tuple[FloatImage, Float32]:
     """Turn a lamp to any one placement.
 
-    Parameters
-    ----------
-    shape : tuple of int, optional
-        Rows and columns wanted.
-
-    Returns
-    -------
-    light : NDArray[np.float32], (H, W, 3)
-        As one of `PlacedLamp.light`.
-    alpha : NDArray[np.float32], (H, W)
-        As one of `PlacedLamp.alpha`.
+    Returns `light`: (H, W, 3) float32, as one of `PlacedLamp.light`.
+    and `alpha`: (H, W) float32, as one of `PlacedLamp.alpha`.
     """
     fine = _fine(lamp)
     return _turned(fine, rotation(-azimuth_deg, altitude_deg) @ fine.centring, shape)

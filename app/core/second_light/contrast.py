@@ -1,4 +1,4 @@
-"""Contrast of a face under a place's light and a lamp: the denominator of match.
+"""What a lamp hides of a place, and the contrast of a face under both: the denominator of match.
 
 The picture is linear in its three parts: the place's light, less what the lamp hides of it, plus
 the lamp's own. In an orthonormal basis of the pictures that the head can give, each part has a
@@ -7,35 +7,160 @@ same basis, so that a sun that the lamp hides is gone, however bright it was.
 
 Of the first coordinates, which hold nearly all, that is reckoned for every texel. Of all others
 it is for the place's brightest texels only: what a lamp hides besides is too faint to show there.
+
+With E the place's light, a the share of each texel that the lamp hides, and Phi anything that is
+linear in light (a pre-integrated target, say), the hidden part at turn t and azimuth k is
+
+    sum over texels of a(texel) Phi(texel) E(texel turned by t).
+
+A lamp hides a few texels only, and the same ones relative to itself whatever its azimuth. Seen
+from the lamp, light depends on t - k alone: per altitude one matrix of 64 views of the place, and
+one product with the targets as each azimuth has them, hold all 64 x 64 combinations, exactly.
+
+Light and what is linear in it come in two parts here, see `app.core.solver.search_light`, both on
+the full grid: (2, H, W), flat in that order.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
 from app.core.base.errors import CoreError
-from app.core.second_light.hidden import (
-    by_turn,
-    correlate,
-    correlate_at,
-    each_table,
-    two_parts,
-)
+from app.core.second_light.placements import ALTITUDES_DEG, COUNT
 from app.core.solver.environment import SHAPE
 from app.core.solver.search_light import find_colours
 
 if TYPE_CHECKING:
-    from app.core.second_light.hidden import Hidden
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Bools, Float32, Float64, Floats, Int64
     from app.core.solver.transport import Transport
 
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
-Floats: TypeAlias = NDArray[np.floating[Any]]
+
+_Float = TypeVar("_Float", bound=np.floating[Any])
+
+_TEXELS: Final = SHAPE[0] * SHAPE[1]
+_LEAST_HIDDEN: Final = 1e-6
+_MOST: Final = 768  # texels that a lamp may hide around one altitude: three eighths of them all
+_STEPS: Final = np.arange(TURNS)
+# Where turn t and azimuth k find their product: view t - k, azimuth k.
+_ORDER: Final[Int64] = ((_STEPS[:, None] - _STEPS) % TURNS * TURNS + _STEPS).ravel()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hidden:
+    """Texels that a lamp hides, per altitude; M of them, both parts of light."""
+
+    # tuple of (64, M) int64, position in the place's light of what stands behind the lamp, per
+    # turn minus azimuth
+    views: tuple[Int64, ...] = field(repr=False)
+    # tuple of (M, 64) int64, position in the head's frame, per azimuth
+    own: tuple[Int64, ...] = field(repr=False)
+    # each (M, 64), how much of each is hidden, 0 to 1, per azimuth
+    shares: tuple[Float64, ...] = field(repr=False)
+
+
+def find_hidden(alpha: Floats) -> Hidden:
+    """Find what a lamp hides.
+
+    `alpha`: (576, 32, 64) float, share of each texel that the lamp hides, in the head's frame, per
+    placement.
+    Raises CoreError if it hides so much that it is no lamp.
+    """
+    views, own, shares = [], [], []
+    for rows in alpha.reshape(len(ALTITUDES_DEG), TURNS, *SHAPE):
+        # Toward the sitter's left is toward the left of the panorama.
+        still = np.stack([np.roll(a, k, axis=1) for k, a in enumerate(rows)])
+        row, column = np.nonzero((still > _LEAST_HIDDEN).any(axis=0))
+        if len(row) > _MOST:
+            raise CoreError(
+                "This lamp hides nearly everything around the head.",
+                "Correct its mask: only the lamp itself belongs to it.",
+            )
+        views.append(_both(row * SHAPE[1] + (column + _STEPS[:, None]) % TURNS, 1))
+        own.append(_both(row[:, None] * SHAPE[1] + (column[:, None] - _STEPS) % TURNS, 0))
+        share = still[:, row, column].T.astype(np.float64)
+        shares.append(np.concatenate([share, share]))
+    return Hidden(tuple(views), tuple(own), tuple(shares))
+
+
+def hidden_tables(hidden: Hidden, linear: NDArray[_Float]) -> tuple[NDArray[_Float], ...]:
+    """Take what is linear in light to where a lamp hides it.
+
+    `linear`: (F, 4096) float, times two-part light it sums to F values.
+    Returns tuple of (F, M, 64) float: per altitude, in the type of `linear`, for `correlate`.
+    """
+    return tuple(each_table(hidden, linear))
+
+
+def each_table(hidden: Hidden, linear: NDArray[_Float]) -> Iterator[NDArray[_Float]]:
+    """Give the tables of `hidden_tables` one after the other: all together they are large."""
+    for own, share in zip(hidden.own, hidden.shares, strict=True):
+        table = linear[:, own]
+        table *= share.astype(linear.dtype)
+        yield table
+
+
+def correlate(hidden: Hidden, tables: Sequence[Float64], light: Float64) -> Float64:
+    """Sum up the hidden part at all turns and placements.
+
+    `tables`: sequence of (F, M, 64) float64, from `hidden_tables`.
+    `light`: (2, 32, 64) float64, of the place, at turn 0.
+    Returns (F, 64, 576) float64: per turn and placement.
+    """
+    flat = light.reshape(-1)
+    found = np.empty((len(tables[0]), len(tables), TURNS, TURNS))
+    for altitude, (views, table) in enumerate(zip(hidden.views, tables, strict=True)):
+        np.matmul(flat[views], table, out=found[:, altitude])
+    return by_turn(found)
+
+
+def by_turn(found: Float64) -> Float64:
+    """Sort values that are known by turn minus azimuth.
+
+    `found`: (F, 9, 64, 64) float64, per altitude, turn minus azimuth, and azimuth.
+    Returns (F, 64, 576) float64: per turn and placement.
+    """
+    count = len(found)
+    sorted_ = np.empty((count, TURNS, len(ALTITUDES_DEG), TURNS))
+    for altitude in range(len(ALTITUDES_DEG)):
+        flat = found[:, altitude].reshape(count, -1)
+        sorted_[:, :, altitude] = flat[:, _ORDER].reshape(count, TURNS, TURNS)
+    return sorted_.reshape(count, TURNS, COUNT)
+
+
+def correlate_at(hidden: Hidden, tables: Sequence[Float64], light: Float64, turn: int) -> Float64:
+    """Sum up the hidden part at one turn. Returns (F, 576) float64."""
+    flat = light.reshape(-1)
+    turned = (turn - _STEPS) % TURNS
+    rows = [
+        np.einsum("km,fmk->fk", flat[views[turned]], table)
+        for views, table in zip(hidden.views, tables, strict=True)
+    ]
+    return np.concatenate(rows, axis=1)
+
+
+def two_parts(light: Floats, mixing: Float64) -> Float64:
+    """Split light into the two parts of `app.core.solver.search_light`, on the full grid.
+
+    `light`: (..., H, W, 3) float, linear Rec. 709 radiance.
+    `mixing`: (2, 3) float64, of the head.
+    Returns (..., 2, H, W) float64: in the unit of `light`.
+    """
+    red, green, blue = (light[..., channel].astype(np.float64) for channel in range(3))
+    # Texel by texel, so that mirrored light gives exactly the mirrored parts.
+    return np.stack([r * red + g * green + b * blue for r, g, b in mixing], axis=-3)
+
+
+def _both(texels: Int64, axis: int) -> Int64:
+    return np.concatenate([texels, texels + _TEXELS], axis=axis).astype(np.int64)
+
 
 _MAIN: Final = (48, 96)  # coordinates that the search looks at, at least and at most
 _SIZE: Final = 2e7  # numbers in the tables of what a lamp hides; large lamps get fewer coordinates
@@ -43,68 +168,44 @@ _LEAST: Final = 0.02  # texels that give less than this share of the strongest c
 _BRIGHT: Final = 16  # texels of the place that count as brightest
 _BATCH: Final = 48  # coordinates at a time: what they need stays in the cache
 _PURE: Final = 1e-4
-_STEPS: Final = np.arange(TURNS)
 _SUMS: Final = (_STEPS[:, None] + _STEPS) % TURNS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FaceBasis:
-    """An orthonormal basis of a face's pictures, each less its mean over the face.
+    """An orthonormal basis of a face's pictures, each less its mean over the face."""
 
-    Attributes
-    ----------
-    pixels : (F, K) float32
-        On the face's pixels; those first that matter most.
-    rows : (K, 4096) float64
-        Times two-part light they sum to the coordinates of the picture.
-    mixing : (2, 3) float64
-        How light is split in two, see `app.core.solver.search_light`.
-    """
-
+    # (F, K), on the face's pixels; those first that matter most
     pixels: Float32 = field(repr=False)
+    # (K, 4096), times two-part light they sum to the coordinates of the picture
     rows: Float64 = field(repr=False)
-    mixing: Float64
+    mixing: Float64  # (2, 3), how light is split in two, see `app.core.solver.search_light`
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Contrast:
-    """A lamp's own picture and the hidden one, in a face's basis.
-
-    Attributes
-    ----------
-    spectra : (33, K, 64) complex128
-        The rows of its basis, transformed along azimuth and conjugate.
-    lamp : (K, 576) float64
-        Coordinates of the lamp's pictures.
-    beside : (576,) float64
-        Squared norm of what of them lies beside the basis.
-    hidden : tuple of (M, D, 64) float32
-        Per altitude: what each hidden texel counts in the first D coordinates.
-    shadows : tuple of (1, M, 64) float64
-        Per altitude: what each hidden texel counts along the lamp's own picture.
-    further : (4096, K - D) float32
-        What each texel counts in the other coordinates.
-    shades : (2048, 576) float32
-        Share of each texel that the lamp hides, per placement.
-    """
+    """A lamp's own picture and the hidden one, in a face's basis."""
 
     face: FaceBasis = field(repr=False)
+    # (33, K, 64) complex128, the rows of its basis, transformed along azimuth and conjugate
     spectra: NDArray[np.complex128] = field(repr=False)
-    lamp: Float64 = field(repr=False)
+    lamp: Float64 = field(repr=False)  # (K, 576), coordinates of the lamp's pictures
+    # (576,), squared norm of what of them lies beside the basis
     beside: Float64 = field(repr=False)
+    # each (M, D, 64), per altitude: what each hidden texel counts in the first D coordinates
     hidden: tuple[Float32, ...] = field(repr=False)
+    # each (1, M, 64), per altitude: what each hidden texel counts along the lamp's own picture
     shadows: tuple[Float64, ...] = field(repr=False)
+    # (4096, K - D), what each texel counts in the other coordinates
     further: Float32 = field(repr=False)
+    # (2048, 576), share of each texel that the lamp hides, per placement
     shades: Float32 = field(repr=False)
 
 
 def prepare_face(transport: Transport) -> FaceBasis:
     """Find the basis of a head; takes a second.
 
-    Raises
-    ------
-    CoreError
-        If the transport takes other environments.
+    Raises CoreError if the transport takes other environments.
     """
     if transport.environment_shape != SHAPE:
         raise CoreError(
@@ -139,12 +240,8 @@ def prepare_face(transport: Transport) -> FaceBasis:
 def find_contrast(face: FaceBasis, hidden: Hidden, lamp: Float64, beside: Float64) -> Contrast:
     """Put a lamp into a face's basis.
 
-    Parameters
-    ----------
-    lamp : (K, 576) float64
-        Coordinates of the lamp's pictures.
-    beside : (576,) float64
-        Squared norm of what of them lies beside the basis.
+    `lamp`: (K, 576) float64, coordinates of the lamp's pictures.
+    `beside`: (576,) float64, squared norm of what of them lies beside the basis.
     """
     texels = sum(len(own) for own in hidden.own)
     main = int(np.clip(_SIZE / (TURNS * max(texels, 1)), *_MAIN))
@@ -186,19 +283,13 @@ def _shades(hidden: Hidden) -> Float32:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Norms:
-    """Squared contrast of the face, for any power of the lamp.
+    """Squared contrast of the face, for any power of the lamp."""
 
-    Attributes
-    ----------
-    place, both : (64, 576) float64, or (1, 576) at one turn
-        Of the place's light less what the lamp hides; twice its product with the lamp's picture.
-    lamp : (576,) float64
-        Of the lamp's picture.
-    """
-
+    # place, both: (64, 576) float64, or (1, 576) at one turn, of the place's light less what the
+    # lamp hides; twice its product with the lamp's picture
     place: Float64 = field(repr=False)
     both: Float64 = field(repr=False)
-    lamp: Float64 = field(repr=False)
+    lamp: Float64 = field(repr=False)  # (576,), of the lamp's picture
 
     def at(self, power: float) -> Float64:
         """Norm over the face of the picture's luminance minus its mean."""
@@ -213,10 +304,7 @@ def norms(
 ) -> Norms:
     """Find the contrast of the face at all turns and placements.
 
-    Parameters
-    ----------
-    light : (32, 64, 3) float
-        Of the place, at turn 0, linear Rec. 709 radiance.
+    `light`: (32, 64, 3) float, of the place, at turn 0, linear Rec. 709 radiance.
     """
     parts = two_parts(light, contrast.face.mixing)
     place = _at_all_turns(contrast, parts)
@@ -318,7 +406,7 @@ def _centred(pixels: Float32) -> Float64:
     return centred
 
 
-def _kinds(transport: Transport) -> list[NDArray[np.bool_]]:
+def _kinds(transport: Transport) -> list[Bools]:
     """Rows of T that are even and that are odd; all of them, for a head without symmetry."""
     rows = transport.texel_basis.reshape(-1, *transport.environment_shape).astype(np.float64)
     flipped = np.einsum("rhw,rhw->r", rows, rows[:, :, ::-1])

@@ -1,23 +1,85 @@
-"""From the exposures of a lamp in a dark room to a captured lamp."""
+"""A captured lamp from files: a panorama with its mask or without, or a bracket of a dark room."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.core.base.errors import CoreError
+import cv2
+import numpy as np
+
+from app.core.base.errors import CoreError, EnvironmentFileError
+from app.core.base.image_input import clear_error, open_image
 from app.core.base.progress import Report, Token, silent, span
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.pipeline import measure
-from app.core.second_light.captured import CapturedLamp, make_lamp
-from app.core.second_light.lamp_file import read_lamp_file
+from app.core.second_light.captured import LARGEST, CapturedLamp, make_lamp
 from app.core.second_light.mask import find_mask
+from app.core.second_light.scale import stated_white
+from app.core.solver.environment import read_environment
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
+    from app.core.base.arrays import Float32
     from app.core.solver.style_pack import StylePack
+
+
+_FINE: Final = 4
+
+
+def read_lamp_file(path: Path | str) -> tuple[CapturedLamp, tuple[str, ...]]:
+    """Read a lamp from a panorama of it in a dark room.
+
+    `path`: OpenEXR or Radiance. A channel A is the mask (the light premultiplied); without one the
+    lamp is found.
+    Its unit is known where the file states ``whiteLuminance``.
+    Raises CoreError when the file cannot be read, or no lamp is in it.
+    """
+    environment = read_environment(path)
+    name, said = environment.name, list(environment.warnings)
+    white, shape, radiance = stated_white(path), environment.shape, _bounded(environment.radiance)
+    del environment  # It may be a gigabyte larger than what is needed of it.
+    alpha = _alpha(Path(path), shape)
+    if alpha is None:
+        mask = find_mask(radiance)
+        alpha, said = mask.alpha, [*said, *mask.warnings]
+    lamp = make_lamp(name, radiance, alpha, white_cd_m2=white)
+    return lamp, tuple(said)
+
+
+def _bounded(values: Float32) -> Float32:
+    """Average what is several times as fine as a lamp is kept, (H, 2 H) or (H, 2 H, 3)."""
+    if len(values) <= _FINE * LARGEST[0]:
+        return values
+    size = (_FINE * LARGEST[1], _FINE * LARGEST[0])
+    return np.asarray(cv2.resize(values, size, interpolation=cv2.INTER_AREA), np.float32)
+
+
+def _alpha(path: Path, shape: tuple[int, int]) -> Float32 | None:
+    """(H, 2 H) channel A of the first part, bounded; None where there is none."""
+    source = open_image(path)
+    if source is None:
+        return None
+    try:
+        spec = source.spec()
+        names = [str(name).lower() for name in spec.channelnames]
+        channel = next((k for k, name in enumerate(names) if name in ("a", "alpha")), None)
+        if channel is None:
+            return None
+        values = source.read_image(0, 0, channel, channel + 1, "float")
+        if values is None:
+            clear_error(source)
+    finally:
+        source.close()
+    if values is None or np.asarray(values).size != shape[0] * shape[1]:
+        raise EnvironmentFileError(
+            f"The mask in {path.name} cannot be read, or has another size than its light.",
+            "Export it again as a whole RGBA panorama.",
+        )
+    return _bounded(np.asarray(values, np.float32).reshape(shape))
+
 
 GUIDE: Final = (
     "Make a room as dark as you can: curtains, other lamps, screens.",
@@ -53,25 +115,12 @@ def capture_lamp(
 ) -> Capture:
     """Merge a bracket of a lamp in a dark room, and find the lamp in it.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-        Exposures, or one folder of them, or one linear panorama (.exr, .hdr) with the mask as
-        its channel A or without.
-    wishes : MergeOptions, optional
-        How to merge. By default the camera's curve is taken as sRGB: what is in a dark room's
-        frames is mostly noise, from which no curve can be recovered.
-    distance_m : float, optional
-        From the probe to the lamp, metres.
-    token, report : Token, Report, optional
-        To stop, and to say how far it is.
-
-    Raises
-    ------
-    CoreError
-        When the files are no panoramas, or no lamp stands out.
-    Cancelled
-        When the token was cancelled.
+    `paths`: exposures, or one folder of them, or one linear panorama (.exr, .hdr) with the mask as
+    its channel A or without.
+    `wishes`: how to merge. By default the camera's curve is taken as sRGB: what is in a dark room's
+    frames is mostly noise, from which no curve can be recovered.
+    `distance_m`: from the probe to the lamp, metres.
+    Raises CoreError when the files are no panoramas, or no lamp stands out.
     """
     if len(paths) == 1 and paths[0].suffix.lower() in _LINEAR:
         lamp, said = read_lamp_file(paths[0])

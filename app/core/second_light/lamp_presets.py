@@ -2,6 +2,9 @@
 
 A lamp is a flat piece of light that faces the head, equally bright all over and from every side
 (Lambertian), known by its size and by the illuminance that it gives at one metre.
+
+A lamp at full power may drown the place's own light, and a style with two lamps needs both: the
+search may dim a lamp in the steps that lamps have, whole stops.
 """
 
 from __future__ import annotations
@@ -11,6 +14,78 @@ from dataclasses import dataclass
 from typing import Final
 
 from app.core.base.errors import CoreError
+
+FULL: Final = (1.0,)
+"""Powers of a lamp that cannot be dimmed, or was captured as it is."""
+
+# Brightest and dimmest in stops from the power in `numbers`: screens and panels go down to less
+# than a hundredth, a torch has a few steps; a flash is counted at 1/16 and goes from 1/1 to 1/128.
+_STOPS: Final = {
+    "phone": (0, -8),
+    "torch": (0, -3),
+    "tablet": (0, -8),
+    "panel": (0, -8),
+    "flash": (4, -3),
+    "softbox": (0, -7),
+}
+_ALREADY: Final = {"flash": 1.0 / 16.0}
+_FULL_FROM: Final = 0.995
+
+
+def powers_of(kind: str) -> tuple[float, ...]:
+    """Return the powers that a kind of lamp from numbers can be set to, the strongest first.
+
+    Examples
+    --------
+    >>> powers_of("torch"), powers_of("bulb")
+    ((1.0, 0.5, 0.25, 0.125), (1.0,))
+    """
+    if kind not in _STOPS:
+        return FULL
+    most, least = _STOPS[kind]
+    return tuple(2.0**stop for stop in range(most, least - 1, -1))
+
+
+def power_words(power: float, kind: str = "") -> str:
+    """Say at which power a lamp is held, as its own display does.
+
+    Examples
+    --------
+    >>> power_words(1.0), power_words(0.5), power_words(0.25), power_words(1.0, "flash")
+    ('at full power', 'at half power', 'at 1/4 power', 'at 1/16 power')
+    """
+    share = power_share(power, kind)
+    return f"at {'half' if share == '1/2' else share} power"
+
+
+def power_share(power: float, kind: str = "") -> str:
+    """Write a power as a share of the lamp's greatest: "full" or "1/8".
+
+    Examples
+    --------
+    >>> power_share(1.0), power_share(0.125), power_share(16.0, "flash")
+    ('full', '1/8', 'full')
+    """
+    shown = _shown(power, kind)
+    return "full" if shown >= _FULL_FROM else f"1/{round(1.0 / shown)}"
+
+
+def stops_words(power: float, kind: str = "") -> str:
+    """Say by how much a lamp is turned down; empty at full power.
+
+    Examples
+    --------
+    >>> stops_words(0.125), stops_words(0.5), stops_words(1.0)
+    ('3 stops down', '1 stop down', '')
+    """
+    stops = round(-math.log2(_shown(power, kind)))
+    return f"{stops} stop{'' if stops == 1 else 's'} down" if stops > 0 else ""
+
+
+def _shown(power: float, kind: str) -> float:
+    """Share of the greatest power that the lamp itself has."""
+    return power * _ALREADY.get(kind, 1.0)
+
 
 NEAREST_M: Final = 0.2
 FARTHEST_M: Final = 5.0
@@ -27,25 +102,15 @@ _SHUTTER_S: Final = 1.0 / 160.0
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """A kind of lamp that can be held.
-
-    Attributes
-    ----------
-    size_m : tuple of float
-        Width and height, metres.
-    lux_at_1m : float
-        Illuminance on axis at one metre, lux.
-    colour : tuple of float
-        Linear Rec. 709 of luminance 1.
-    """
+    """A kind of lamp that can be held."""
 
     name: str
     title: str
-    size_m: tuple[float, float]
+    size_m: tuple[float, float]  # width and height, metres
     round: bool
-    lux_at_1m: float
+    lux_at_1m: float  # illuminance on axis at one metre, lux
     distance_m: float
-    colour: tuple[float, float, float]
+    colour: tuple[float, float, float]  # linear Rec. 709 of luminance 1
     words: str
 
 
@@ -79,32 +144,15 @@ KINDS: Final = {
 
 @dataclass(frozen=True, slots=True)
 class NumbersLamp:
-    """A lamp known by numbers, at a distance.
-
-    Attributes
-    ----------
-    distance_m : float
-        From the middle of the head to the middle of the lamp, metres.
-    lux_at_1m : float
-        Illuminance on axis at one metre, lux.
-    size_m : tuple of float
-        Width and height, metres.
-    colour : tuple of float
-        Linear Rec. 709 of luminance 1.
-
-    Raises
-    ------
-    CoreError
-        If a number is no lamp's.
-    """
+    """A lamp known by numbers, at a distance; raises CoreError if a number is no lamp's."""
 
     kind: str
     title: str
-    distance_m: float
-    lux_at_1m: float
-    size_m: tuple[float, float]
+    distance_m: float  # from the middle of the head to the middle of the lamp, metres
+    lux_at_1m: float  # illuminance on axis at one metre, lux
+    size_m: tuple[float, float]  # width and height, metres
     round: bool = False
-    colour: tuple[float, float, float] = _WHITE
+    colour: tuple[float, float, float] = _WHITE  # linear Rec. 709 of luminance 1
 
     def __post_init__(self) -> None:
         """Refuse what no lamp can be."""
@@ -132,13 +180,7 @@ class NumbersLamp:
 
 
 def at_distance(kind: Kind, distance_m: float | None = None) -> NumbersLamp:
-    """Give the lamp of a kind, at a distance from the middle of the head or at its usual one.
-
-    Raises
-    ------
-    CoreError
-        If it cannot be that near or far.
-    """
+    """Give the lamp of a kind, at a distance from the middle of the head or at its usual one."""
     distance = kind.distance_m if distance_m is None else distance_m
     return NumbersLamp(
         kind.name, kind.title, distance, kind.lux_at_1m, kind.size_m, kind.round, kind.colour
@@ -147,11 +189,6 @@ def at_distance(kind: Kind, distance_m: float | None = None) -> NumbersLamp:
 
 def parse(text: str) -> NumbersLamp:
     """Read a lamp from a word.
-
-    Raises
-    ------
-    CoreError
-        If there is no such kind, or it cannot be that near or far.
 
     Examples
     --------

@@ -7,148 +7,223 @@
 
 The text makes a lamp count: the capture is whole before the text names it. Where the text is
 damaged, the capture still holds the light, its unit and the mask.
+
+Every function raises CoreError when there is no lamp of a name, or a file cannot be read, moved or
+written; what was there before still counts then.
 """
 
 from __future__ import annotations
 
 import contextlib
-import os
+import re
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
+import cv2
+import numpy as np
+
+from app.core.base.colour import srgb_encode, to_bytes
 from app.core.base.errors import CoreError
+from app.core.base.files import words_of
+from app.core.base.images import write_exr, write_png
 from app.core.base.paths import user_data
-from app.core.base.unique_names import names_like, title_key, titles_like
-from app.core.second_light.comparable import with_lux
-from app.core.second_light.lamp_file import read_lamp_file
+from app.core.base.sphere import remap_frame
+from app.core.base.unique_names import title_key
+from app.core.second_light.captured import centring
+from app.core.second_light.dark_room import read_lamp_file
 from app.core.second_light.lamp_presets import KINDS
-from app.core.second_light.lamp_store import (
-    MAX_TITLE,
-    capture_named,
-    capture_path,
-    captures,
-    checksum,
-    facts_of,
-    names,
-    write_lamp,
-    write_text,
-)
-from app.core.storage.places.names import words_of
+from app.core.second_light.scale import with_lux
+from app.core.storage.json_file import number, optional, read_json, take, text, write_json
+from app.core.storage.library import Damaged, Library, Trashed, files_in, unreadable_folder
+from app.core.storage.places.light import fingerprint_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable
     from pathlib import Path
 
+    from app.core.base.arrays import Bytes
     from app.core.second_light.captured import CapturedLamp
-    from app.core.storage.settings.json_file import Facts
+    from app.core.storage.json_file import Facts
 
 
-def clean_title(title: str) -> str:
-    """Return a title as it is kept: one line of letters that can be seen.
+MAX_TITLE: Final = 80
+"""Longest title, characters."""
 
-    Raises
-    ------
-    CoreError
-        If nothing is left of it, or too much.
+_FORMAT: Final = 1
+_MOST_BYTES: Final = 1 << 16
+_NAME: Final = re.compile(r"[a-z0-9][a-z0-9-]{0,40}")
+_SHA: Final = r"[0-9a-f]{64}"
+_PICTURE: Final = 256
+_AGAIN: Final = "Make room or allow writing there, then try again."
+
+
+def write_lamp(folder: Path, lamp: CapturedLamp) -> None:
+    """Write a lamp's files; the text comes last and makes it count."""
+    both = np.dstack([lamp.radiance, lamp.alpha]).astype(np.float32)
+    target = capture_named(folder, lamp.name, checksum(lamp))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_exr(target, both, lamp.white_cd_m2)
+        with contextlib.suppress(CoreError):  # Only its looks would be lost.
+            write_png(folder / f"{lamp.name}.png", picture_of(lamp))
+    except OSError as error:
+        raise CoreError(f"The lamp was not kept in {folder}: {words_of(error)}.", _AGAIN) from error
+    except CoreError as error:
+        raise CoreError(f"The lamp was not kept. {error.message}", _AGAIN) from error
+    write_text(folder, lamp)
+
+
+def write_text(folder: Path, lamp: CapturedLamp) -> None:
+    """Write what is known of a lamp; its capture must be there. Errors as `write_lamp`."""
+    facts: Facts = {
+        "format": _FORMAT,
+        "title": lamp.title,
+        "distance_m": lamp.distance_m,
+        "white_cd_m2": lamp.white_cd_m2,
+        "lux": lamp.lux,
+        "camera": lamp.camera,
+        "sha256": checksum(lamp),
+    }
+    try:
+        write_json(folder / f"{lamp.name}.json", facts, _MOST_BYTES)
+    except CoreError as error:
+        raise CoreError(f"The lamp was not kept. {error.message}", _AGAIN) from error
+
+
+def facts_of(folder: Path, name: str) -> tuple[Facts, tuple[str, ...]]:
+    """Read what is known of a lamp, as much as there is.
+
+    title, distance_m, white_cd_m2, lux, camera and sha256; what was lost has its default.
+    Raises CoreError when the system does not give it out, or a newer version has written it.
     """
-    visible = "".join(letter if letter.isprintable() else " " for letter in title)
-    value = " ".join(visible.split())
-    if not value:
-        raise CoreError("The lamp needs a name.", "Type one.")
-    if len(value) > MAX_TITLE:
-        raise CoreError(f"This name is longer than {MAX_TITLE} characters.", "Shorten it.")
-    return value
+    file = read_json(folder / f"{name}.json", _MOST_BYTES)
+    if file.state == "unreadable":
+        raise CoreError(f"The lamp {name} cannot be read: {file.why}.", f"Look at {folder}.")
+    found: Facts = dict(file.facts)
+    lost: list[str] = []
+    version = found.get("format", _FORMAT)
+    if isinstance(version, int) and version > _FORMAT:
+        raise CoreError(f"A newer Turnlight has kept the lamp {name}.", "Update this one.")
+    bare = name.replace("-", " ").capitalize()
+
+    def part(key: str, check: Callable[[Any], Any], default: Any, noun: str) -> Any:
+        return take(found, key, check, default, lost, noun)
+
+    facts: Facts = {
+        "title": part("title", text(MAX_TITLE), bare, "its name") or bare,
+        "distance_m": part("distance_m", optional(number(0.01, 100.0)), None, "its distance"),
+        "white_cd_m2": part("white_cd_m2", optional(number(1e-12, 1e12)), None, "its brightness"),
+        "lux": part("lux", optional(number(0.0, 1e12)), None, "its illuminance"),
+        "camera": part("camera", text(80), "", "its camera"),
+        "sha256": part("sha256", text(64, _SHA), "", "its checksum"),
+    }
+    if file.state == "whole" and not lost:
+        return facts, ()
+    said = f"A part of this lamp could not be read: {', '.join(lost) or file.why or 'its text'}."
+    return facts, (said,)
 
 
-def titles_of(folder: Path, without: str = "") -> dict[str, str]:
-    """Return the names of the lamps of a folder by `title_key`."""
-    titles = {}
-    for name in names(folder):
-        # A title that cannot be read cannot be met again either.
-        with contextlib.suppress(CoreError):
-            if name != without:
-                titles[title_key(facts_of(folder, name)[0]["title"])] = name
-    return titles
+def capture_path(folder: Path, name: str, facts: Facts) -> Path:
+    """Find the capture that the text names; where the text lost it, the newest there is."""
+    sha = facts["sha256"]
+    if sha:
+        path = capture_named(folder, name, sha)
+        if path.is_file():
+            return path
+    elif found := captures(folder, name):
+        return max(found, key=lambda each: each.stat().st_mtime)
+    raise CoreError(
+        f"The capture of “{facts['title']}” is missing.", f"Look at {folder}, or capture it again."
+    )
 
 
-def free_title(folder: Path, title: str) -> str:
-    """Return a title that no lamp bears, with a number where this one is taken.
+def capture_named(folder: Path, name: str, sha256: str) -> Path:
+    """Where a capture lies."""
+    return folder / f"{name}-{sha256[:12]}.exr"
 
-    Raises
-    ------
-    CoreError
-        If thousands bear it already.
+
+def captures(folder: Path, name: str) -> list[Path]:
+    """All captures of a lamp that there are."""
+    ends = re.compile(re.escape(name) + r"-[0-9a-f]{12}\.exr")
+    return sorted(each for each in folder.glob(f"{name}-*.exr") if ends.fullmatch(each.name))
+
+
+def names(folder: Path) -> list[str]:
+    """List the names of the lamps: of texts, and of captures whose text is gone."""
+    found = {file.stem for file in files_in(folder, ".json") if _NAME.fullmatch(file.stem)}
+    for file in files_in(folder, ".exr"):
+        stem = re.fullmatch(r"(.+)-[0-9a-f]{12}", file.stem)
+        if stem and _NAME.fullmatch(stem[1]):
+            found.add(stem[1])
+    return sorted(found)
+
+
+def checksum(lamp: CapturedLamp) -> str:
+    """SHA-256 of a lamp's light and mask."""
+    return fingerprint_of(np.dstack([lamp.radiance, lamp.alpha]).astype(np.float32))
+
+
+def picture_of(lamp: CapturedLamp) -> Bytes:
+    """Show a lamp as seen from the probe.
+
+    Returns (256, 256, 3) uint8: sRGB, the lamp in the middle and not burnt out, the room around it
+    dark.
     """
-    taken = titles_of(folder)
-    return _first(each for each in titles_like(title, MAX_TITLE) if title_key(each) not in taken)
+    ahead = centring(lamp.light)
+    seen = np.asarray(remap_frame(lamp.radiance, ahead), np.float32)
+    mask = np.asarray(remap_frame(lamp.alpha, ahead), np.float32)
+    height, width = mask.shape
+    rows, columns = np.nonzero(mask[:, width // 4 : -(width // 4)] > 0.5)
+    half = height // 12
+    if rows.size:
+        off = max(np.abs(rows - height / 2).max(), np.abs(columns - width / 4).max())
+        half = int(np.clip(1.5 * off, height // 24, height // 2))
+    middle = np.s_[height // 2 - half : height // 2 + half, width // 2 - half : width // 2 + half]
+    lit = seen[mask > 0.5]
+    top = float(np.percentile(lit, 95.0)) if lit.size else float(seen.max())
+    how = cv2.INTER_AREA if 2 * half > _PICTURE else cv2.INTER_LINEAR
+    shown = cv2.resize(
+        seen[middle] * np.float32(0.9 / top), (_PICTURE, _PICTURE), interpolation=how
+    )
+    return to_bytes(srgb_encode(np.clip(shown, 0.0, 1.0)))
 
-
-def free_name(folder: Path, title: str) -> str:
-    """Make a name for commands and files of a title: one that no lamp and no kind of lamp bears.
-
-    Raises
-    ------
-    CoreError
-        If thousands bear it already.
-    """
-    # A picture without its lamp is somebody's file all the same.
-    taken = {*names(folder), *(file.stem for file in folder.glob("*.png"))}
-    return _first(each for each in names_like(title, "lamp", KINDS) if each not in taken)
-
-
-def _first(free: Iterator[str]) -> str:
-    found = next(free, None)
-    if found is None:
-        raise CoreError("There are too many lamps of this name.", "Choose another name.")
-    return found
-
-
-CANNOT_READ: Final = "This lamp cannot be read. Its files are untouched."
 
 _MOST_LAMPS: Final = 500
-_TRASH: Final = "trash"
 _HELD_M: Final = (0.05, 20.0)
 
 
 @dataclass(frozen=True, slots=True)
 class LampEntry:
-    """A lamp of the library, without its light.
-
-    Attributes
-    ----------
-    distance_m : float or None
-        At which it was captured, metres.
-    lux : float or None
-        What it gives there; None where its exposure was not known.
-    picture : Path or None
-        Small sRGB picture.
-    """
+    """A lamp of the library, without its light."""
 
     name: str
     title: str
-    distance_m: float | None
-    lux: float | None
+    distance_m: float | None  # at which it was captured, metres
+    lux: float | None  # what it gives there; None where its exposure was not known
     camera: str
-    picture: Path | None
+    picture: Path | None  # small sRGB picture
     remarks: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class DamagedLamp:
-    """A lamp in the folder that cannot be read."""
-
-    path: Path
-    reason: str
-    message: str = CANNOT_READ
+def _not_put_away(error: OSError) -> CoreError:
+    return CoreError(f"The lamp cannot be put away: {words_of(error)}.")
 
 
-@dataclass(frozen=True, slots=True)
-class TrashedLamp:
-    """A lamp that was put away."""
+def _is_taken(folder: Path, name: str) -> bool:
+    # A picture without its lamp is somebody's file all the same.
+    return name in names(folder) or (folder / f"{name}.png").exists()
 
-    folder: Path
-    name: str
-    title: str
+
+_LIBRARY: Final = Library(
+    noun="lamp",
+    error=CoreError,
+    not_put_away=_not_put_away,
+    longest=MAX_TITLE,
+    reserved=KINDS,
+    names=names,
+    title_of=lambda folder, name: str(facts_of(folder, name)[0]["title"]),
+    is_taken=_is_taken,
+)
 
 
 def lamps_folder() -> Path:
@@ -156,30 +231,24 @@ def lamps_folder() -> Path:
     return user_data() / "lamps"
 
 
-def list_lamps(folder: Path) -> tuple[tuple[LampEntry, ...], tuple[DamagedLamp, ...]]:
+def list_lamps(folder: Path) -> tuple[tuple[LampEntry, ...], tuple[Damaged, ...]]:
     """List the lamps of a folder without reading their light."""
     entries: list[LampEntry] = []
-    damaged: list[DamagedLamp] = []
+    damaged: list[Damaged] = []
     try:
         found = names(folder)
     except OSError as error:
-        return (), (DamagedLamp(folder, f"The folder cannot be read: {words_of(error)}."),)
+        return (), (unreadable_folder(folder, error),)
     for name in found[:_MOST_LAMPS]:
         try:
             entries.append(_entry(folder, name, *facts_of(folder, name)))
         except CoreError as error:
-            damaged.append(DamagedLamp(folder / f"{name}.json", str(error)))
+            damaged.append(Damaged(folder / f"{name}.json", str(error)))
     return tuple(sorted(entries, key=lambda each: title_key(each.title))), tuple(damaged)
 
 
 def read_lamp(folder: Path, name: str) -> CapturedLamp:
-    """Read a lamp.
-
-    Raises
-    ------
-    CoreError
-        When there is none of that name, or it is damaged.
-    """
+    """Read a lamp; raises CoreError when there is none of that name, or it is damaged."""
     found = _find(folder, name)
     facts, _ = facts_of(folder, found)
     path = capture_path(folder, found, facts)
@@ -203,29 +272,21 @@ def read_lamp(folder: Path, name: str) -> CapturedLamp:
 def add_lamp(folder: Path, lamp: CapturedLamp, title: str = "") -> CapturedLamp:
     """Keep a lamp under a name and title of its own.
 
-    Raises
-    ------
-    CoreError
-        If it cannot be written, or the title is empty or too long. Nothing counts then.
+    Raises CoreError if it cannot be written, or the title is empty or too long. Nothing counts
+    then.
     """
-    wanted = free_title(folder, clean_title(title or lamp.title))
-    named = replace(lamp, name=free_name(folder, wanted), title=wanted)
+    name, wanted = _LIBRARY.names_for(folder, _LIBRARY.clean_title(title or lamp.title))
+    named = replace(lamp, name=name, title=wanted)
     write_lamp(folder, named)
     return named
 
 
 def update_lamp(folder: Path, lamp: CapturedLamp) -> None:
-    """Replace a lamp, its mask or brightness corrected; the old one goes to the trash.
-
-    Raises
-    ------
-    CoreError
-        When there is none of that name, or it cannot be written; the old one then still counts.
-    """
+    """Replace a lamp, its mask or brightness corrected; the old one goes to the trash."""
     name = _find(folder, lamp.name)
     old = read_lamp(folder, name)
-    write_lamp(_trash_folder(folder, name), old)
-    write_lamp(folder, replace(lamp, title=clean_title(lamp.title)))
+    write_lamp(_LIBRARY.trash_folder(folder, name), old)
+    write_lamp(folder, replace(lamp, title=_LIBRARY.clean_title(lamp.title)))
     if checksum(old) != checksum(lamp):
         with contextlib.suppress(OSError):
             capture_named(folder, name, checksum(old)).unlink()
@@ -234,16 +295,10 @@ def update_lamp(folder: Path, lamp: CapturedLamp) -> None:
 def rename_lamp(folder: Path, name: str, title: str) -> CapturedLamp:
     """Give a lamp another title; its name in files stays.
 
-    Raises
-    ------
-    CoreError
-        If another lamp is called so, or it cannot be read or written.
+    Raises CoreError if another lamp is called so, or it cannot be read or written.
     """
     lamp = read_lamp(folder, name)
-    wanted = clean_title(title)
-    if title_key(wanted) in titles_of(folder, without=lamp.name):
-        raise CoreError(f"There is already a lamp called “{wanted}”.", "Choose another name.")
-    renamed = replace(lamp, title=wanted)
+    renamed = replace(lamp, title=_LIBRARY.renamed(folder, lamp.name, title))
     write_text(folder, renamed)
     return renamed
 
@@ -253,15 +308,8 @@ def restate_lamp(
 ) -> CapturedLamp:
     """Correct what was said of a lamp; its capture stays.
 
-    Parameters
-    ----------
-    distance_m : float, optional
-        At which it was captured, metres; what is left out stays.
-
-    Raises
-    ------
-    CoreError
-        If these are no such numbers, or it cannot be read or written.
+    `distance_m`: at which it was captured, metres; what is left out stays.
+    Raises CoreError if these are no such numbers, or it cannot be read or written.
     """
     lamp = read_lamp(folder, name)
     if distance_m is not None:
@@ -273,13 +321,7 @@ def restate_lamp(
 
 
 def check_distance(distance_m: float) -> float:
-    """Give a distance of a captured lamp back, unless none can be captured or held there.
-
-    Raises
-    ------
-    CoreError
-        Otherwise.
-    """
+    """Give a distance of a captured lamp back, unless none can be captured or held there."""
     low, high = _HELD_M
     if not low <= distance_m <= high:
         raise CoreError(
@@ -289,45 +331,23 @@ def check_distance(distance_m: float) -> float:
     return distance_m
 
 
-def delete_lamp(folder: Path, name: str) -> TrashedLamp:
-    """Put a lamp away, so that `restore_lamp` can bring it back.
-
-    Raises
-    ------
-    CoreError
-        When there is none of that name, or its files cannot be moved.
-    """
+def delete_lamp(folder: Path, name: str) -> Trashed:
+    """Put a lamp away, so that `restore_lamp` can bring it back."""
     found = _find(folder, name)
     facts, _ = facts_of(folder, found)
-    away = _trash_folder(folder, found)
     files = [folder / f"{found}.json", *captures(folder, found), folder / f"{found}.png"]
-    try:
-        # First the text, without which the lamp does not count.
-        for file in files:
-            if file.exists():
-                os.replace(file, away / file.name)
-    except OSError as error:
-        raise CoreError(f"“{facts['title']}” was not deleted: {words_of(error)}.") from error
-    return TrashedLamp(away, found, facts["title"])
+    there = [file for file in files if file.exists()]
+    return _LIBRARY.put_away(folder, found, facts["title"], there)
 
 
-def restore_lamp(folder: Path, trashed: TrashedLamp) -> CapturedLamp:
+def restore_lamp(folder: Path, trashed: Trashed) -> CapturedLamp:
     """Bring a lamp back; its files in the trash stay as they are.
 
-    Returns
-    -------
-    CapturedLamp
-        Under its old name and title, unless others bear them by now.
-
-    Raises
-    ------
-    CoreError
-        If it is no longer in the trash, damaged, or cannot be written.
+    Under its old name and title, unless others bear them by now.
     """
     lamp = read_lamp(trashed.folder, trashed.name)
-    title = free_title(folder, lamp.title)
-    taken = lamp.name in names(folder)
-    back = replace(lamp, name=free_name(folder, title) if taken else lamp.name, title=title)
+    name, title = _LIBRARY.names_for(folder, lamp.title, lamp.name)
+    back = replace(lamp, name=name, title=title)
     write_lamp(folder, back)
     return back
 
@@ -350,22 +370,8 @@ def _find(folder: Path, wanted: str) -> str:
     there = names(folder)
     if wanted in there:
         return wanted
-    titles = titles_of(folder)
+    titles = _LIBRARY.titles(folder)
     if title_key(wanted) in titles:
         return titles[title_key(wanted)]
     known = ", ".join(there) or "none yet"
     raise CoreError(f"There is no lamp {wanted!r} in the library.", f"There are: {known}.")
-
-
-def _trash_folder(folder: Path, name: str) -> Path:
-    trash = folder / _TRASH
-    try:
-        trash.mkdir(parents=True, exist_ok=True)
-        for count in range(1, 100_000):
-            away = trash / (name if count == 1 else f"{name}-{count}")
-            if not away.exists():
-                away.mkdir()
-                return away
-    except OSError as error:
-        raise CoreError(f"The lamp cannot be put away: {words_of(error)}.") from error
-    raise CoreError("The trash of lamps is full.", f"Empty {trash}.")

@@ -7,16 +7,19 @@ stays where it is. Of several such levels the highest counts that still holds ne
 light: below it the lamp's reflection on the table or the lit wall would be taken along, above it
 a dim rim would be lost. Last, each piece of the edge is put where the light has half its step;
 that is read from the capture as it came: turning it blurs, and a small lamp is nearly all edge.
+
+The brush for correcting a mask is round on the sphere, whatever the panorama does to its shape.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.colour import LUMINANCE_WEIGHTS
 from app.core.base.errors import CoreError
@@ -26,11 +29,62 @@ from app.core.second_light.captured import CapturedLamp, centroid, make_lamp
 from app.core.solver.environment import solid_angles
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Bools, Float32, Float64
     from app.core.base.colour import FloatImage
 
-Bool: TypeAlias = NDArray[np.bool_]
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
+
+Point: TypeAlias = tuple[float, float]
+"""Azimuth and elevation in the capture, deg."""
+
+_APART: Final = 0.5  # of the radius: dabs of a stroke lie no farther from each other
+
+
+def dab(alpha: Float32, at: Point, radius_deg: float, lit: bool) -> Float32:
+    """Set or clear a round region of a mask.
+
+    `alpha`: (H, 2 H) float32, share of each texel that the lamp covers, 0 to 1; not changed.
+    `at`: middle of the region: azimuth and elevation, deg, panorama frame.
+    `radius_deg`: of the region, deg; at least one texel is taken.
+    Returns (H, 2 H) float32: texels that the edge goes through are blended.
+    """
+    return stroke(alpha, (at,), radius_deg, lit)
+
+
+def stroke(alpha: Float32, points: tuple[Point, ...], radius_deg: float, lit: bool) -> Float32:
+    """Draw with the brush from point to point, the shorter way around; see `dab`."""
+    rows, columns = alpha.shape
+    step = 180.0 / rows
+    radius = max(radius_deg, 0.5 * step)
+    new = alpha.copy()
+    height = np.radians(90.0 - step * (np.arange(rows) + 0.5))
+    around = np.radians(step * (np.arange(columns) + 0.5) - 180.0)
+    for azimuth, elevation in _along(points, max(_APART * radius, step)):
+        # Only the rows that it can reach.
+        first = max(math.floor((90.0 - elevation - radius) / step) - 1, 0)
+        last = min(math.ceil((90.0 - elevation + radius) / step) + 1, rows)
+        if first >= last:
+            continue
+        across, middle = np.cos(around - math.radians(azimuth)), math.radians(elevation)
+        near = np.outer(math.cos(middle) * np.cos(height[first:last]), across)
+        near += (math.sin(middle) * np.sin(height[first:last]))[:, None]
+        away = np.degrees(np.arccos(np.clip(near, -1.0, 1.0)))
+        share = np.clip((radius - away) / step + 0.5, 0.0, 1.0).astype(np.float32)
+        part = new[first:last]
+        new[first:last] = np.maximum(part, share) if lit else np.minimum(part, 1.0 - share)
+    return new
+
+
+def _along(points: tuple[Point, ...], step: float) -> list[Point]:
+    """Points of a stroke, none farther than `step` from the next, deg."""
+    found = [points[0]]
+    for (a, e), (b, f) in pairwise(points):
+        across = (b - a + 180.0) % 360.0 - 180.0
+        count = max(math.ceil(math.hypot(across, f - e) / step), 1)
+        found += [(a + across * k / count, e + (f - e) * k / count) for k in range(1, count + 1)]
+    return found
+
 
 _GRID: Final = (256, 512)
 _STANDS_OUT: Final = 2.5  # times the room's median
@@ -45,20 +99,12 @@ _DARK: Final = 10.0  # times brighter than the room a lamp should be
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LampMask:
-    """Where the lamp is in a capture.
+    """Where the lamp is in a capture."""
 
-    Attributes
-    ----------
-    alpha : NDArray[np.float32], (H, 2 H)
-        Share of each texel that the lamp covers, 0 to 1.
-    clipped : float
-        Share of the lamp that is clipped in every frame, 0 to 1.
-    """
-
-    alpha: Float32 = field(repr=False)
+    alpha: Float32 = field(repr=False)  # (H, 2 H), share of each texel that the lamp covers, 0 to 1
     contrast: float
     rejected: int
-    clipped: float
+    clipped: float  # share of the lamp that is clipped in every frame, 0 to 1
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -92,22 +138,9 @@ class LampMask:
 def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:
     """Find the lamp in a capture of a dark room.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, 2 H, 3)
-        Linear Rec. 709, any scale, finite and not negative.
-    clipped : NDArray[np.float32], (H, 2 H), optional
-        Share of each texel that is clipped in every frame.
-
-    Returns
-    -------
-    LampMask
-        One lamp: the body of light that holds most of it.
-
-    Raises
-    ------
-    CoreError
-        When nothing stands out of the room.
+    `radiance`: (H, 2 H, 3) float32, linear Rec. 709, any scale, finite and not negative.
+    `clipped`: (H, 2 H) float32, share of each texel that is clipped in every frame.
+    One lamp: the body of light that holds most of it.
     """
     light = np.asarray(radiance @ np.array(LUMINANCE_WEIGHTS, np.float32), np.float32)
     core = _core(light)
@@ -125,10 +158,7 @@ def find_mask(radiance: FloatImage, clipped: Float32 | None = None) -> LampMask:
 def edit_mask(lamp: CapturedLamp, spec: MaskSpec, *, lit: bool) -> CapturedLamp:
     """Set or clear a region of a lamp's mask by hand.
 
-    Raises
-    ------
-    CoreError
-        When the region cannot be drawn, or no light would be left.
+    Raises CoreError when the region cannot be drawn, or no light would be left.
     """
     region = draw_mask(spec, lamp.shape) > 0.5
     alpha = np.where(region, np.float32(lit), lamp.alpha).astype(np.float32)
@@ -145,7 +175,7 @@ def edit_mask(lamp: CapturedLamp, spec: MaskSpec, *, lit: bool) -> CapturedLamp:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Outline:
-    mask: Bool
+    mask: Bools
     contrast: float
     rejected: int
 
@@ -165,7 +195,7 @@ class _Core:
 
     azimuth_deg: float
     elevation_deg: float
-    mask: Bool = field(repr=False)  # (h, w), on a small grid
+    mask: Bools = field(repr=False)  # (h, w), on a small grid
 
 
 def _core(light: Float32) -> _Core:
@@ -196,7 +226,7 @@ def _core(light: Float32) -> _Core:
     return _Core(*centroid(np.repeat(peaky[..., None], 3, axis=2)), mask)
 
 
-def _most(bright: Bool, excess: Float64, weight: Float64) -> tuple[float, Bool]:
+def _most(bright: Bools, excess: Float64, weight: Float64) -> tuple[float, Bools]:
     """Find which connected part of a mask holds the most light, and how much."""
     columns = bright.shape[1]
     # Twice, side by side, so that no seam parts a lamp.
@@ -206,11 +236,11 @@ def _most(bright: Bool, excess: Float64, weight: Float64) -> tuple[float, Bool]:
     sums[0] = 0.0
     sums[areas > 2.0 * _LARGEST * 4.0 * np.pi] = 0.0
     chosen = labels == int(np.argmax(sums))
-    body: Bool = chosen[:, :columns] | chosen[:, columns:]
+    body: Bools = chosen[:, :columns] | chosen[:, columns:]
     return float(excess[body].sum()) if sums.max() > 0.0 else 0.0, body
 
 
-def _standing_out(grid: Float32, body: Bool, weight: Float64) -> float:
+def _standing_out(grid: Float32, body: Bools, weight: Float64) -> float:
     """How many times brighter a body is than what is around it; no more than dark rooms need."""
     near = body.astype(np.uint8)
     wide = cv2.dilate(near, np.ones((9, 9), np.uint8)) - cv2.dilate(near, np.ones((3, 3), np.uint8))
@@ -219,7 +249,7 @@ def _standing_out(grid: Float32, body: Bool, weight: Float64) -> float:
     return min(own / max(around, own / _DARK), _DARK)
 
 
-def _outline(seen: Float32, core: Bool) -> _Outline:
+def _outline(seen: Float32, core: Bools) -> _Outline:
     """Find the lamp's texels, its core being known, both around the middle of the panorama."""
     weight = _areas(seen)
     room = _median(seen, weight)
@@ -248,7 +278,7 @@ def _own_level(values: Float32, weight: Float64) -> float:
     return float(values[order[int(np.searchsorted(reached, 0.6 * reached[-1]))]])
 
 
-def _body(bright: Bool, core: Bool) -> Bool:
+def _body(bright: Bools, core: Bools) -> Bools:
     """Mark what hangs together with most of the core, small gaps bridged."""
     radius = max(round(_BRIDGE_DEG * bright.shape[0] / 180.0), 1)
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * radius + 1, 2 * radius + 1))
@@ -256,7 +286,7 @@ def _body(bright: Bool, core: Bool) -> Bool:
     labels = cv2.connectedComponents(joined, connectivity=8)[1]
     counts = np.bincount(labels[core & bright], minlength=1)
     counts[0] = 0
-    body: Bool = (labels == int(np.argmax(counts))) & bright & bool(counts.any())
+    body: Bools = (labels == int(np.argmax(counts))) & bright & bool(counts.any())
     return body
 
 
@@ -284,14 +314,11 @@ def _best_level(levels: list[_Level]) -> int:
     return levels[next(k for k in middles if levels[k].power >= _HOLDS * whole)].step
 
 
-def _at_half(seen: Float32, mask: Bool) -> Float32:
+def _at_half(seen: Float32, mask: Bools) -> Float32:
     """Put the edge where the light has half its step.
 
-    Returns
-    -------
-    (H, W, 4) float32
-        Alpha, soft over one texel; whether it was found from the lamp's light and the room's on
-        both sides of the edge, 0 or 1; and these two.
+    Returns (H, W, 4) float32: alpha, soft over one texel; whether it was found from the lamp's
+    light and the room's on both sides of the edge, 0 or 1; and these two.
     """
     radius = max(round(_RING_DEG * seen.shape[0] / 180.0), 2)
     size = (2 * radius + 1, 2 * radius + 1)
@@ -310,7 +337,7 @@ def _at_half(seen: Float32, mask: Bool) -> Float32:
     return found
 
 
-def _share(light: Float32, inside: Float32, outside: Float32, where: Bool) -> Float32:
+def _share(light: Float32, inside: Float32, outside: Float32, where: Bools) -> Float32:
     """How far light is from outside's level to inside's, 0 to 1; 0 elsewhere."""
     zero = np.zeros_like(light)
     share = np.divide(light - outside, inside - outside, out=zero, where=where)
@@ -329,7 +356,7 @@ def _as_captured(light: Float32, edge: Float32, back: Float64) -> Float32:
     return np.asarray(np.clip(found, 0.0, 1.0), np.float32)
 
 
-def _around(seen: Float32, where: NDArray[Any], size: tuple[int, int]) -> tuple[Float32, Bool]:
+def _around(seen: Float32, where: NDArray[Any], size: tuple[int, int]) -> tuple[Float32, Bools]:
     """Mean of a picture over a region around each texel, and where there is any of it."""
     weight = cv2.blur(where.astype(np.float32), size)
     total = cv2.blur(seen * where, size)
@@ -338,7 +365,7 @@ def _around(seen: Float32, where: NDArray[Any], size: tuple[int, int]) -> tuple[
     return np.asarray(mean, np.float32), np.asarray(known, np.bool_)
 
 
-def _spots(mask: Bool) -> int:
+def _spots(mask: Bools) -> int:
     """Count the spots of a mask that are larger than noise."""
     count, _, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
     least = max((0.5 * len(mask) / 180.0) ** 2, 4.0)

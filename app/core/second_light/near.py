@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.arrays import Float32, Float64, Int64
 from app.core.base.progress import Report, Token, silent
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT, MIRRORED, direction, placement
 from app.core.solver.environment import solid_angles
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
     from app.core.solver.transport import Transport
 
 Float16: TypeAlias = NDArray[np.float16]
-Float32: TypeAlias = NDArray[np.float32]
-Float64: TypeAlias = NDArray[np.float64]
 Columns: TypeAlias = Float16 | Float32
 
 _PIECE_DEG: Final = 7.0  # of the lamp, seen from the skin: a little more than a texel of T
@@ -48,19 +47,13 @@ _HALF_TO_SINGLE: Final = np.float32(2.0**112)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NearField:
-    """A head, ready for lamps near it.
-
-    Attributes
-    ----------
-    positions : (P, 3) float32
-        Where each pixel's skin is, metres from the middle of the head.
-    columns : (P * H * W, 4) float16
-        T per steradian, linear Rec. 709 and a 0: pixel by pixel, texels row-major. Rows of eight
-        bytes are fetched in half the time of rows of six.
-    """
+    """A head, ready for lamps near it."""
 
     transport: Transport = field(repr=False)
+    # (P, 3), where each pixel's skin is, metres from the middle of the head
     positions: Float32 = field(repr=False)
+    # (P * H * W, 4), T per steradian, linear Rec. 709 and a 0: pixel by pixel, texels row-major.
+    # Rows of eight bytes are fetched in half the time of rows of six
     columns: Float16 = field(repr=False)
 
 
@@ -86,15 +79,10 @@ def near_picture(
 ) -> Float32:
     """Picture of a head under a near lamp alone.
 
-    Parameters
-    ----------
-    azimuth_deg, altitude_deg : float
-        Where it is held, deg, positive toward the sitter's left and upward.
-
-    Returns
-    -------
-    (P, 3) float32
-        Linear Rec. 709 in cd/m2, as the picture under an environment in cd/m2 is.
+    `azimuth_deg` and `altitude_deg`: where it is held, deg, positive toward the sitter's left and
+    upward.
+    Returns (P, 3) float32: linear Rec. 709 in cd/m2, as the picture under an environment in cd/m2
+    is.
     """
     picture = _picture(near, near.columns, lamp, azimuth_deg, altitude_deg)
     return picture[:, :3] * np.asarray(lamp.colour, np.float32)
@@ -105,15 +93,7 @@ def near_luminances(
 ) -> Float32:
     """Luminance of a head under a near lamp at every placement.
 
-    Returns
-    -------
-    (576, P) float32
-        Of `near_picture`, cd/m2.
-
-    Raises
-    ------
-    Cancelled
-        If `token` says so.
+    Returns (576, P) float32: of `near_picture`, cd/m2.
     """
     transport = near.transport
     weights = np.asarray(transport.header.luminance_weights) * lamp.colour
@@ -139,15 +119,8 @@ def near_luminances(
 def coverage(lamp: NumbersLamp, shape: tuple[int, int]) -> Float32:
     """Find what a lamp hides of the place behind it, seen from the middle of the head.
 
-    Parameters
-    ----------
-    shape : tuple of int
-        Rows and columns (H, W) of the environment, W = 64.
-
-    Returns
-    -------
-    (576, H, W) float32
-        Share of each texel, 0 to 1, at turn 0.
+    `shape`: rows and columns (H, W) of the environment, W = 64.
+    Returns (576, H, W) float32: share of each texel, 0 to 1, at turn 0.
     """
     found = np.empty((COUNT, *shape), np.float32)
     width = shape[1]
@@ -241,7 +214,7 @@ def _answers(columns: Columns, shape: tuple[int, int], toward: Float32) -> Float
     return mixed
 
 
-def _twins(transport: Transport) -> NDArray[np.int64]:
+def _twins(transport: Transport) -> Int64:
     """Where the mirror image of each pixel stands; itself where it is not on the head."""
     size, pixels = transport.size, transport.pixels
     mirrored = pixels // size * size + size - 1 - pixels % size

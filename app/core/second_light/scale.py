@@ -3,24 +3,139 @@
 A lamp rescues a style by night that it cannot touch in the sun, so the place's brightness must be
 known in cd/m2. An environment that was merged from exposures states it; of any other somebody has
 to say how much light falls on the face.
+
+The light of a lamp and of a place may be added when both are known in cd/m2, from the exposures
+that their frames state. ISO, aperture and shutter of one camera give that to a few percent from
+capture to capture; of two cameras only to about half a stop.
 """
 
 from __future__ import annotations
 
 import math
 import re
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.errors import CoreError
 from app.core.base.image_input import open_image
 from app.core.solver.environment import solid_angles
 from app.core.solver.search_light import luminance_of
 
-Floats: TypeAlias = NDArray[np.floating[Any]]
+if TYPE_CHECKING:
+    from app.core.base.arrays import Floats
+    from app.core.second_light.captured import CapturedLamp
+
+
+_SAME_DISTANCE: Final = 0.05
+_MOST_LAMP_LUX: Final = 1e7
+_TYPE_LUX: Final = (
+    "Type its illuminance: hold a light meter where the probe stood, facing the lamp. Or capture "
+    "it again with files that state ISO, aperture and shutter."
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Whether a lamp's light can be added to a place's."""
+
+    possible: bool  # whether both are known in cd/m2
+    sentence: str = ""
+    hint: str = ""
+
+    def __str__(self) -> str:
+        """Return the sentence, followed by the hint where there is one."""
+        return f"{self.sentence} {self.hint}".strip()
+
+
+def compare(
+    place_white_cd_m2: float | None, lamp: CapturedLamp, *, place_camera: str = ""
+) -> Comparison:
+    """Judge whether the captures of a place and of a lamp can be compared.
+
+    `place_white_cd_m2`: luminance of radiance 1 of the place, cd/m2; None where its exposure is not
+    known.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from app.core.second_light.captured import make_lamp
+    >>> light = np.ones((2, 4, 3), np.float32)
+    >>> lamp = make_lamp("phone", light, light[..., 0], white_cd_m2=600.0)
+    >>> compare(None, lamp).possible
+    False
+    >>> compare(120.0, lamp).possible
+    True
+    """
+    place_known = _known(place_white_cd_m2)
+    if not _known(lamp.white_cd_m2):
+        both = "" if place_known else " Nor does the place's."
+        return Comparison(
+            False,
+            f"The brightness of “{lamp.title}” is not known: its files do not state the exposure."
+            f"{both}",
+            _TYPE_LUX,
+        )
+    if not place_known:
+        return Comparison(
+            False,
+            "The brightness of the place is not known: its files do not state the exposure, so "
+            f"that “{lamp.title}” cannot be added to it.",
+            "Say how much light falls on the face there, in lux, or capture the place again.",
+        )
+    cameras = {place_camera.strip().casefold(), lamp.camera.strip().casefold()}
+    if "" not in cameras and len(cameras) == 2:
+        return Comparison(
+            True,
+            f"“{lamp.title}” was captured with another camera ({lamp.camera}) than the place "
+            f"({place_camera}): it may be half a stop brighter or darker than shown.",
+        )
+    return Comparison(True)
+
+
+def with_lux(lamp: CapturedLamp, lux: float) -> CapturedLamp:
+    """Set how bright a lamp is by what a light meter reads where the probe stood.
+
+    Raises CoreError when that is no illuminance.
+    """
+    if not (math.isfinite(lux) and 0.0 < lux <= _MOST_LAMP_LUX):
+        raise CoreError(f"{lux:g} lux is no illuminance of a lamp.", "Type what the meter reads.")
+    unit = replace(lamp, white_cd_m2=1.0)
+    given = unit.lux
+    if not given:
+        raise CoreError(f"{lamp.title} gives no light.", "Mark where the lamp is.")
+    return replace(lamp, white_cd_m2=lux / given)
+
+
+def at_distance(lamp: CapturedLamp, distance_m: float) -> CapturedLamp:
+    """Say at which distance a captured lamp is to be held.
+
+    `distance_m`: from the middle of the head, metres.
+    The lamp, with that distance where nobody had said it before.
+    Raises CoreError when it was captured at another distance: nearer it would look larger, not just
+    be brighter, and how large cannot be told from one capture.
+    """
+    if not (math.isfinite(distance_m) and distance_m > 0.0):
+        raise CoreError(
+            f"{distance_m:g} m is no distance of a lamp.",
+            "Measure from the camera to the lamp, in metres.",
+        )
+    if lamp.distance_m is None:
+        return replace(lamp, distance_m=distance_m)
+    if abs(distance_m - lamp.distance_m) > _SAME_DISTANCE * lamp.distance_m:
+        raise CoreError(
+            f"“{lamp.title}” was captured at {lamp.distance_m:g} m and holds for that distance "
+            f"only, not for {distance_m:g} m.",
+            "Capture it again at that distance, or use a lamp known by its numbers.",
+        )
+    return lamp
+
+
+def _known(white: float | None) -> bool:
+    return white is not None and math.isfinite(white) and white > 0.0
+
 
 ASSUMED_LUX: Final = 200.0
 """Vertical illuminance at the face where nothing is known: a lit room."""
@@ -35,17 +150,9 @@ _NUMBER: Final = re.compile(r"\d{1,3}(?:[ ,’']\d{3})+|\d+(?:[.,]\d+)?|[.,]\d+"
 def illuminance(light: Floats, azimuth_deg: float = 0.0) -> float:
     """Find the vertical illuminance at a face.
 
-    Parameters
-    ----------
-    light : (H, W, 3) or (H, W) float
-        Environment, linear Rec. 709 radiance or luminance.
-    azimuth_deg : float, optional
-        Azimuth in the panorama that the face looks to, deg.
-
-    Returns
-    -------
-    float
-        Lux where the light is in cd/m2.
+    `light`: (H, W, 3) or (H, W) float, environment, linear Rec. 709 radiance or luminance.
+    `azimuth_deg`: azimuth in the panorama that the face looks to, deg.
+    Lux where the light is in cd/m2.
     """
     luminance = luminance_of(light)
     height, width = luminance.shape
@@ -58,10 +165,7 @@ def illuminance(light: Floats, azimuth_deg: float = 0.0) -> float:
 def check_lux(lux: float) -> float:
     """Give an illuminance at the face back, unless there is no such light to photograph in.
 
-    Raises
-    ------
-    CoreError
-        Otherwise.
+    Raises CoreError otherwise.
     """
     if not 0.0 < lux <= _MOST_LUX:
         raise CoreError(f"{lux:g} lux is no light to photograph in.", _USUAL)
@@ -71,10 +175,7 @@ def check_lux(lux: float) -> float:
 def read_lux(text: str) -> float:
     """Read an illuminance as somebody types it.
 
-    Raises
-    ------
-    CoreError
-        If it is no number, or no light to photograph in.
+    Raises CoreError if it is no number, or no light to photograph in.
 
     Examples
     --------
@@ -94,10 +195,7 @@ def read_lux(text: str) -> float:
 def stated_white(path: Path | str) -> float | None:
     """Read the luminance of radiance 1 that an OpenEXR file states.
 
-    Returns
-    -------
-    float or None
-        Cd/m2; None where the file states none, or cannot be read.
+    Cd/m2; None where the file states none, or cannot be read.
     """
     source = open_image(Path(path))
     if source is None:

@@ -8,23 +8,23 @@ lamp by the same number, so that what counts is how strong the lamp is beside th
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS, turn_of_index, wrap
 from app.core.second_light.contrast import norm_at
-from app.core.second_light.lamp_tables import (
+from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
+from app.core.second_light.search_kernel import (
+    Found,
     LampTables,
     Place,
     lamp_alone,
     lamp_tables,
     left_everywhere,
     see_place,
+    seek,
 )
-from app.core.second_light.placements import ALTITUDES_DEG, COUNT, placement
-from app.core.second_light.search_kernel import Found, seek
 from app.core.solver.reach import LIMITS, LightMap, Limits, Objective, reason
 from app.core.solver.relighting_cache import normalised
 from app.core.solver.search_light import luminance_of
@@ -33,13 +33,11 @@ from app.core.solver.solve import StyleResult, solve_all
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.base.arrays import Bools, Float32, Floats
     from app.core.second_light.added import AddedLight
     from app.core.solver.style_pack import StylePack
     from app.core.solver.transport import Transport
 
-Float32: TypeAlias = NDArray[np.float32]
-Mask: TypeAlias = NDArray[np.bool_]
-Floats: TypeAlias = NDArray[np.floating[Any]]
 
 ALL: Final = TURNS * COUNT
 """Combinations of a turn and a placement."""
@@ -51,41 +49,34 @@ _WEAK: Final = 0.1  # of the face's mean: a lamp that gives less cannot shape it
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """What a place can do for a style together with a lamp.
-
-    Attributes
-    ----------
-    turn_index, placement : int
-        On the grids, 0..63 and 0..575; the turn counted from the panorama's centre column.
-    turn_deg, turn_refined_deg : float
-        The turn on the grid, and between; deg in (-180, 180], positive clockwise.
-    lamp_azimuth_deg, lamp_altitude_deg : float
-        Where the lamp is held, on the grid; deg, positive toward the sitter's left and upward.
-    quality, match, strength : float
-        There, on the grid. Quality (eq. 7) in the unit of the environment, the others of 100.
-    reason : str or None
-        Why not, even with the lamp; None when attainable.
-    map : (9, 64) float32
-        The objective at the chosen turn: match of 100, or quality; altitude by azimuth.
-    """
+    """What a place can do for a style together with a lamp."""
 
     name: str
     title: str
     side: str
+    # turn_index, placement: on the grids, 0..63 and 0..575; the turn counted from the panorama's
+    # centre column
     turn_index: int
     placement: int
+    # turn_deg, turn_refined_deg: the turn on the grid, and between; deg in (-180, 180], positive
+    # clockwise
     turn_deg: float
     turn_refined_deg: float
+    # lamp_azimuth_deg, lamp_altitude_deg: where the lamp is held, on the grid; deg, positive
+    # toward the sitter's left and upward
     lamp_azimuth_deg: float
     lamp_altitude_deg: float
     lamp_azimuth_refined_deg: float
     lamp_altitude_refined_deg: float
+    # quality, match, strength: there, on the grid. Quality (eq. 7) in the unit of the environment,
+    # the others of 100
     quality: float
     match: float
     strength: float
     attainable: bool
-    reason: str | None
+    reason: str | None  # why not, even with the lamp; None when attainable
     before: StyleResult
+    # (9, 64), the objective at the chosen turn: match of 100, or quality; altitude by azimuth
     map: Float32 = field(repr=False)
     evaluated: int
     power: float = 1.0
@@ -104,7 +95,7 @@ def place_all(
     objective: Objective = "picture",
     *,
     styles: Sequence[str] | None = None,
-    allowed: Mask | None = None,
+    allowed: Bools | None = None,
     greedy: bool = False,
     powers: Sequence[float] = (1.0,),
     limits: Limits = LIMITS,
@@ -113,27 +104,16 @@ def place_all(
 ) -> tuple[Placed, ...]:
     """Find for every style the best turn and the best place of a lamp (eq. 7).
 
-    Parameters
-    ----------
-    radiance : (32, 64, 3) float
-        Environment at turn 0, linear Rec. 709, in the unit of the lamp: cd/m2.
-    allowed : (576,) bool, optional
-        Placements that can be reached; all by default.
-    powers : sequence of float, optional
-        What the lamp may be dimmed to, as shares of its full power, see `dimming`; the picture
-        objective takes the one that matches best, of equals the first. The paper's always gains
-        by more light, so it takes the first.
-    front_deg : float, optional
-        Azimuth at which the photographer stands, deg; turns are counted from there.
-
-    Raises
-    ------
-    EnvironmentFileError
-        If the environment is black, not finite or has another size.
-    StyleError
-        If a style is unknown.
-    CoreError
-        If no placement is allowed.
+    `radiance`: (32, 64, 3) float, environment at turn 0, linear Rec. 709, in the unit of the lamp:
+    cd/m2.
+    `allowed`: (576,) bool, placements that can be reached; all by default.
+    `powers`: what the lamp may be dimmed to, as shares of its full power, see `dimming`; the
+    picture objective takes the one that matches best, of equals the first. The paper's always gains
+    by more light, so it takes the first.
+    `front_deg`: azimuth at which the photographer stands, deg; turns are counted from there.
+    Raises EnvironmentFileError if the environment is black, not finite or has another size.
+    Raises StyleError if a style is unknown.
+    Raises CoreError if no placement is allowed.
     """
     light, scale = normalised(radiance, pack.header.environment)
     if light.ndim == 2:

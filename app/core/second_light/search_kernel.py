@@ -1,26 +1,164 @@
-"""The search itself: all combinations of a turn and a placement, for some styles at once."""
+"""The search itself: all combinations of a turn and a placement, for some styles at once.
+
+The styles and the lamp are transformed once, so that any place is searched in milliseconds.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.core.base.angles import TURNS
-from app.core.base.errors import CoreError
-from app.core.second_light.contrast import Norms, norms
-from app.core.second_light.lamp_tables import lamp_alone, left_everywhere
+from app.core.base.errors import CoreError, TransportError
+from app.core.second_light.contrast import (
+    Norms,
+    correlate,
+    correlate_at,
+    hidden_tables,
+    norms,
+    two_parts,
+)
 from app.core.second_light.placements import ALTITUDES_DEG, COUNT
+from app.core.solver.environment import SHAPE
+from app.core.solver.lamps import lamp_weights
 from app.core.solver.peaks import TIE
 from app.core.solver.reach import LIMITS, Limits, Measured, choose
+from app.core.solver.search import curves, quality_curves
+from app.core.solver.weights import target_weights
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.second_light.lamp_tables import LampTables, Place
+    from numpy.typing import NDArray
+
+    from app.core.base.arrays import Bools, Float32, Float64, Floats
+    from app.core.second_light.added import AddedLight
     from app.core.solver.reach import Objective
+    from app.core.solver.style_pack import StylePack
+    from app.core.solver.transport import Transport
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LampTables:
+    """What a lamp does to a pack's targets, to the face's mean and to single lamps' maps."""
+
+    pack: StylePack = field(repr=False)
+    added: AddedLight = field(repr=False)
+    # (S + 1 + K, 576), values under the lamp alone: S targets, the mean of the face, K lamp maps
+    lit: Float64 = field(repr=False)
+    # each (S + 1 + K, M, 64), the same of what it hides, see `app.core.second_light.contrast`
+    hidden: tuple[Float64, ...] = field(repr=False)
+
+    @property
+    def count(self) -> int:
+        """Number of targets, S, and the position of the mean."""
+        return len(self.pack.styles)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Place:
+    """A place's light as the search of a second light takes it."""
+
+    # (32, 64, 3) float, linear Rec. 709 radiance at turn 0, divided by `scale`
+    light: Floats = field(repr=False)
+    scale: float
+    parts: Float64 = field(repr=False)  # (2, 32, 64), the light in two parts
+    # (S + 1 + K, 64), all values without the lamp, at all turns; of the targets only, where only
+    # they were asked
+    curves: Float64 = field(repr=False)
+
+
+def lamp_tables(pack: StylePack, transport: Transport, added: AddedLight) -> LampTables:
+    """Hold a lamp against the styles of a head.
+
+    Raises TransportError if they do not belong together.
+    """
+    linear = _full(pack)
+    if added.light is not None:
+        parts = two_parts(added.light, pack.mixing).reshape(len(added.light), -1)
+        lit = linear @ parts.T
+    else:
+        weights = _pixel_weights(pack, transport)
+        lit = np.concatenate([weights @ part.T.astype(np.float64) for part in _batches(added)], 1)
+    return LampTables(pack, added, lit, hidden_tables(added.hidden, linear))
+
+
+def see_place(tables: LampTables, light: Floats, scale: float, *, targets: bool = False) -> Place:
+    """Look at a place.
+
+    `light`: (32, 64, 3) float, linear Rec. 709 radiance at turn 0.
+    """
+    pack = tables.pack
+    seen = pack.seen(light)
+    if targets:
+        values = quality_curves(pack.tables, seen)
+    else:
+        found = curves(pack.tables, seen)
+        values = np.concatenate([found.quality, found.mean[None], found.lamps])
+    return Place(light, scale, two_parts(light, pack.mixing), values)
+
+
+def left_everywhere(
+    tables: LampTables, place: Place, rows: Sequence[int], turn: int | None = None
+) -> Float64:
+    """Evaluate what the place gives behind the lamp: eq. 7 without the lamp's own light.
+
+    `rows`: targets wanted, or rows behind them as in `LampTables.lit`.
+    Returns (len(rows), 64, 576) float64, or (len(rows), 1, 576) at one turn: in the unit of
+    `place.light`. With `lamp_alone` it sums to eq. 7.
+    """
+    wanted = list(rows)
+    chosen = tables.hidden if len(wanted) == len(tables.lit) else _rows(tables, wanted)
+    hidden = tables.added.hidden
+    if turn is not None:
+        lost = correlate_at(hidden, chosen, place.parts, turn)
+        return (place.curves[wanted, turn][:, None] - lost)[:, None]
+    found = correlate(hidden, chosen, place.parts)
+    for value, curve in zip(found, place.curves[wanted], strict=True):
+        np.subtract(curve[:, None], value, out=value)
+    return found
+
+
+def lamp_alone(tables: LampTables, place: Place, rows: Sequence[int]) -> Float64:
+    """Return what the lamp's own light gives at full power, (len(rows), 576) float64."""
+    found: Float64 = tables.lit[list(rows)] / place.scale
+    return found
+
+
+def _rows(tables: LampTables, wanted: list[int]) -> tuple[Float64, ...]:
+    return tuple(table[wanted] for table in tables.hidden)
+
+
+def _full(pack: StylePack) -> Float64:
+    """(S + 1 + K, 4096) all that is linear in light, on the full grid in two parts."""
+    rows = np.concatenate([pack.target_rows, pack.mean_rows[None], pack.lamp_rows])
+    height = SHAPE[0]
+    if pack.header.environment != SHAPE:
+        raise TransportError(
+            "A second light needs a head baked for 64 x 32 texels.", "Choose another head."
+        )
+    first = rows[:, :height].astype(np.float64)
+    second = np.einsum("kh,fkw->fhw", pack.mixtures, rows[:, height:].astype(np.float64))
+    return np.concatenate([first, second], axis=1).reshape(len(rows), -1)
+
+
+def _pixel_weights(pack: StylePack, transport: Transport) -> Float64:
+    """(S + 1 + K, P) the same on the head's pixels, made again from the pack's pictures."""
+    face = transport.face
+    flat = pack.targets.reshape(len(pack.styles), -1, 3)[:, transport.pixels]
+    luminance = flat.astype(np.float64) @ np.asarray(transport.header.luminance_weights)
+    weights = np.stack([target_weights(picture, face) for picture in luminance])
+    singles = lamp_weights(transport, pack.styles, luminance, weights)
+    if not np.array_equal([one.style for one in singles], pack.lamp_style):
+        raise TransportError("The styles of this head belong to another one.", "Bake it again.")
+    rows = [*weights, face / np.count_nonzero(face), *(one.weights for one in singles)]
+    return np.stack(rows)
+
+
+def _batches(added: AddedLight) -> list[Float32]:
+    return np.array_split(added.pictures, 9)
 
 
 _Kind = TypeVar("_Kind", bound=np.generic)
@@ -36,16 +174,13 @@ class Spot:
     number: int
 
 
-def best_spot(objective: Float64, allowed: Mask | None = None) -> Spot:
+def best_spot(objective: Float64, allowed: Bools | None = None) -> Spot:
     """Choose the largest value.
 
     Among those within a millionth of it: the smaller turn, then clockwise; then the smaller
     azimuth of the lamp, toward the sitter's left first; then the smaller altitude, upward first.
 
-    Parameters
-    ----------
-    objective : (64, 576) or (1, 576) float64
-        Per turn and placement.
+    `objective`: (64, 576) or (1, 576) float64, per turn and placement.
     """
     values = objective.ravel() if allowed is None else np.where(allowed, objective, -np.inf).ravel()
     top = int(np.argmax(values))
@@ -71,22 +206,15 @@ def _rank(place: int) -> tuple[int, ...]:
 
 
 def refine(
-    objective: Float64, spot: Spot, allowed: Mask, gate: Float64 | None = None
+    objective: Float64, spot: Spot, allowed: Bools, gate: Float64 | None = None
 ) -> tuple[float, float, float]:
     """Look between the grid's places for the maximum, by a parabola through the neighbours.
 
-    Parameters
-    ----------
-    objective : (64, 576) or (1, 576) float64
-        Per turn and placement; of one turn only, the turn stays as it is.
-    gate : float64, optional
-        Of the same shape. Stays at 0 or above, interpolated alike.
-
-    Returns
-    -------
-    tuple of float
-        How far from the spot: turn, azimuth and altitude, in steps of the grid, at most half of
-        one each.
+    `objective`: (64, 576) or (1, 576) float64, per turn and placement; of one turn only, the turn
+    stays as it is.
+    `gate`: of the same shape. Stays at 0 or above, interpolated alike.
+    How far from the spot: turn, azimuth and altitude, in steps of the grid, at most half of one
+    each.
     """
     cube = _around(objective, spot)
     free = _free(_around(allowed, spot))
@@ -119,7 +247,7 @@ def _around(values: NDArray[_Kind], spot: Spot) -> NDArray[_Kind]:
     return grid[np.ix_((spot.turn + steps) % len(grid), rows, (azimuth + steps) % TURNS)]
 
 
-def _free(allowed: Mask) -> Mask:
+def _free(allowed: Bools) -> Bools:
     """(3,) whether both neighbours along a way may be chosen."""
     lines = (allowed[:, 1, 1], allowed[1, :, 1], allowed[1, 1, :])
     return np.array([bool(line.all()) for line in lines])
@@ -150,25 +278,15 @@ def _inside(gate: Float64, moves: Float64) -> Float64:
     return np.zeros(3)
 
 
-Float64: TypeAlias = NDArray[np.float64]
-Mask: TypeAlias = NDArray[np.bool_]
-
-
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The best combination for one style.
-
-    Attributes
-    ----------
-    moves : tuple of float
-        From there to the maximum between the grid's places: turn, azimuth, altitude, in steps.
-    values : (576,) float64
-        The objective at that turn: match of 100, or quality in the unit of the place's light.
-    """
+    """The best combination for one style."""
 
     row: int
     spot: Spot
+    # from there to the maximum between the grid's places: turn, azimuth, altitude, in steps
     moves: tuple[float, float, float]
+    # (576,), the objective at that turn: match of 100, or quality in the unit of the place's light
     values: Float64 = field(repr=False)
     power: float = 1.0
 
@@ -179,22 +297,15 @@ def seek(
     rows: Sequence[int],
     objective: Objective = "picture",
     limits: Limits = LIMITS,
-    allowed: Mask | None = None,
+    allowed: Bools | None = None,
     powers: Sequence[float] = (1.0,),
     *,
     turn: int | None = None,
 ) -> tuple[Found, ...]:
     """Evaluate all combinations for some styles and choose.
 
-    Parameters
-    ----------
-    allowed : (576,) bool, optional
-        Placements that can be reached.
-
-    Raises
-    ------
-    CoreError
-        If no placement is allowed.
+    `allowed`: (576,) bool, placements that can be reached.
+    Raises CoreError if no placement is allowed.
     """
     if allowed is not None and not allowed.any():
         raise CoreError("The lamp cannot be held anywhere within reach.", "Hold it nearer.")
@@ -287,15 +398,12 @@ class _Sight:
 
 
 def _choose(
-    sight: _Sight, row: int, limits: Limits, open_: Mask
+    sight: _Sight, row: int, limits: Limits, open_: Bools
 ) -> tuple[tuple[int, float], Found]:
     """Choose among all combinations as among turns (`app.core.solver.reach`).
 
-    Returns
-    -------
-    tuple of int and float
-        How far that got: 2 with all the strength that is asked, 1 with that of the pattern as a
-        whole, 0 by quality; and the match.
+    How far that got: 2 with all the strength that is asked, 1 with that of the pattern as a whole,
+    0 by quality; and the match.
     """
     quality = sight.value(row)
     match = quality * (100.0 / float(sight.parts.tables.pack.weight_norm[row]))
@@ -318,7 +426,7 @@ def _at(match: Float64, found: Found) -> float:
 def _found(
     row: int,
     values: Float64,
-    allowed: Mask,
+    allowed: Bools,
     power: float,
     *,
     gate: Float64 | None = None,

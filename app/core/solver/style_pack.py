@@ -336,3 +336,17 @@ def _style(entry: Mapping[str, Any]) -> Style:
     if not all(math.isfinite(v) for lamp in entry["lamps"] for v in lamp.values()):
         raise ValueError("a lamp is not finite")
     return Style(**{**entry, "lamps": lamps})
+
+
+def head_words(head: str) -> str:
+    """Write a head's name, with the skin's tone where the name has one.
+
+    Examples
+    --------
+    >>> head_words("generic"), head_words("generic-dark"), head_words("anna.npz")
+    ('Generic head', 'Generic head, dark skin', 'Head anna.npz')
+    """
+    base, _, tone = head.partition("-")
+    if not base.isalpha() or tone not in ("", "light", "medium", "dark"):
+        return f"Head {head}"
+    return f"{base.capitalize()} head" + (f", {tone} skin" if tone else "")

@@ -1,7 +1,8 @@
-"""Styles: the classic studio set-ups as lamps around the sitter, one TOML file each.
+"""Styles: the classic studio set-ups as lamps around the sitter, one TOML file each or each pair.
 
 A file's name without its ending is the style's name, as used on the command line. Built-in styles
-travel with the program; a folder of the user's own may add to them. Files are read by
+travel with the program: of a pair the left one, from which the right one follows. A folder of the
+user's own may add to them. Files are read by
 `app.core.solver.style_file`, strictly: an unknown key or a lamp inside the sitter is an error with
 a sentence, never a guess.
 """
@@ -11,6 +12,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
@@ -25,7 +27,32 @@ if TYPE_CHECKING:
 Side: TypeAlias = Literal["left", "right", "none"]
 """The sitter's own side on which the key lamp stands."""
 
-PAPER_NAMES: Final = (
+
+def mirror_name(name: str) -> str:
+    """Name of the mirrored style.
+
+    Returns
+    -------
+    str
+        With ``left-`` and ``right-`` exchanged; other names are their own mirror.
+
+    Examples
+    --------
+    >>> mirror_name("left-loop-rim"), mirror_name("badger")
+    ('right-loop-rim', 'badger')
+    """
+    for here, there in (("left-", "right-"), ("right-", "left-")):
+        if name.startswith(here):
+            return there + name.removeprefix(here)
+    return name
+
+
+def _with_mirrors(*names: str) -> tuple[str, ...]:
+    """Name each style and, after a left one, the right one that is its mirror image."""
+    return tuple(each for name in names for each in dict.fromkeys((name, mirror_name(name))))
+
+
+PAPER_NAMES: Final = _with_mirrors(
     "butterfly",
     "badger",
     "below",
@@ -33,22 +60,18 @@ PAPER_NAMES: Final = (
     "top",
     "clamshell",
     "left-loop",
-    "right-loop",
     "left-split",
-    "right-split",
     "left-rim",
-    "right-rim",
     "left-below-side",
-    "right-below-side",
     "left-loop-rim",
-    "right-loop-rim",
 )
 """The sixteen styles of the paper (E, Fried, Agrawala, UIST 2019)."""
 
-NAMES: Final = (*PAPER_NAMES, "left-rembrandt", "right-rembrandt")
+NAMES: Final = (*PAPER_NAMES, *_with_mirrors("left-rembrandt"))
 """All built-in styles, in the order in which they are listed everywhere."""
 
 _MAX_USER_STYLES: Final = 200
+_TURNED: Final = {"left": "right", "right": "left", "Left": "Right", "Right": "Left"}
 _SIDE_WORDS: Final = {
     "left": "sitter’s left (camera right)",
     "right": "sitter’s right (camera left)",
@@ -112,32 +135,13 @@ class Style:
         return f"{self.title}, {self.side_words}" if self.side != "none" else self.title
 
 
-def mirror_name(name: str) -> str:
-    """Name of the mirrored style.
-
-    Returns
-    -------
-    str
-        With ``left-`` and ``right-`` exchanged; other names are their own mirror.
-
-    Examples
-    --------
-    >>> mirror_name("left-loop-rim"), mirror_name("badger")
-    ('right-loop-rim', 'badger')
-    """
-    for here, there in (("left-", "right-"), ("right-", "left-")):
-        if name.startswith(here):
-            return there + name.removeprefix(here)
-    return name
-
-
 def mirror(style: Style) -> Style:
     """Mirror a style at the sitter's middle plane.
 
     Returns
     -------
     Style
-        Name, side and every lamp's azimuth exchanged; title, note and the rest as they are.
+        Name, side, every lamp's azimuth, and the words left and right exchanged.
     """
     sides: dict[Side, Side] = {"left": "right", "right": "left", "none": "none"}
     lamps = tuple(
@@ -148,8 +152,18 @@ def mirror(style: Style) -> Style:
         for lamp in style.lamps
     )
     return dataclasses.replace(
-        style, name=mirror_name(style.name), side=sides[style.side], lamps=lamps
+        style,
+        name=mirror_name(style.name),
+        title=_other_way(style.title),
+        side=sides[style.side],
+        place=_other_way(style.place),
+        note=_other_way(style.note),
+        lamps=lamps,
     )
+
+
+def _other_way(words: str) -> str:
+    return re.sub(r"\b(left|right|Left|Right)\b", lambda found: _TURNED[found[0]], words)
 
 
 def read_style(path: Path | str) -> Style:
@@ -187,8 +201,7 @@ def load_styles(user_folder: Path | None = None) -> tuple[Style, ...]:
     StyleError
         When a file is missing or not valid, or a user's style takes a built-in name.
     """
-    folder = resources() / "styles"
-    built_in = tuple(read_style(folder / f"{name}.toml") for name in NAMES)
+    built_in = _built_in()
     if user_folder is None or not user_folder.is_dir():
         return built_in
     files = [file for file in sorted(user_folder.glob("*.toml")) if not is_painted(file)]
@@ -203,6 +216,16 @@ def load_styles(user_folder: Path | None = None) -> tuple[Style, ...]:
                 f"{file} has the name of a built-in style.", "Give it a name of its own."
             )
     return built_in + tuple(read_style(file) for file in files)
+
+
+def _built_in() -> tuple[Style, ...]:
+    """Read the built-in styles; a right one is the mirror image of its left one."""
+    found: dict[str, Style] = {}
+    for name in NAMES:
+        twin = found.get(mirror_name(name))
+        path = resources() / "styles" / f"{name}.toml"
+        found[name] = read_style(path) if twin is None else mirror(twin)
+    return tuple(found.values())
 
 
 def select(styles: Sequence[Style], names: Iterable[str] | None) -> tuple[Style, ...]:

@@ -10,11 +10,10 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QSizePolicy, QWidget
 
 from app.ui.theme import theme
 from app.ui.theme.icons import icon_pixmap
+from app.ui.widgets.accessibility import describe
 from app.ui.widgets.buttons import Button
-from app.ui.widgets.keys import KeyHint
-from app.ui.widgets.labels import Text
-from app.ui.widgets.progress import Bar
-from app.ui.widgets.tips import describe
+from app.ui.widgets.displays import Bar
+from app.ui.widgets.labels import KeyHint, Text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -91,13 +90,7 @@ class JobLineBar(QWidget):
         describe(self._bell, name, tip=name)
 
     def show_hints(self, hints: Sequence[tuple[str, str]]) -> None:
-        """Show the screen's shortcuts.
-
-        Parameters
-        ----------
-        hints : sequence of (str, str)
-            Keys and what they do; at most four are shown.
-        """
+        """Show the screen's shortcuts: keys and what they do, at most four."""
         while (item := self._hint_row.takeAt(0)) is not None:
             if (widget := item.widget()) is not None:
                 widget.setParent(None)

@@ -10,9 +10,9 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
+from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.paint import MIDDLE, box, hover_fill, put_text
-from app.ui.widgets.roving import Roving
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence

@@ -10,8 +10,7 @@ from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QWidget
 
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.buttons import IconButton, Pressable, name_step
-from app.ui.widgets.chips import Chip
+from app.ui.widgets.buttons import Chip, IconButton, Pressable, name_step
 from app.ui.widgets.paint import put_text, text_width
 
 if TYPE_CHECKING:

@@ -32,7 +32,7 @@ from PySide6.QtWidgets import (
 
 from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.library import list_lamps
-from app.core.storage.places import list_places
+from app.core.storage.places.store import list_places
 from app.core.storage.settings import TABLE
 from app.ui.presenters.actions import Findable, best, nothing_words
 from app.ui.presenters.frame import time_words
@@ -42,16 +42,16 @@ from app.ui.shell.shortcuts import written
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.theme.style import dress_bars
+from app.ui.widgets.accessibility import describe
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
 from app.ui.widgets.paint import RIGHT, box, hover_fill, put_text, text_width
-from app.ui.widgets.tips import describe
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from app.core.second_light.library import LampEntry
-    from app.core.storage.places import PlaceSummary
+    from app.core.storage.places.store import PlaceSummary
     from app.ui.shell.commands import Commands
 
 

@@ -9,8 +9,7 @@ from PySide6.QtWidgets import QGridLayout, QVBoxLayout, QWidget
 
 from app.ui.shell.shortcuts import written
 from app.ui.theme import theme
-from app.ui.widgets.keys import KeyHint
-from app.ui.widgets.labels import Text
+from app.ui.widgets.labels import KeyHint, Text
 from app.ui.widgets.surfaces import Scroll
 
 if TYPE_CHECKING:

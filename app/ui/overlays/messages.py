@@ -9,8 +9,7 @@ from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Role, Text
+from app.ui.widgets.labels import Icon, Role, Text
 from app.ui.widgets.surfaces import Scroll
 
 if TYPE_CHECKING:

@@ -11,13 +11,10 @@ from PySide6.QtWidgets import QHBoxLayout, QInputDialog, QVBoxLayout, QWidget
 
 from app.ui.presenters.places_list import PlacesListPresenter
 from app.ui.theme import theme
-from app.ui.widgets.banner import Empty
 from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
-from app.ui.widgets.lines import PictureLine
-from app.ui.widgets.menus import Menu
-from app.ui.widgets.surfaces import Scroll
+from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.messages import Empty
+from app.ui.widgets.surfaces import Menu, PictureLine, Scroll
 
 if TYPE_CHECKING:
     from pathlib import Path

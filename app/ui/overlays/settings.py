@@ -12,12 +12,11 @@ from app.core.base.errors import CoreError
 from app.core.storage.settings import SECTIONS, TABLE, Setting
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button
-from app.ui.widgets.fields import ListField, TextField
-from app.ui.widgets.file_dialogs import ask_folder
+from app.ui.widgets.choices import LabelledSlider
+from app.ui.widgets.dialogs import ask_folder
+from app.ui.widgets.fields import ListField, TextField, Toggle
 from app.ui.widgets.labels import Text
-from app.ui.widgets.sliders import LabelledSlider
 from app.ui.widgets.surfaces import Scroll
-from app.ui.widgets.toggles import Toggle
 
 if TYPE_CHECKING:
     from collections.abc import Callable

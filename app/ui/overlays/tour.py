@@ -9,8 +9,7 @@ from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
+from app.ui.widgets.labels import Icon, Text
 
 if TYPE_CHECKING:
     from app.ui.shell.commands import Commands

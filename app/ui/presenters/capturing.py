@@ -27,8 +27,8 @@ from app.core.solver.environment import reduce
 from app.core.solver.reach import LIMITS, Limits
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
-from app.core.storage.places import (
-    ORIGINALS,
+from app.core.storage.places.originals import ORIGINALS
+from app.core.storage.places.store import (
     PLACE,
     capture_folders,
     create_place,
@@ -60,7 +60,7 @@ if TYPE_CHECKING:
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.solve import StyleResult
     from app.core.solver.style_pack import StylePack
-    from app.core.storage.places import CaptureFacts, Place
+    from app.core.storage.places.place import CaptureFacts, Place
     from app.devices.capture.journal import SessionJournal
     from app.devices.capture.status import Status
     from app.devices.clock import Clock

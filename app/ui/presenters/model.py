@@ -13,12 +13,13 @@ from app.ui.presenters.event import Event
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from app.core.painting import DamagedStyle, UserStyle
+    from app.core.painting.user_style import UserStyle
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.solve import StyleResult
     from app.core.solver.style_pack import StylePack
     from app.core.solver.transport import Transport
-    from app.core.storage.places import Place
+    from app.core.storage.library import Damaged
+    from app.core.storage.places.place import Place
     from app.devices.theta.found import FoundCamera
     from app.ui.screens.light.pictures import LampPlan
 
@@ -85,7 +86,7 @@ class Model:
     head: Head | None
     results: tuple[StyleResult, ...]
     user_styles: tuple[UserStyle, ...]
-    damaged_styles: tuple[DamagedStyle, ...]
+    damaged_styles: tuple[Damaged, ...]
     chosen: str | None
     needle_deg: float | None
     goal_deg: float | None

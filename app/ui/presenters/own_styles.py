@@ -5,17 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from app.core.base.errors import CoreError
-from app.core.painting import (
+from app.core.painting.library import (
     EXPORT_ENDING,
     delete,
     duplicate,
     export_style,
     import_style,
-    read_user_style,
     rename,
     restore,
-    text_path,
 )
+from app.core.painting.user_style import read_user_style, text_path
 from app.ui.presenters.event import Event
 from app.ui.presenters.file_changes import FileChange
 from app.ui.screens.paint.drafts import bring_draft_back, put_draft_away
@@ -24,7 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from app.core.painting import Trashed, UserStyle
+    from app.core.painting.user_style import UserStyle
+    from app.core.storage.library import Trashed
     from app.ui.presenters.file_changes import SerialQueue
     from app.ui.presenters.services import Services
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
-from app.core.painting import list_user_styles, solve_user_styles
+from app.core.painting.gallery import solve_user_styles
+from app.core.painting.library import list_user_styles
 from app.core.solver.solve import solve_all
-from app.core.solver.style_pack import load_named_pack, load_transport_of, pack_names
-from app.export.result_sheet.words import head_words
+from app.core.solver.style_pack import head_words, load_named_pack, load_transport_of, pack_names
 from app.ui.presenters.event import Event
 from app.ui.presenters.file_changes import SerialQueue
 from app.ui.presenters.model import Head, Step
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.core.base.progress import Report, Token
-    from app.core.painting import UserStyle
+    from app.core.painting.user_style import UserStyle
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.reach import Objective
     from app.core.solver.solve import StyleResult

@@ -14,19 +14,14 @@ from app.core.second_light.scale import stated_white
 from app.core.solver.environment import read_environment
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.solver.style_pack import load_named_pack
-from app.core.storage.places import (
+from app.core.storage.places.light import read_light, store_environment
+from app.core.storage.places.originals import adopt_files
+from app.core.storage.places.place import CaptureFacts, FrameFacts, Location, Place, PlaceError
+from app.core.storage.places.store import (
     PLACE,
-    CaptureFacts,
-    FrameFacts,
-    Location,
-    Place,
-    PlaceError,
-    adopt_files,
     create_place,
     list_places,
-    read_light,
     read_place,
-    store_environment,
     summarise,
     write_place,
 )

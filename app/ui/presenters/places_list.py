@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.image_input import picture_bytes
-from app.core.storage.places import (
+from app.core.storage.places.store import (
     PlaceSummary,
     TrashedPlace,
     delete_place,

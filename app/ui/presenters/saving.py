@@ -8,8 +8,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import CoreError
-from app.core.storage.places import ORIGINALS, Asked, Place, PlaceError, read_place, write_place
 from app.core.storage.places.encoding import to_json
+from app.core.storage.places.originals import ORIGINALS
+from app.core.storage.places.place import Asked, Place, PlaceError
+from app.core.storage.places.store import read_place, write_place
 from app.devices.clock import wait
 from app.ui.presenters.place_loader import Opened, kept_anew, kept_in
 
@@ -18,9 +20,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.core.base.progress import Report, Token
-    from app.core.storage.places import Place
-    from app.core.storage.places.place import Source
-    from app.core.storage.settings.json_file import Facts
+    from app.core.storage.json_file import Facts
+    from app.core.storage.places.place import Place, Source
     from app.ui.presenters.file_changes import SerialQueue
     from app.ui.presenters.services import Services
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal
 
 from app.core.base.files import open_file
-from app.core.storage.places import ORIGINALS, list_places
+from app.core.storage.places.originals import ORIGINALS
+from app.core.storage.places.store import list_places
 from app.devices.capture.journal import Damaged, Newer, SessionJournal, journal_of
 from app.devices.capture.session import JOURNAL
 
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from datetime import datetime
     from pathlib import Path
 
-    from app.core.storage.places import PlaceSummary
+    from app.core.storage.places.store import PlaceSummary
 
 
 FRAMES: Final = frozenset({".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".dng"})

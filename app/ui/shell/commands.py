@@ -12,8 +12,8 @@ from app.core.storage.settings import FILE, write_settings
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.screens.registry import steps
-from app.ui.widgets.file_dialogs import ask_files, ask_folder
-from app.ui.widgets.menus import Menu
+from app.ui.widgets.dialogs import ask_files, ask_folder
+from app.ui.widgets.surfaces import Menu
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -223,7 +223,7 @@ def missing_library(message: str) -> DesktopError:
     Examples
     --------
     >>> print(missing_library("libmystery.so.2: cannot open shared object file"))
-    A library that the window needs is missing: libmystery.so.2. Install the package that has it.
+    A library that Turnlight needs is missing: libmystery.so.2. Install the package that has it.
     """
     if (old := _TOO_OLD.search(message)) is not None:
         return DesktopError(
@@ -233,14 +233,14 @@ def missing_library(message: str) -> DesktopError:
     damaged = _DAMAGED.search(message)
     found = _MISSING.search(message)
     if found is None:
-        what = f"A library that the window needs is damaged: {damaged[1]}." if damaged else message
+        what = f"A library that Turnlight needs is damaged: {damaged[1]}." if damaged else message
         name = os.path.basename(damaged[1]) if damaged else ""
         return DesktopError(what, _commands([name], "--reinstall ", "reinstall"))
     names = list(dict.fromkeys([found[1], *(_absent() if found[1] in _PACKAGES else ())]))
     what = (
-        "A library that the window needs is missing"
+        "A library that Turnlight needs is missing"
         if len(names) == 1
-        else ("Libraries that the window needs are missing")
+        else ("Libraries that Turnlight needs are missing")
     )
     commands = _commands(names) or "Install the package that has it."
     return DesktopError(f"{what}: {', '.join(names)}.", commands)

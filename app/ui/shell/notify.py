@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from app.ui.presenters.services import Action, Kind
-    from app.ui.widgets.toasts import Toasts
+    from app.ui.widgets.messages import Toasts
 
 _MOST_KEPT: Final = 200
 _OURS: Final = (

@@ -9,6 +9,7 @@ import os
 import sys
 import threading
 from datetime import datetime
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 
@@ -242,6 +243,8 @@ class App:
         # A demo begins where a first start does.
         self.desk.begin(reopen=not self.options.demo)
         self.commands.begin()
+        # The first panorama needs it a little later; the window need not wait for it.
+        threading.Thread(target=import_module, args=("pyqtgraph",)).start()
 
     def _wanted(self, settings: Settings) -> tuple[ThemeName, float]:
         name = self.options.theme or settings.theme

@@ -17,7 +17,7 @@ from app.ui.shell.memory import reading_in
 from app.ui.shell.shortcuts import Shortcuts, hints_of
 from app.ui.theme import apply, set_theme, theme
 from app.ui.widgets.dialogs import Sheet
-from app.ui.widgets.toasts import Toasts
+from app.ui.widgets.messages import Toasts
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -173,12 +173,6 @@ class FocusRing(QObject):
 
 
 def install(app: QApplication) -> FocusRing:
-    """Give the application its focus ring, once.
-
-    Returns
-    -------
-    FocusRing
-        The one it already had, or a new one.
-    """
+    """Give the application its focus ring, once."""
     found = app.findChild(FocusRing)
     return found if isinstance(found, FocusRing) else FocusRing(app)

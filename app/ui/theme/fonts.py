@@ -2,34 +2,16 @@
 
 from __future__ import annotations
 
-from functools import cache, lru_cache
-from typing import Final
+from functools import lru_cache
 
-from PySide6.QtGui import QFont, QFontDatabase
+from PySide6.QtGui import QFont
 
-from app.core.base.errors import CoreError
-from app.core.base.paths import resources
-
-FAMILY: Final = "Inter"
-"""Family name of the interface font."""
-
-WEIGHTS: Final[dict[int, str]] = {400: "Regular", 500: "Medium", 600: "SemiBold", 700: "Bold"}
-"""Weights that travel with the program, and the names of their files."""
-
-
-@cache
-def _load() -> None:
-    """Register the four files once per process."""
-    folder = resources() / "fonts"
-    for word in WEIGHTS.values():
-        path = folder / f"{FAMILY}-{word}.otf"
-        if QFontDatabase.addApplicationFont(str(path)) < 0:
-            raise CoreError(f"The font {path.name} cannot be read.", "Install Turnlight again.")
+from app.export.canvas import FAMILY, load_fonts
 
 
 @lru_cache(maxsize=256)
 def _font(pixels: int, weight: int) -> QFont:
-    _load()
+    load_fonts()
     font = QFont(FAMILY)
     font.setPixelSize(pixels)
     font.setWeight(QFont.Weight(weight))
@@ -39,12 +21,7 @@ def _font(pixels: int, weight: int) -> QFont:
 
 
 def inter(pixels: int, weight: int = 400) -> QFont:
-    """Give the interface font; a `QGuiApplication` must exist.
-
-    Parameters
-    ----------
-    pixels : int
-        Height of the em in logical pixels, at least 1.
+    """Give the interface font with an em of so many logical pixels; needs a `QGuiApplication`.
 
     Raises
     ------

@@ -73,17 +73,8 @@ def _render(name: str, colour: QColor, pixels: int) -> QPixmap:
 def icon_pixmap(name: str, size: int, colour: QColor, dpr: float = 1.0) -> QPixmap:
     """Draw an icon at the screen's own scale, or take it from the cache.
 
-    Parameters
-    ----------
-    size : int
-        Width and height in logical pixels, already scaled (``theme().px(20)``).
-    dpr : float, optional
-        Device pixels for each logical one.
-
-    Returns
-    -------
-    QPixmap
-        Transparent picture of ``round(size * dpr)`` device pixels a side.
+    `size` is in logical pixels, already scaled (``theme().px(20)``); the picture has
+    ``round(size * dpr)`` device pixels a side.
 
     Raises
     ------
@@ -105,13 +96,7 @@ def icon_pixmap(name: str, size: int, colour: QColor, dpr: float = 1.0) -> QPixm
 def draw_icon(
     painter: QPainter, name: str, rect: QRect | QRectF, size: int, colour: QColor
 ) -> None:
-    """Draw an icon in the middle of a rectangle.
-
-    Parameters
-    ----------
-    size : int
-        Width and height in logical pixels, already scaled.
-    """
+    """Draw an icon in the middle of a rectangle; its size is already scaled."""
     # Not the widget's own ratio: a widget may also be painted into a picture of another scale.
     dpr = painter.deviceTransform().m11()
     pixmap = icon_pixmap(name, size, colour, dpr)
@@ -123,13 +108,7 @@ def draw_icon(
 
 
 def icon(name: str, colour: QColor | None = None) -> QIcon:
-    """Give an icon for Qt's own parts, such as menu entries, with its disabled look.
-
-    Returns
-    -------
-    QIcon
-        At all sizes in use, for screens of one and two device pixels per logical one.
-    """
+    """Give an icon for Qt's own parts, such as menu entries, with its disabled look."""
     t = theme()
     result = QIcon()
     for size in _SIZES:

@@ -99,13 +99,7 @@ class _Style(QProxyStyle):
 
 
 def palette(t: Theme) -> QPalette:
-    """Give the palette that Qt's own parts are painted with.
-
-    Returns
-    -------
-    QPalette
-        Colours for all of Qt's roles that Fusion uses.
-    """
+    """Give the palette that Qt's own parts are painted with."""
     c, role, group = t.c, QPalette.ColorRole, QPalette.ColorGroup
     colours = {
         role.Window: c.bg,
@@ -156,13 +150,7 @@ def bar_sheet(t: Theme) -> str:
 
 
 def menu_sheet(t: Theme) -> str:
-    """Give the style sheet of a menu.
-
-    Returns
-    -------
-    str
-        Qt style sheet, for the menu or what it belongs to.
-    """
+    """Give the style sheet of a menu."""
     c = t.c
     return _MENU.format(
         **_lengths(t),

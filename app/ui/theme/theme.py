@@ -69,17 +69,9 @@ class Colours:
 
 
 class Theme:
-    """One theme at one scale; never changes once made.
+    """One theme at one scale; KeyError when there is none of that name.
 
-    Attributes
-    ----------
-    line_width : int
-        Width of edges and dividers, logical pixels: 2 in "contrast", otherwise 1.
-
-    Raises
-    ------
-    KeyError
-        When there is no such theme.
+    Edges and dividers are `line_width` wide: 2 in "contrast", otherwise 1.
     """
 
     def __init__(self, name: ThemeName = "dark", scale: float = 1.0) -> None:
@@ -94,23 +86,11 @@ class Theme:
         return self.name == "contrast"
 
     def px(self, length: float) -> int:
-        """Scale a length in logical pixels to a whole number of them.
-
-        Parameters
-        ----------
-        length : float
-            Length in logical pixels as designed.
-        """
+        """Scale a designed length in logical pixels to a whole number of them."""
         return int(length * self.scale + 0.5) if length >= 0 else -self.px(-length)
 
     def font(self, size: int, weight: int = 400) -> QFont:
-        """Give Inter with tabular figures; from 36 on it is set a little closer.
-
-        Parameters
-        ----------
-        size : int
-            Designed height of the em, logical pixels; the scale is applied to it.
-        """
+        """Give Inter with tabular figures for a designed em; from 36 on a little closer."""
         font = inter(self.px(size), weight)
         if size >= _DISPLAY:
             # Figures of equal width stand too far apart when they are large.
@@ -118,18 +98,7 @@ class Theme:
         return font
 
     def line_height(self, size: int) -> int:
-        """Give the distance between base lines for a designed type size.
-
-        Parameters
-        ----------
-        size : int
-            Designed height of the em, logical pixels.
-
-        Returns
-        -------
-        int
-            Logical pixels at this scale; from the design's table, otherwise 1.4 em.
-        """
+        """Give the distance of base lines for a designed em: from a table, or else 1.4 em."""
         return self.px(LINE_HEIGHTS.get(size, size * 1.4))
 
 

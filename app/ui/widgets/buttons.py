@@ -1,4 +1,4 @@
-"""Buttons: with words, with an icon only, and the look that both share."""
+"""Buttons: with words, with an icon only, and chips; and the look that all share."""
 
 from __future__ import annotations
 
@@ -9,23 +9,28 @@ from PySide6.QtCore import QPoint, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import (
     QColor,
     QFont,
-    QHideEvent,
     QKeyEvent,
     QKeySequence,
     QPainter,
     QPaintEvent,
-    QShowEvent,
 )
 from PySide6.QtWidgets import QAbstractButton, QSizePolicy
 
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
+from app.ui.widgets.accessibility import describe, set_available
+from app.ui.widgets.displays import Beat, draw_ring
 from app.ui.widgets.paint import box, hover_fill, mix, put_text, selected_edge, text_width
-from app.ui.widgets.progress import Beat, draw_ring
-from app.ui.widgets.tips import describe, set_available
 
 if TYPE_CHECKING:
     from app.ui.theme import Theme
+
+
+_CHIP_HEIGHT: Final = 32
+_CHIP_PADDING: Final = 13
+_CHIP_ICON: Final = 16
+_GAP: Final = 8
+
 
 Kind: TypeAlias = Literal["outlined", "primary", "quiet"]
 """Outlined is the usual one; primary is amber, one per screen; quiet has no edge."""
@@ -43,13 +48,7 @@ _ARROWS: Final = frozenset({Qt.Key.Key_Left, Qt.Key.Key_Right, Qt.Key.Key_Up, Qt
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Colours of a control in one state; None means nothing is painted.
-
-    Attributes
-    ----------
-    width : int
-        Width of the edge, logical pixels.
-    """
+    """Colours of a control in one state, and the width of its edge; None paints nothing."""
 
     fill: QColor | None
     edge: QColor | None
@@ -150,13 +149,7 @@ class Button(Pressable):
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
 
     def set_text(self, text: str, icon: str | None = None) -> None:
-        """Change the words, and the icon before them.
-
-        Parameters
-        ----------
-        icon : str, optional
-            New icon; None keeps the old one.
-        """
+        """Change the words, and the icon before them; None keeps the icon."""
         if text != self.text() or icon not in (None, self._icon):
             self._icon = self._icon if icon is None else icon
             self.setText(text)
@@ -165,18 +158,12 @@ class Button(Pressable):
             self.update()
 
     def set_busy(self, label: str | None) -> None:
-        """Show that what it started is under way; until then it cannot be pressed.
-
-        Parameters
-        ----------
-        label : str or None
-            Words beside the ring, such as "Saving…"; None when it is over. The size stays.
-        """
+        """Show "Saving…" and a ring at the same size, and take no press, until it is None again."""
         if label is not None and self._busy is None:
             self._kept = self.size() if self.isVisible() else self.sizeHint()
         self._busy = label
         self.setAccessibleDescription(label or "")
-        self._beat.run(label is not None and self.isVisible())
+        self._beat.run(label is not None)
         self.updateGeometry()
         self.update()
 
@@ -194,16 +181,6 @@ class Button(Pressable):
         if self.busy and event.key() in (Qt.Key.Key_Space, Qt.Key.Key_Return, Qt.Key.Key_Enter):
             return
         super().keyPressEvent(event)
-
-    def showEvent(self, event: QShowEvent) -> None:
-        """Start moving what moves."""
-        super().showEvent(event)
-        self._beat.run(self.busy)
-
-    def hideEvent(self, event: QHideEvent) -> None:
-        """Nothing moves while it cannot be seen."""
-        super().hideEvent(event)
-        self._beat.run(False)
 
     def sizeHint(self) -> QSize:
         """Room for icons and words, at the height of its size."""
@@ -295,3 +272,77 @@ def name_step(button: IconButton, verb: str, what: str, shortcut: str) -> None:
     """Name on a button for undo or redo what it does now: "Undo delete My Rembrandt"."""
     button.set_tip(f"{verb} {what}".strip(), shortcut)
     button.set_available(bool(what), f"There is nothing to {verb.lower()}.")
+
+
+class Chip(Pressable):
+    """A chip with icon and words; it can be pressed."""
+
+    def __init__(self, icon: str, text: str, menu: bool = False) -> None:
+        super().__init__(text, tip="")
+        self._icon = icon
+        self._warning = ""
+        self._menu = menu
+        self.setText(text)
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+
+    def set(self, icon: str, text: str, warning: str = "") -> None:
+        """Change what it says."""
+        if (icon, text, warning) == (self._icon, self.text(), self._warning):
+            return
+        self._icon, self._warning = icon, warning
+        self.setText(text)
+        self._tell()
+
+    def _tell(self) -> None:
+        words = f"{self.text()}. {self._warning}" if self._warning else self.text()
+        describe(self, words, tip="")
+        self.updateGeometry()
+        self.update()
+
+    def _pieces(self) -> list[tuple[str, str]]:
+        """List icons and words from left to right as (icon or "", words or "")."""
+        pieces = [(self._icon, "")] if self._icon else []
+        if self.text():
+            pieces.append(("", self.text()))
+        if self._warning:
+            pieces += [("warning", ""), ("", self._warning)]
+        if self._menu:
+            pieces.append(("chevron-down", ""))
+        return pieces
+
+    def _width(self, words: str) -> int:
+        t = theme()
+        return text_width(t.font(13), words) if words else t.px(_CHIP_ICON)
+
+    def sizeHint(self) -> QSize:
+        """Give the size as designed."""
+        t = theme()
+        pieces = self._pieces()
+        inner = sum(self._width(words) for _icon, words in pieces)
+        inner += t.px(_GAP) * max(len(pieces) - 1, 0)
+        height = t.px(_CHIP_HEIGHT)
+        return QSize(max(inner + 2 * t.px(_CHIP_PADDING), height), height)
+
+    def minimumSizeHint(self) -> QSize:
+        """Give the smallest useful size."""
+        return self.sizeHint()
+
+    def focus_shape(self) -> tuple[QRect, int]:
+        """Give what the focus ring goes around."""
+        return self.rect(), self.height() // 2
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        look = button_look(self)
+        box(painter, self.rect(), self.height() / 2, look.fill, look.edge, look.width)
+        x = float(t.px(_CHIP_PADDING))
+        for name, words in self._pieces():
+            width = self._width(words)
+            area = QRectF(x, 0, width, self.height())
+            if words:
+                put_text(painter, area, words, t.font(13), look.ink)
+            else:
+                draw_icon(painter, name, area, t.px(_CHIP_ICON), look.ink)
+            x += width + t.px(_GAP)

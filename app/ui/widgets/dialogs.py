@@ -1,18 +1,47 @@
-"""Sheets: panels over the window for what needs attention for a moment."""
+"""Sheets over the window for what needs attention for a moment, and the system’s file dialogs."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import ClassVar, Final, Literal, TypeAlias
 
 import shiboken6
 from PySide6.QtCore import QEvent, QObject, QRect, Qt, Signal
 from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QVBoxLayout, QWidget
 
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.labels import Text
 from app.ui.widgets.paint import box
+
+# A dialog belongs to the window. A screen may be rebuilt while its dialog is open, and would take
+# it down in the middle of its own event loop.
+
+
+def ask_files(asker: QWidget, title: str, filters: str) -> list[Path]:
+    """Ask for files that exist; none where the dialog is dismissed."""
+    names, _ = QFileDialog.getOpenFileNames(asker.window(), title, "", filters)
+    return [Path(name) for name in names]
+
+
+def ask_file(asker: QWidget, title: str, filters: str) -> Path | None:
+    """Ask for one file that exists."""
+    name, _ = QFileDialog.getOpenFileName(asker.window(), title, "", filters)
+    return Path(name) if name else None
+
+
+def ask_folder(asker: QWidget, title: str, start: str = "") -> Path | None:
+    """Ask for a folder that exists."""
+    name = QFileDialog.getExistingDirectory(asker.window(), title, start)
+    return Path(name) if name else None
+
+
+def ask_target(asker: QWidget, title: str, suggested: str, filters: str) -> Path | None:
+    """Ask for a file to write; the user has agreed that it is replaced."""
+    name, _ = QFileDialog.getSaveFileName(asker.window(), title, suggested, filters)
+    return Path(name) if name else None
+
 
 Side: TypeAlias = Literal["centre", "right", "top"]
 
@@ -44,13 +73,9 @@ class _Panel(QWidget):
 class Sheet(QWidget):
     """A panel with title and close button over a darkened window.
 
-    It opens only because the user asked for it. Esc and a click beside it close it; Tab stays
-    inside; closing gives the keyboard back to whoever had it.
-
-    Parameters
-    ----------
-    side : {"centre", "right", "top"}, optional
-        In the middle, a column at the right edge, or in the middle near the top.
+    It opens only because the user asked for it: in the middle, near the top, or as a column at
+    the right edge. Esc and a click beside it close it; Tab stays inside; closing gives the
+    keyboard back.
     """
 
     closed = Signal()

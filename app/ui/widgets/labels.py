@@ -1,23 +1,141 @@
-"""Text on the line heights of the design."""
+"""Text on the line heights of the design, icons and signs, and keys with what they do."""
 
 from __future__ import annotations
 
 from typing import Final, Literal, TypeAlias
 
-from PySide6.QtCore import QEvent, QRectF, QSize, Qt
+from PySide6.QtCore import QEvent, QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import (
     QColor,
     QFontMetricsF,
     QPainter,
     QPaintEvent,
+    QPen,
     QResizeEvent,
     QTextLayout,
     QTextOption,
 )
-from PySide6.QtWidgets import QLabel, QSizePolicy
+from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 from app.ui.theme import theme
-from app.ui.widgets.paint import text_width
+from app.ui.theme.icons import draw_icon
+from app.ui.widgets.paint import MIDDLE, box, put_text, text_width
+
+_HEIGHT: Final = 20
+_PADDING: Final = 7
+_GAP: Final = 8
+
+
+class KeyHint(QWidget):
+    """A key in its frame, and what it does."""
+
+    def __init__(self, keys: str, words: str) -> None:
+        super().__init__()
+        self._keys, self._words = keys, words
+        self._column = 0
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self._describe()
+
+    def set(self, keys: str, words: str) -> None:
+        """Change both."""
+        if (keys, words) != (self._keys, self._words):
+            self._keys, self._words = keys, words
+            self._describe()
+            self.updateGeometry()
+            self.update()
+
+    def _describe(self) -> None:
+        self.setAccessibleName(f"{self._keys}: {self._words}")
+
+    def align(self, column: int) -> None:
+        """Begin the words where those of the hints above and below begin."""
+        self._column = column
+        self.updateGeometry()
+        self.update()
+
+    def cap(self) -> int:
+        """Give the width of the key in its frame, logical pixels."""
+        t = theme()
+        return max(text_width(t.font(12, 600), self._keys) + 2 * t.px(_PADDING), t.px(_HEIGHT))
+
+    def sizeHint(self) -> QSize:
+        """Give the size as designed."""
+        t = theme()
+        words = text_width(t.font(12), self._words) + t.px(_GAP) if self._words else 0
+        return QSize(max(self.cap(), self._column) + words, t.px(_HEIGHT))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        cap = QRectF(0, 0, self.cap(), self.height())
+        box(painter, cap, t.px(4), None, t.c.ctl, t.line_width)
+        put_text(painter, cap, self._keys, t.font(12, 600), t.c.text, MIDDLE)
+        left = max(cap.right(), self._column) + t.px(_GAP)
+        rest = QRectF(left, 0, self.width() - left, self.height())
+        put_text(painter, rest, self._words, t.font(12), t.c.dim)
+
+
+class Icon(QWidget):
+    """A picture without a function; what it means stands beside it in words."""
+
+    def __init__(self, name: str, size: int = 20, role: Role = "text", says: str = "") -> None:
+        super().__init__()
+        self._name = name
+        self._role: Role = role
+        self._side = theme().px(size)
+        self.setAccessibleName(says)
+        self.setToolTip(says)
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+
+    def set(self, name: str, role: Role | None = None) -> None:
+        """Change the icon, and its colour; None keeps the colour."""
+        if (name, role or self._role) != (self._name, self._role):
+            self._name, self._role = name, role or self._role
+            self.update()
+
+    def sizeHint(self) -> QSize:
+        """Give the size as designed."""
+        return QSize(self._side, self._side)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        c = theme().c
+        own: QColor = getattr(c, self._role)
+        colour = own if self.isEnabled() else c.dis
+        draw_icon(QPainter(self), self._name, self.rect(), self._side, colour)
+
+
+def draw_sign(painter: QPainter, rect: QRect | QRectF, sign: Literal["plus", "minus"]) -> None:
+    """Paint a black plus on orange, or a black minus on blue."""
+    area = QRectF(rect)
+    box(painter, area, area.width() / 5, getattr(theme().c, sign))
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    pen = QPen(Qt.GlobalColor.black, area.width() / 9)
+    pen.setCapStyle(Qt.PenCapStyle.RoundCap)
+    painter.setPen(pen)
+    middle, arm = area.center(), area.width() / 5
+    painter.drawLine(middle - QPointF(arm, 0), middle + QPointF(arm, 0))
+    if sign == "plus":
+        painter.drawLine(middle - QPointF(0, arm), middle + QPointF(0, arm))
+    painter.restore()
+
+
+class Sign(QWidget):
+    """The sign of a weight in front of what it means."""
+
+    def __init__(self, sign: Literal["plus", "minus"], size: int = 16) -> None:
+        super().__init__()
+        self._sign: Literal["plus", "minus"] = sign
+        side = theme().px(size)
+        self.setFixedSize(side, side)
+        self.setAccessibleName(sign)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        draw_sign(QPainter(self), self.rect(), self._sign)
+
 
 Role: TypeAlias = Literal["text", "dim", "amber", "ok", "err"]
 """Token that a text takes its colour from."""
@@ -27,15 +145,10 @@ _FLUSH_FROM: Final = 28  # type size from which the first figure's own margin is
 
 
 class Text(QLabel):
-    """A text of one or several lines.
+    """A text of one or several lines, in the colour of a token.
 
-    Parameters
-    ----------
-    role : str, optional
-        "text", "dim", "amber", "ok" or "err".
-    elide : bool, optional
-        Whether it may become narrower than it needs and then ends in "…", with the whole text
-        as tool tip.
+    With `elide` it may become narrower than it needs: it then ends in "…", with the whole text as
+    tool tip.
     """
 
     def __init__(
@@ -75,13 +188,7 @@ class Text(QLabel):
             self.updateGeometry()
 
     def set_role(self, role: Role) -> None:
-        """Change the token it takes its colour from.
-
-        Parameters
-        ----------
-        role : str
-            "text", "dim", "amber", "ok" or "err".
-        """
+        """Change the token it takes its colour from."""
         if role != self._role:
             self._role = role
             self.update()

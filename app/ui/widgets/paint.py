@@ -1,13 +1,47 @@
-"""What all components paint with: boxes with exact edges, text on one line, states."""
+"""What all components paint with: boxes with exact edges, text on one line, tags, states."""
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, Literal, TypeAlias
 
 from PySide6.QtCore import QRect, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 
 from app.ui.theme import Theme, theme
+
+Anchor: TypeAlias = Literal["tl", "tr", "bl", "br", "t", "b", "c"]
+"""Which point of the tag is given: a corner, the middle of an edge, or the centre."""
+
+_HEIGHT: Final = 20
+_PADDING: Final = 8
+
+
+def tag_size(text: str, weight: int = 400) -> tuple[int, int]:
+    """Give width and height of a tag, logical pixels."""
+    t = theme()
+    return text_width(t.font(12, weight), text) + 2 * t.px(_PADDING), t.px(_HEIGHT)
+
+
+def draw_tag(
+    painter: QPainter,
+    x: float,
+    y: float,
+    text: str,
+    anchor: Anchor = "tl",
+    fill: QColor | None = None,
+    ink: QColor | None = None,
+    weight: int = 400,
+) -> QRectF:
+    """Paint a tag: 12 px letters on a dark plate with corners of 4; `anchor` lies at (x, y)."""
+    t = theme()
+    width, height = tag_size(text, weight)
+    left = x - (width if "r" in anchor else 0 if "l" in anchor else width / 2)
+    top = y - (height if "b" in anchor else 0 if "t" in anchor else height / 2)
+    area = QRectF(round(left), round(top), width, height)
+    box(painter, area, t.px(4), fill or t.c.tag)
+    put_text(painter, area, text, t.font(12, weight), ink or t.c.ontag, MIDDLE)
+    return area
+
 
 LEFT: Final = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 MIDDLE: Final = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignVCenter
@@ -15,13 +49,7 @@ RIGHT: Final = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
 
 def mix(first: QColor, second: QColor, share: float) -> QColor:
-    """Blend two colours in sRGB, as painting one over the other would.
-
-    Parameters
-    ----------
-    share : float
-        How much of the second, 0 to 1.
-    """
+    """Blend two colours in sRGB, as painting the second over the first would."""
     pairs = zip(first.getRgb()[:3], second.getRgb()[:3], strict=True)  # type: ignore[index]
     return QColor(*(round(a + (b - a) * share) for a, b in pairs))
 
@@ -40,15 +68,7 @@ def box(
     width: float = 1.0,
     dashed: bool = False,
 ) -> None:
-    """Paint a rectangle with rounded corners whose edge lies inside it.
-
-    Parameters
-    ----------
-    rect : QRect or QRectF
-        Outer rectangle, logical pixels.
-    fill, edge : QColor, optional
-        None leaves it out.
-    """
+    """Paint a rectangle with rounded corners whose edge lies inside it."""
     painter.save()
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     painter.setBrush(fill if fill is not None else Qt.BrushStyle.NoBrush)

@@ -1,16 +1,96 @@
-"""Areas of one colour, and areas that scroll."""
+"""What other things lie on: areas, frames, cards, dividers, menus, and areas that scroll."""
 
 from __future__ import annotations
 
-from typing import Literal, TypeAlias
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
-from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPalette
-from PySide6.QtWidgets import QFrame, QScrollArea, QWidget
+from PySide6.QtCore import QPoint, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPalette
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QMenu,
+    QScrollArea,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
 from shiboken6 import isValid
 
 from app.ui.theme import theme
-from app.ui.theme.style import dress_bars
+from app.ui.theme.icons import icon
+from app.ui.theme.style import dress_bars, menu_sheet
+from app.ui.widgets.buttons import Pressable
+from app.ui.widgets.displays import Picture
+from app.ui.widgets.paint import box, hover_fill, selected_edge
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy as np
+    from numpy.typing import NDArray
+    from PySide6.QtGui import QAction
+
+
+class Menu(QMenu):
+    """A menu with round corners; entries have an icon and say why they are disabled."""
+
+    def __init__(self, parent: QWidget, name: str = "Menu") -> None:
+        super().__init__(parent)
+        self.setWindowFlag(Qt.WindowType.FramelessWindowHint)
+        self.setWindowFlag(Qt.WindowType.NoDropShadowWindowHint)
+        self.setAttribute(Qt.WidgetAttribute.WA_TranslucentBackground)
+        self.setToolTipsVisible(True)
+        self.setStyleSheet(menu_sheet(theme()))
+        self.setFont(theme().font(14))
+        self.setAccessibleName(name)
+
+    def add(
+        self,
+        text: str,
+        do: Callable[[], None],
+        icon_name: str = "",
+        shortcut: str = "",
+        why: str = "",
+    ) -> QAction:
+        """Add an entry."""
+        # In a title these are letters, not the sign of a key and of a column.
+        plain = text.replace("&", "&&").replace("\t", " ")
+        action = self.addAction(f"{plain}\t{shortcut}" if shortcut else plain)
+        if icon_name:
+            action.setIcon(icon(icon_name))
+        action.setEnabled(not why)
+        action.setToolTip(why)
+        action.triggered.connect(lambda _on=False: do())
+        return action
+
+    def drop(self, under: QWidget) -> None:
+        """Open it under a widget without waiting for an answer."""
+        self.popup(under.mapToGlobal(QPoint(0, under.height() + theme().px(4))))
+
+
+class Divider(QWidget):
+    """A line as wide as edges are, between rows or, upright, between columns."""
+
+    def __init__(self, upright: bool = False) -> None:
+        super().__init__()
+        width = theme().line_width
+        fixed, free = QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Expanding
+        if upright:
+            self.setFixedWidth(width)
+            self.setSizePolicy(fixed, free)
+        else:
+            self.setFixedHeight(width)
+            self.setSizePolicy(free, fixed)
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        QPainter(self).fillRect(self.rect(), theme().c.line)
+
+
+_RADIUS: Final = 8
+
 
 Side: TypeAlias = Literal["left", "right", "top", "bottom"]
 
@@ -116,3 +196,106 @@ class Room(Scroll):
     def sizeHint(self) -> QSize:
         """Ask for no more than the least."""
         return self.minimumSizeHint()
+
+
+class Frame(QWidget):
+    """A flat rectangle with an edge, to put a layout into; it cannot be pressed."""
+
+    def __init__(self, fill: str = "panel", edge: str = "line", dashed: bool = False) -> None:
+        super().__init__()
+        self._fill, self._edge, self._dashed = fill, edge, dashed
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        fill = None if self._fill == "none" else getattr(t.c, self._fill)
+        edge = None if self._edge == "none" else getattr(t.c, self._edge)
+        if t.contrast and edge is None:
+            edge = t.c.line
+        width = t.line_width
+        box(QPainter(self), self.rect(), t.px(_RADIUS), fill, edge, width, self._dashed)
+
+
+class Card(Pressable):
+    """A frame that can be chosen; derive from it and paint what it shows in `paint_content`."""
+
+    opened = Signal()
+
+    def __init__(self, name: str, dashed: bool = False) -> None:
+        super().__init__(name, tip="")
+        self._dashed = dashed
+        self._selected = False
+
+    def sizeHint(self) -> QSize:
+        """Give the size of a style's card."""
+        return QSize(theme().px(206), theme().px(138))
+
+    @property
+    def selected(self) -> bool:
+        """Whether it is the chosen one."""
+        return self._selected
+
+    def set_selected(self, selected: bool) -> None:
+        """Show whether it is the chosen one."""
+        if selected != self._selected:
+            self._selected = selected
+            self.setAccessibleDescription("chosen" if selected else "")
+            self.update()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Enter chooses and opens it; Space chooses it."""
+        super().keyPressEvent(event)
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and not event.isAutoRepeat():
+            self.opened.emit()
+
+    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
+        """Open it."""
+        if event.button() == Qt.MouseButton.LeftButton:
+            self.opened.emit()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint the frame in its state, then the content."""
+        t = theme()
+        c = t.c
+        painter = QPainter(self)
+        fill, edge, width = c.panel, c.ctl if self._dashed else c.line, t.line_width
+        if self._dashed:
+            fill = c.bg
+        if self.hovered():
+            fill = hover_fill(t)
+        if self.isDown():
+            edge, width = c.ctl, selected_edge(t)
+        if self._selected:
+            # On white there is no brighter fill: the edge alone is three times as wide.
+            fill, edge, width = c.raised, c.sel, 4 if t.contrast else selected_edge(t)
+        dashed = self._dashed and not self._selected and not self.isDown()
+        box(painter, self.rect(), t.px(_RADIUS), fill, edge, width, dashed)
+        self.paint_content(painter)
+
+    def paint_content(self, painter: QPainter) -> None:
+        """Paint what the card shows; nothing here."""
+
+
+class PictureLine(Frame):
+    """A framed line: a picture (see `Picture.set_picture`), words below each other, and buttons."""
+
+    def __init__(
+        self,
+        name: str,
+        picture: NDArray[np.uint8] | None,
+        size: tuple[int, int],
+        *,
+        raised: bool = False,
+    ) -> None:
+        super().__init__("raised" if raised else "panel")
+        t = theme()
+        self.row = QHBoxLayout(self)
+        self.row.setContentsMargins(t.px(8), t.px(8), t.px(8), t.px(8))
+        self.row.setSpacing(t.px(16))
+        shown = Picture(f"Picture of {name}")
+        shown.setFixedSize(t.px(size[0]), t.px(size[1]))
+        shown.set_picture(picture)
+        self.row.addWidget(shown)
+        self.words = QVBoxLayout()
+        self.words.setSpacing(t.px(4))
+        self.row.addLayout(self.words, 1)

@@ -1,13 +1,33 @@
-"""A place as JSON and back, field by field."""
+"""A place as JSON and back, field by field; every float comes back to the last bit."""
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
-from datetime import datetime
+import json
+import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from app.core.base.angles import TURNS
+from app.core.solver.solve import PeakResult, StyleResult
+from app.core.storage.json_file import (
+    Facts,
+    Unfit,
+    carry_unknown,
+    entries,
+    listed,
+    moment,
+    number,
+    one_of,
+    optional,
+    plain,
+    record,
+    take,
+    text,
+    truth,
+    whole,
+)
 from app.core.storage.places.place import (
     LONGEST_NAME,
     LONGEST_NOTES,
@@ -20,22 +40,13 @@ from app.core.storage.places.place import (
     PlaceError,
     Source,
 )
-from app.core.storage.places.results import result_from_json, results_to_json
-from app.core.storage.settings.json_file import (
-    Facts,
-    Unfit,
-    carry_unknown,
-    number,
-    optional,
-    take,
-    text,
-    truth,
-)
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
+    from datetime import datetime
 
-    from app.core.solver.solve import StyleResult
+    from app.core.base.arrays import Float64
+    from app.core.storage.json_file import Check
 
 VERSION: Final = 1
 """Of the form of ``place.json``."""
@@ -46,51 +57,59 @@ ENVIRONMENT_NAME: Final = r"environment[A-Za-z0-9_-]{0,60}\.(exr|hdr)"
 _MOST_FRAMES: Final = 200
 _MOST_SENTENCES: Final = 200
 _MOST_RESULTS: Final = 2000
-_ANGLE: Final = number(-360.0, 360.0)
-_LIMIT: Final = number(0.0, 100.0)
-_SHARE: Final = number(0.0, 1.0)
-_WHITE: Final = number(1e-12, 1e12)
 _LONGEST_WORD: Final = 200
 _LONGEST_SENTENCE: Final = 4000
-_WORD: Final = text(_LONGEST_WORD)
-_SENTENCE: Final = text(_LONGEST_SENTENCE)
-
-
-def _one_of(*words: str) -> Callable[[Any], str]:
-    def check(value: Any) -> str:
-        if value not in words:
-            raise Unfit("an unknown word")
-        return str(value)
-
-    return check
 
 
 def _time(value: Any) -> datetime:
-    try:
-        time = datetime.fromisoformat(text(64)(value))
-    except ValueError as error:
-        raise Unfit("not a time") from error
+    time = moment(value)
     # One day of room on both ends, since times are compared in UTC.
     if time.utcoffset() is None or not 1 < time.year < 9999:
         raise Unfit("a time without its offset from UTC")
     return time
 
 
-_LOCATION: Final[dict[str, Callable[[Any], Any]]] = {
-    "kind": _one_of("unknown", "indoor", "outdoor"),
+def _arc(value: Any) -> tuple[float, float]:
+    if not isinstance(value, list) or len(value) != 2:
+        raise Unfit("an arc is not a pair")
+    return _TURN(value[0]), _TURN(value[1])
+
+
+def _curve(value: Any) -> Float64:
+    if not isinstance(value, list) or len(value) != TURNS:
+        raise Unfit(f"a curve has not {TURNS} turns")
+    if not all(type(each) in (float, int) and math.isfinite(each) for each in value):
+        raise Unfit("a curve holds something else than numbers")
+    curve = np.array(value, np.float64)
+    curve.flags.writeable = False
+    return curve
+
+
+_ANGLE: Final = number(-360.0, 360.0)
+_TURN: Final = number(-180.0, 180.0)
+_LIMIT: Final = number(0.0, 100.0)
+_SHARE: Final = number(0.0, 1.0)
+_NUMBER: Final = number(-1e300, 1e300)
+_WHITE: Final = number(1e-12, 1e12)
+_WORD: Final = text(_LONGEST_WORD)
+_SENTENCES: Final = listed(text(_LONGEST_SENTENCE), _MOST_SENTENCES)
+
+# The entries of each object, in the order in which they are written.
+_LOCATION: Final[dict[str, Check]] = {
+    "kind": one_of("unknown", "indoor", "outdoor"),
     "sun": optional(truth),
     "sun_azimuth_deg": optional(_ANGLE),
     "sun_elevation_deg": optional(number(-90.0, 90.0)),
     "latitude_deg": optional(number(-90.0, 90.0)),
     "longitude_deg": optional(number(-180.0, 180.0)),
 }
-_ASKED: Final[dict[str, Callable[[Any], Any]]] = {
+_ASKED: Final[dict[str, Check]] = {
     "head": _WORD,
-    "objective": _one_of("picture", "paper"),
+    "objective": one_of("picture", "paper"),
     "match_limit": _LIMIT,
     "strength_limit": _LIMIT,
 }
-_FRAME: Final[dict[str, Callable[[Any], Any]]] = {
+_FRAME: Final[dict[str, Check]] = {
     "file": text(255, r"[^/\\\0]*"),
     "shutter_s": number(0.0, 1e6),
     "iso": number(0.0, 1e8),
@@ -98,21 +117,74 @@ _FRAME: Final[dict[str, Callable[[Any], Any]]] = {
     "ev": number(-100.0, 100.0),
     "clipped_share": _SHARE,
 }
+_CAPTURE: Final[dict[str, Check]] = {
+    "camera": _WORD,
+    "plan": _WORD,
+    "clipped_share": optional(_SHARE),
+    "white_cd_m2": optional(number(0.0, 1e12)),
+    "frames": listed(record(FrameFacts, _FRAME), _MOST_FRAMES),
+    "warnings": _SENTENCES,
+    "advice": _SENTENCES,
+    "notes": _SENTENCES,
+}
+_PEAK: Final[dict[str, Check]] = {
+    "turn_deg": _TURN,
+    "turn_refined_deg": _TURN,
+    "quality": _NUMBER,
+    "match": _NUMBER,
+    "strength": _NUMBER,
+    "arc_deg": _arc,
+}
+_RESULT: Final[dict[str, Check]] = {
+    "name": _WORD,
+    "title": _WORD,
+    "side": _WORD,
+    "turn_index": whole(0, TURNS - 1),
+    "turn_deg": _TURN,
+    "turn_refined_deg": _TURN,
+    "direction": one_of("clockwise", "counter-clockwise", "none"),
+    "quality": _NUMBER,
+    "match": _NUMBER,
+    "strength": _NUMBER,
+    "attainable": truth,
+    "reason": optional(text(2000)),
+    "arc_deg": _arc,
+    "peaks": listed(record(PeakResult, _PEAK), TURNS),
+    "quality_curve": _curve,
+    "match_curve": _curve,
+    "strength_curve": _curve,
+}
+# What each entry of a place may be, what it is when it is missing, and what to call it.
+_PLACE: Final[dict[str, tuple[Check, Any, str]]] = {
+    "name": (text(20 * LONGEST_NAME), "", "its name"),
+    "made_at": (_time, None, "its time"),
+    "environment": (text(80, rf"({ENVIRONMENT_NAME})?"), "", "its light"),
+    "fingerprint": (text(64, "([0-9a-f]{64})?"), "", "the light's checksum"),
+    "measured_at": (optional(_time), None, "when the light was measured"),
+    "front_deg": (_ANGLE, 0.0, "where the photographer stands"),
+    "head": (_WORD, "generic", "the head"),
+    "notes": (text(LONGEST_NOTES), "", "the notes"),
+    "location": (entries, {}, "where the place is"),
+    "asked": (optional(record(Asked, _ASKED)), None, "what the results were asked with"),
+    "results": (listed(lambda each: each, _MOST_RESULTS), (), "the results"),
+    "chosen": (optional(_WORD), None, "the chosen style"),
+    "needle_deg": (optional(_ANGLE), None, "the turn looked at"),
+    "goal_deg": (optional(_ANGLE), None, "the turn to go to"),
+    "capture": (optional(entries), None, "how the light was measured"),
+    "said_white_cd_m2": (optional(_WHITE), None, "how bright it is there"),
+    "spot": (_WORD, "", "the spot"),
+}
+_LAST: Final = ("location", "asked", "notes", "capture", "results")  # the long ones
+
+result_of: Final = record(StyleResult, _RESULT)
+"""Check for a result; its curves are (64,) float64, read-only."""
 
 
 def to_json(place: Place) -> Facts:
-    """Turn a place into what its file holds.
+    """Turn a place into what its file holds, with what a newer version has written beside it.
 
-    Returns
-    -------
-    dict
-        The short entries first, so that a file that was cut off has kept them; with what a newer
-        version has written beside them.
-
-    Raises
-    ------
-    PlaceError
-        When it could not be read again: notes that are too long, a result that is no number.
+    Raises PlaceError when it could not be read again: notes that are too long, a result that is
+    not a number.
     """
     facts = _known(place)
     source = place.source
@@ -136,62 +208,46 @@ def _known(place: Place) -> Facts:
             f"The notes are too long to be kept: {len(place.notes):,} letters.",
             f"At most {LONGEST_NOTES:,} fit; keep the rest in a file of its own.",
         )
-    measured = place.measured_at
-    return {
-        "format_version": VERSION,
-        "name": place.name,
-        "made_at": place.made_at.isoformat(),
-        "environment": place.environment,
-        "fingerprint": place.fingerprint,
-        "measured_at": None if measured is None else measured.isoformat(),
-        "front_deg": place.front_deg,
-        "head": place.head,
-        "chosen": place.chosen,
-        "needle_deg": place.needle_deg,
-        "goal_deg": place.goal_deg,
-        "said_white_cd_m2": _plain(place.said_white_cd_m2),
-        "spot": place.spot,
-        "location": _flat(place.location),
-        "asked": None if place.asked is None else _flat(place.asked),
-        "notes": place.notes,
-        "capture": None if place.capture is None else _capture_to_json(place.capture),
-        "results": results_to_json(place.results),
-    }
-
-
-def _flat(values: Location | Asked | FrameFacts) -> Facts:
-    return {each.name: _plain(getattr(values, each.name)) for each in fields(values)}
-
-
-def _plain(value: Any) -> Any:
-    """Turn a number of numpy's into one of Python's."""
-    return value.item() if isinstance(value, np.generic) else value
+    order = [*(name for name in _PLACE if name not in _LAST), *_LAST]
+    facts = {name: plain(getattr(place, name)) for name in order if name != "results"}
+    if place.capture is not None:
+        facts["capture"] = _capture_to_json(place.capture)
+    facts["results"] = results_to_json(place.results)
+    return {"format_version": VERSION} | facts
 
 
 def _capture_to_json(capture: CaptureFacts) -> Facts:
     # These texts come from cameras and from the program: cut, rather than refused.
-    return {
-        "camera": capture.camera[:_LONGEST_WORD],
-        "plan": capture.plan[:_LONGEST_WORD],
-        "clipped_share": _plain(capture.clipped_share),
-        "white_cd_m2": _plain(capture.white_cd_m2),
-        "frames": [_flat(frame) for frame in capture.frames[:_MOST_FRAMES]],
-        "warnings": _cut(capture.warnings),
-        "advice": _cut(capture.advice),
-        "notes": _cut(capture.notes),
-    }
+    facts = {name: plain(getattr(capture, name)) for name in _CAPTURE}
+    for name in ("camera", "plan"):
+        facts[name] = facts[name][:_LONGEST_WORD]
+    for name in ("warnings", "advice", "notes"):
+        facts[name] = [each[:_LONGEST_SENTENCE] for each in facts[name][:_MOST_SENTENCES]]
+    facts["frames"] = facts["frames"][:_MOST_FRAMES]
+    return facts
 
 
-def _cut(sentences: Sequence[str]) -> list[str]:
-    return [each[:_LONGEST_SENTENCE] for each in sentences[:_MOST_SENTENCES]]
+def results_to_json(results: Sequence[StyleResult]) -> list[Facts]:
+    """Turn results into what JSON can hold; raises PlaceError when a number is infinite or none."""
+    found = [{name: plain(getattr(result, name)) for name in _RESULT} for result in results]
+    for facts in found:
+        try:
+            json.dumps(facts, allow_nan=False)
+        except ValueError as error:
+            raise PlaceError(
+                f"The result for {facts['name']} is not a number and was not kept."
+            ) from error
+    return found
+
+
+def _taken(facts: Facts, name: str, lost: list[str]) -> Any:
+    check, default, noun = _PLACE[name]
+    return take(facts, name, check, default, lost, noun)
 
 
 def summary_of(facts: Facts, lost: list[str]) -> tuple[str, datetime | None, str]:
     """Take only what a list of places shows: name, time and environment."""
-    name = take(facts, "name", text(20 * LONGEST_NAME), "", lost, "its name")
-    made_at = take(facts, "made_at", _time, None, lost, "its time")
-    pattern = rf"({ENVIRONMENT_NAME})?"
-    environment = take(facts, "environment", text(80, pattern), "", lost, "its light")
+    name, made_at, environment = (_taken(facts, each, lost) for each in list(_PLACE)[:3])
     return name, made_at, environment
 
 
@@ -210,115 +266,46 @@ def place_of(facts: Facts, lost: list[str], name: str, made_at: datetime) -> Pla
 
 
 def _decoded(facts: Facts, lost: list[str], name: str, made_at: datetime) -> Place:
-    found_name, found_time, environment = summary_of(facts, lost)
-    return Place(
-        name=found_name or name or UNNAMED,
-        made_at=found_time or made_at,
-        environment=environment,
-        fingerprint=take(
-            facts, "fingerprint", text(64, "([0-9a-f]{64})?"), "", lost, "the light's checksum"
-        ),
-        measured_at=take(
-            facts, "measured_at", optional(_time), None, lost, "when the light was measured"
-        ),
-        front_deg=take(facts, "front_deg", _ANGLE, 0.0, lost, "where the photographer stands"),
-        head=take(facts, "head", _WORD, "generic", lost, "the head"),
-        notes=take(facts, "notes", text(LONGEST_NOTES), "", lost, "the notes"),
-        location=_location(facts, lost),
-        asked=take(
-            facts, "asked", optional(_asked), None, lost, "what the results were asked with"
-        ),
-        results=_results(facts, lost),
-        chosen=take(facts, "chosen", optional(_WORD), None, lost, "the chosen style"),
-        needle_deg=take(facts, "needle_deg", optional(_ANGLE), None, lost, "the turn looked at"),
-        goal_deg=take(facts, "goal_deg", optional(_ANGLE), None, lost, "the turn to go to"),
-        capture=_capture(facts, lost),
-        said_white_cd_m2=take(
-            facts, "said_white_cd_m2", optional(_WHITE), None, lost, "how bright it is there"
-        ),
-        spot=take(facts, "spot", _WORD, "", lost, "the spot"),
-    )
+    values: Facts = {}
+    for key in _PLACE:
+        values[key] = _taken(facts, key, lost)
+        if key == "location":
+            values[key] = _part(Location(), values[key], _LOCATION, lost, _PLACE[key][2])
+        elif key == "capture" and values[key] is not None:
+            values[key] = _part(CaptureFacts(), values[key], _CAPTURE, lost, _PLACE[key][2])
+        elif key == "results":
+            values[key] = _results(facts, values[key], lost)
+    values["name"] = values["name"] or name or UNNAMED
+    values["made_at"] = values["made_at"] or made_at
+    return Place(**values)
 
 
-def _results(facts: Facts, lost: list[str]) -> tuple[StyleResult, ...]:
-    entries = take(facts, "results", _list_of(_MOST_RESULTS), [], lost, "the results")
+def _part(
+    default: Location | CaptureFacts,
+    facts: Facts,
+    checks: dict[str, Check],
+    lost: list[str],
+    noun: str,
+) -> Location | CaptureFacts:
+    """Take what is fit of an object; it is named once, whatever was lost of it."""
+    bad: list[str] = []
+    values = {
+        name: take(facts, name, check, getattr(default, name), bad, noun)
+        for name, check in checks.items()
+    }
+    lost.extend(bad[:1])
+    return replace(default, **values)
+
+
+def _results(facts: Facts, found: Sequence[Any], lost: list[str]) -> tuple[StyleResult, ...]:
     good, kept = [], []
-    for entry in entries:
+    for entry in found:
         try:
-            good.append(result_from_json(entry))
+            good.append(result_of(entry))
             kept.append(entry)
         except Unfit:
             continue
-    if len(kept) < len(entries):
-        missing = len(entries) - len(kept)
-        lost.append(f"{missing} of {len(entries)} results")
+    if len(kept) < len(found):
+        lost.append(f"{len(found) - len(kept)} of {len(found)} results")
         facts["results"] = kept
     return tuple(good)
-
-
-def _list_of(most: int) -> Callable[[Any], list[Any]]:
-    def check(value: Any) -> list[Any]:
-        if not isinstance(value, list) or len(value) > most:
-            raise Unfit("not a list")
-        return value
-
-    return check
-
-
-def _object(value: Any) -> Facts:
-    if not isinstance(value, dict):
-        raise Unfit("not an object")
-    return value
-
-
-def _location(facts: Facts, lost: list[str]) -> Location:
-    noun = "where the place is"
-    entries = take(facts, "location", _object, {}, lost, noun)
-    bad: list[str] = []
-    values = {
-        name: take(entries, name, check, getattr(Location(), name), bad, noun)
-        for name, check in _LOCATION.items()
-    }
-    lost.extend(bad[:1])
-    return Location(**values)
-
-
-def _asked(value: Any) -> Asked:
-    entries = _object(value)
-    return Asked(**{name: check(entries.get(name)) for name, check in _ASKED.items()})
-
-
-def _capture(facts: Facts, lost: list[str]) -> CaptureFacts | None:
-    noun = "how the light was measured"
-    entries = take(facts, "capture", optional(_object), None, lost, noun)
-    if entries is None:
-        return None
-    bad: list[str] = []
-
-    def part(name: str, check: Callable[[Any], Any], default: Any) -> Any:
-        return take(entries, name, check, default, bad, noun)
-
-    capture = CaptureFacts(
-        camera=part("camera", _WORD, ""),
-        plan=part("plan", _WORD, ""),
-        frames=part("frames", _frames, ()),
-        clipped_share=part("clipped_share", optional(_SHARE), None),
-        white_cd_m2=part("white_cd_m2", optional(number(0.0, 1e12)), None),
-        warnings=part("warnings", _sentences, ()),
-        advice=part("advice", _sentences, ()),
-        notes=part("notes", _sentences, ()),
-    )
-    lost.extend(bad[:1])
-    return capture
-
-
-def _frames(value: Any) -> tuple[FrameFacts, ...]:
-    frames = []
-    for entry in _list_of(_MOST_FRAMES)(value):
-        facts = _object(entry)
-        frames.append(FrameFacts(**{n: check(facts.get(n)) for n, check in _FRAME.items()}))
-    return tuple(frames)
-
-
-def _sentences(value: Any) -> tuple[str, ...]:
-    return tuple(_SENTENCE(each) for each in _list_of(_MOST_SENTENCES)(value))

@@ -21,15 +21,14 @@ from app.core.hdr.display import display_panorama
 from app.core.solver.environment import from_radiance
 from app.core.solver.environment_file import MAX_WIDTH, MIN_WIDTH, read_panorama
 from app.core.storage.places.encoding import ENVIRONMENT_NAME
-from app.core.storage.places.listing import THUMBNAIL, capture_folders
 from app.core.storage.places.originals import ORIGINALS
 from app.core.storage.places.place import PlaceError
+from app.core.storage.places.store import THUMBNAIL, capture_folders
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from numpy.typing import NDArray
-
+    from app.core.base.arrays import Bytes
     from app.core.base.colour import FloatImage
     from app.core.solver.environment import Environment
     from app.core.storage.places.place import Place
@@ -40,23 +39,18 @@ _COMPARED_BYTES: Final = 1 << 28  # larger ones would be in memory twice
 
 @dataclass(frozen=True, slots=True)
 class StoredLight:
-    """An environment in a place's folder.
-
-    Attributes
-    ----------
-    thumbnail : Path or None
-        The small picture; None when it could not be written, which costs nothing but its looks.
-    """
+    """An environment in a place's folder."""
 
     environment: str
     fingerprint: str
+    # the small picture; None when it could not be written, which costs nothing but its looks
     thumbnail: Path | None
 
 
 def store_environment(
     folder: Path,
     radiance: FloatImage,
-    display: NDArray[np.uint8] | None = None,
+    display: Bytes | None = None,
     *,
     white_cd_m2: float | None = None,
 ) -> StoredLight:
@@ -65,21 +59,14 @@ def store_environment(
     ``place.json`` has to name it afterwards (`write_place`): until then the place has the light
     it had.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, 2 H, 3)
-        Linear Rec. 709 relative radiance as `app.core.solver.environment.Environment` holds it:
-        finite, not negative, not all 0. It is not changed.
-    display : NDArray[np.uint8], (h, w, 3), optional
-        The panorama as sRGB, for the thumbnail; made of the radiance when left out.
-    white_cd_m2 : float, optional
-        Luminance of radiance 1, cd/m2; stated in the file.
-
-    Raises
-    ------
-    PlaceError
-        When the radiance is not such an environment, or the disk refuses or gives back something
-        else than was written. Nothing has changed then.
+    `radiance`: (H, 2 H, 3) float32, linear Rec. 709 relative radiance as
+    `app.core.solver.environment.Environment` holds it: finite, not negative, not all 0. It is not
+    changed.
+    `display`: (h, w, 3) uint8, the panorama as sRGB, for the thumbnail; made of the radiance when
+    left out.
+    `white_cd_m2`: luminance of radiance 1, cd/m2; stated in the file.
+    Raises PlaceError when the radiance is not such an environment, or the disk refuses or gives
+    back something else than was written. Nothing has changed then.
     """
     _check(radiance)
     fingerprint = fingerprint_of(radiance)
@@ -104,10 +91,7 @@ def store_environment(
 def fingerprint_of(radiance: FloatImage) -> str:
     """Return the SHA-256 of an environment: its size and every bit of its radiance.
 
-    Parameters
-    ----------
-    radiance : NDArray[np.float32], (H, W, 3)
-        Linear Rec. 709 radiance.
+    `radiance`: (H, W, 3) float32, linear Rec. 709 radiance.
     """
     little = np.ascontiguousarray(radiance, dtype="<f4")
     total = hashlib.sha256(f"{little.shape}".encode())
@@ -118,17 +102,10 @@ def fingerprint_of(radiance: FloatImage) -> str:
 def read_light(folder: Path, place: Place) -> tuple[Environment, tuple[str, ...]]:
     """Read the light of a place.
 
-    Returns
-    -------
-    remarks : tuple of str
-        A sentence when the file is not the one that the results were worked out from: then they
-        have to be worked out anew.
-
-    Raises
-    ------
-    PlaceError
-        When the place has no light, or its file is missing or damaged; the hint says what can be
-        done about it.
+    Returns `remarks`: a sentence when the file is not the one that the results were worked out
+    from: then they have to be worked out anew.
+    Raises PlaceError when the place has no light, or its file is missing or damaged; the hint says
+    what can be done about it.
     """
     if not place.environment:
         raise PlaceError(f"No light was measured at “{place.name}” yet.", _next_step(folder))
@@ -193,7 +170,7 @@ def _compare(path: Path, radiance: FloatImage) -> None:
         )
 
 
-def _write_thumbnail(folder: Path, display: NDArray[np.uint8]) -> Path | None:
+def _write_thumbnail(folder: Path, display: Bytes) -> Path | None:
     height, width = display.shape[:2]
     small = display
     if width > _THUMBNAIL_WIDTH:

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
 from app.core.base.angles import wrap
 from app.core.base.errors import CoreError
 from app.core.solver.reach import LIMITS
-from app.core.storage.settings.json_file import clean
+from app.core.storage.json_file import clean
 
 if TYPE_CHECKING:
     from datetime import datetime
 
     from app.core.solver.reach import Objective
     from app.core.solver.solve import StyleResult
-    from app.core.storage.settings.json_file import Facts
+    from app.core.storage.json_file import Facts
 
 Kind: TypeAlias = Literal["unknown", "indoor", "outdoor"]
 
@@ -32,23 +32,17 @@ class PlaceError(CoreError):
 
 @dataclass(frozen=True, slots=True)
 class Location:
-    """What is over the place, for the age of the light.
-
-    Attributes
-    ----------
-    sun : bool or None
-        Whether the sun shines on the place; None where it is not known.
-    sun_azimuth_deg, sun_elevation_deg : float or None
-        Where the sun stood in the panorama when it was captured; azimuth from the panorama's own
-        centre column, positive clockwise from above, whatever `Place.front_deg` is.
-    latitude_deg, longitude_deg : float or None
-        On the earth, north and east positive; None where the camera does not know.
-    """
+    """What is over the place, for the age of the light."""
 
     kind: Kind = "unknown"
-    sun: bool | None = None
+    sun: bool | None = None  # whether the sun shines on the place; None where it is not known
+    # sun_azimuth_deg, sun_elevation_deg: where the sun stood in the panorama when it was captured;
+    # azimuth from the panorama's own centre column, positive clockwise from above, whatever
+    # `Place.front_deg` is
     sun_azimuth_deg: float | None = None
     sun_elevation_deg: float | None = None
+    # latitude_deg, longitude_deg: on the earth, north and east positive; None where the camera
+    # does not know
     latitude_deg: float | None = None
     longitude_deg: float | None = None
 
@@ -65,42 +59,27 @@ class Asked:
 
 @dataclass(frozen=True, slots=True)
 class FrameFacts:
-    """One frame of the bracket.
-
-    Attributes
-    ----------
-    ev : float
-        Relative to the metered exposure, stops; positive is brighter.
-    clipped_share : float
-        Share of the panorama that is too bright for the frame, 0 to 1.
-    """
+    """One frame of the bracket."""
 
     file: str
     shutter_s: float
     iso: float = 0.0
     aperture: float = 0.0
-    ev: float = 0.0
-    clipped_share: float = 0.0
+    ev: float = 0.0  # relative to the metered exposure, stops; positive is brighter
+    clipped_share: float = 0.0  # share of the panorama that is too bright for the frame, 0 to 1
 
 
 @dataclass(frozen=True, slots=True)
 class CaptureFacts:
-    """How the light was measured.
-
-    Attributes
-    ----------
-    plan : str
-        "paper", "full", "files" (a bracket that was opened) or "panorama" (an HDR file).
-    clipped_share : float or None
-        Share of the light's energy in clipped areas, 0 to 1; None where it was not measured.
-    white_cd_m2 : float or None
-        Luminance of radiance 1, cd/m2; None where the scale is only relative.
-    """
+    """How the light was measured."""
 
     camera: str = ""
+    # "paper", "full", "files" (a bracket that was opened) or "panorama" (an HDR file)
     plan: str = ""
     frames: tuple[FrameFacts, ...] = ()
+    # share of the light's energy in clipped areas, 0 to 1; None where it was not measured
     clipped_share: float | None = None
+    # luminance of radiance 1, cd/m2; None where the scale is only relative
     white_cd_m2: float | None = None
     warnings: tuple[str, ...] = ()
     advice: tuple[str, ...] = ()
@@ -122,46 +101,30 @@ class Place:
     Texts are cleaned of what a file or a screen cannot hold, and angles are wrapped, so that what
     is in memory is what will be read again.
 
-    Attributes
-    ----------
-    environment : str
-        Name of the environment in the place's folder, as `store_environment` gave it; "" while
-        no light was measured.
-    front_deg : float
-        Panorama azimuth at which the photographer stands, deg.
-    asked : Asked or None
-        What `results` were asked with; None where there are none.
-    needle_deg : float or None
-        Turn that is looked at, deg; None = the best of the chosen style.
-    goal_deg : float or None
-        Turn that is gone to, deg.
-    said_white_cd_m2 : float or None
-        Luminance of radiance 1 as the user has stated it, cd/m2; it counts before the capture's.
-    spot : str
-        The same for captures of the same spot at different times; "" for a spot of its own.
-
-    Raises
-    ------
-    ValueError
-        When a number is not finite, or a time has no offset from UTC.
+    Raises ValueError when a number is not finite, or a time has no offset from UTC.
     """
 
     name: str
     made_at: datetime
+    # name of the environment in the place's folder, as `store_environment` gave it; "" while no
+    # light was measured
     environment: str = ""
     fingerprint: str = ""
     measured_at: datetime | None = None
-    front_deg: float = 0.0
+    front_deg: float = 0.0  # panorama azimuth at which the photographer stands, deg
     head: str = "generic"
     notes: str = ""
     location: Location = field(default_factory=Location)
-    asked: Asked | None = None
+    asked: Asked | None = None  # what `results` were asked with; None where there are none
     results: tuple[StyleResult, ...] = field(default=(), repr=False)
     chosen: str | None = None
+    # turn that is looked at, deg; None = the best of the chosen style
     needle_deg: float | None = None
-    goal_deg: float | None = None
+    goal_deg: float | None = None  # turn that is gone to, deg
     capture: CaptureFacts | None = field(default=None, repr=False)
+    # luminance of radiance 1 as the user has stated it, cd/m2; it counts before the capture's
     said_white_cd_m2: float | None = None
+    # the same for captures of the same spot at different times; "" for a spot of its own
     spot: str = ""
     remarks: tuple[str, ...] = ()
     source: Source | None = field(default=None, repr=False)

@@ -14,7 +14,6 @@ import contextlib
 import math
 import re
 from dataclasses import asdict, dataclass, replace
-from datetime import datetime
 from typing import TYPE_CHECKING, Any, Final
 
 import cv2
@@ -24,26 +23,30 @@ from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes
 from app.core.base.image_input import picture_bytes
 from app.core.base.progress import Report, Token, silent
-from app.core.storage.places.originals import ORIGINALS, adopt_files
-from app.core.storage.places.place import PlaceError
-from app.core.storage.settings.json_file import (
+from app.core.storage.json_file import (
     Facts,
     Unfit,
     carry_unknown,
     keep_bad,
+    moment,
     number,
     optional,
     read_json,
+    record,
     text,
     truth,
+    whole,
     write_json,
 )
+from app.core.storage.places.originals import ORIGINALS, adopt_files
+from app.core.storage.places.place import PlaceError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from numpy.typing import NDArray
+    from app.core.base.arrays import Bytes
+
 
 SHOTS: Final = "shots.json"
 """Name of the file in a place's folder."""
@@ -64,23 +67,6 @@ class Shot:
 
     Azimuths are in the panorama, so that they stay true when the marker of where the photographer
     stands is moved.
-
-    Attributes
-    ----------
-    goal_facing_deg : float
-        Azimuth that the sitter was to face, deg.
-    heading_deg, facing_deg : float or None
-        Azimuths of the camera's axis, and that the sitter faced; deg.
-    sitter_deg : float or None
-        The sitter from the axis, deg, positive to the right; None where none was seen.
-    fov_deg, focal_mm : float or None
-        Horizontal field of view, deg; focal length for a frame of 36 x 24 mm.
-    confidence : float
-        0 to 1.
-    outside_deg : int
-        Whole degrees from the light; 0 in it.
-    match, best : int or None
-        Of 100: at that turn, and of the style there; None where the turn is not known.
     """
 
     name: str
@@ -88,15 +74,19 @@ class Shot:
     found: bool
     style: str
     title: str
-    goal_facing_deg: float
+    goal_facing_deg: float  # azimuth that the sitter was to face, deg
     taken_at: str | None = None
+    # heading_deg, facing_deg: azimuths of the camera's axis, and that the sitter faced; deg
     heading_deg: float | None = None
     facing_deg: float | None = None
+    # the sitter from the axis, deg, positive to the right; None where none was seen
     sitter_deg: float | None = None
+    # fov_deg, focal_mm: horizontal field of view, deg; focal length for a frame of 36 x 24 mm
     fov_deg: float | None = None
     focal_mm: float | None = None
-    confidence: float = 0.0
-    outside_deg: int = 0
+    confidence: float = 0.0  # 0 to 1
+    outside_deg: int = 0  # whole degrees from the light; 0 in it
+    # match, best: of 100: at that turn, and of the style there; None where the turn is not known
     match: int | None = None
     best: int | None = None
     removed: bool = False
@@ -104,22 +94,9 @@ class Shot:
     key: str = ""
 
 
-def _whole(low: int, high: int) -> Callable[[Any], int]:
-    def check(value: Any) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise Unfit("not a whole number in range")
-        return value
-
-    return check
-
-
 def _time(value: Any) -> str:
-    words = text(64)(value)
-    try:
-        datetime.fromisoformat(words)
-    except ValueError as error:
-        raise Unfit("not a time") from error
-    return words
+    moment(value)
+    return str(value)
 
 
 _ANGLE: Final = number(-360.0, 360.0)
@@ -138,9 +115,9 @@ _CHECKS: Final[dict[str, Callable[[Any], Any]]] = {
     "fov_deg": optional(number(0.0, 360.0)),
     "focal_mm": optional(number(0.0, 1e5)),
     "confidence": number(0.0, 1.0),
-    "outside_deg": _whole(0, 360),
-    "match": optional(_whole(0, 100)),
-    "best": optional(_whole(0, 100)),
+    "outside_deg": whole(0, 360),
+    "match": optional(whole(0, 100)),
+    "best": optional(whole(0, 100)),
     "removed": truth,
     "file": text(255, _FILE),
 }
@@ -149,10 +126,7 @@ _CHECKS: Final[dict[str, Callable[[Any], Any]]] = {
 def read_shots(folder: Path) -> tuple[tuple[Shot, ...], tuple[str, ...]]:
     """Read what is kept, as much of it as there is.
 
-    Returns
-    -------
-    shots : tuple of Shot
-        In the order in which they were added, without those that were removed.
+    Returns `shots`: in the order in which they were added, without those that were removed.
     """
     shots, lost, _ = _read(folder)
     return tuple(shot for shot in shots if not shot.removed), lost
@@ -160,12 +134,12 @@ def read_shots(folder: Path) -> tuple[tuple[Shot, ...], tuple[str, ...]]:
 
 def _read(folder: Path) -> tuple[list[Shot], tuple[str, ...], Facts]:
     file = read_json(folder / SHOTS, _MOST_BYTES)
-    shots, lost = [], len(file.lost)
+    shots, lost = [], 0
     for key, value in file.facts.items():
         if re.fullmatch(_KEY, key) is None:
             continue
         try:
-            shots.append(_shot(key, value))
+            shots.append(replace(_shot(value), key=key))
         except Unfit:
             lost += 1
     if file.state in ("missing", "whole") and not lost:
@@ -178,13 +152,11 @@ def _read(folder: Path) -> tuple[list[Shot], tuple[str, ...], Facts]:
     )
 
 
-def _shot(key: str, value: Any) -> Shot:
-    if not isinstance(value, dict):
-        raise Unfit("not a photograph")
-    needed = ("name", "added_at", "found", "style", "title", "goal_facing_deg", "file")
-    if any(name not in value for name in needed):
-        raise Unfit("something is missing")
-    return Shot(**{n: check(value[n]) for n, check in _CHECKS.items() if n in value}, key=key)
+_shot: Final = record(
+    Shot,
+    _CHECKS,
+    needed=("name", "added_at", "found", "style", "title", "goal_facing_deg", "file"),
+)
 
 
 def _facts(shot: Shot) -> Facts:
@@ -216,7 +188,7 @@ def add_shot(
     folder: Path,
     photo: Path,
     shot: Shot,
-    picture: NDArray[np.uint8],
+    picture: Bytes,
     token: Token | None = None,
     report: Report = silent,
 ) -> Shot:
@@ -224,16 +196,9 @@ def add_shot(
 
     The same photograph opened again for the same style takes the place of the one that is there.
 
-    Parameters
-    ----------
-    picture : (H, W, 3) uint8
-        sRGB, upright, for the list.
-
-    Raises
-    ------
-    PlaceError
-        When the photograph cannot be copied or the disk refuses; nothing is listed then.
-    Cancelled
+    `picture`: (H, W, 3) uint8, sRGB, upright, for the list.
+    Raises PlaceError when the photograph cannot be copied or the disk refuses; nothing is listed
+    then.
     """
     shots, lost, found = _read(folder)
     if lost:
@@ -252,7 +217,7 @@ def _next_key(found: Facts) -> str:
     return f"shot-{max(taken, default=0) + 1:04d}"
 
 
-def _write_thumbnail(folder: Path, key: str, picture: NDArray[np.uint8]) -> None:
+def _write_thumbnail(folder: Path, key: str, picture: Bytes) -> None:
     """Write the small picture; without one the list is less pretty, and that is all."""
     share = min(_THUMBNAIL / max(picture.shape[:2]), 1.0)
     small = cv2.resize(picture, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
@@ -268,13 +233,10 @@ def photo_of(folder: Path, shot: Shot) -> Path:
     return folder / _FOLDER / ORIGINALS / shot.file
 
 
-def thumbnail_of(folder: Path, shot: Shot) -> NDArray[np.uint8] | None:
+def thumbnail_of(folder: Path, shot: Shot) -> Bytes | None:
     """Read the small picture of a photograph.
 
-    Returns
-    -------
-    (h, w, 3) uint8 or None
-        sRGB; None where there is none that can be read.
+    Returns (h, w, 3) uint8: sRGB; None where there is none that can be read.
     """
     path = folder / _FOLDER / f"{shot.key}.jpg"
     data = picture_bytes(path, _MOST_THUMBNAIL, _THUMBNAIL**2)
@@ -290,10 +252,7 @@ def thumbnail_of(folder: Path, shot: Shot) -> NDArray[np.uint8] | None:
 def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
     """Take a photograph off the list, or bring it back.
 
-    Raises
-    ------
-    PlaceError
-        When it is not there any more, or the disk refuses.
+    Raises PlaceError when it is not there any more, or the disk refuses.
     """
     shots, _, found = _read(folder)
     if all(shot.key != key for shot in shots):
@@ -305,10 +264,7 @@ def mark_shot(folder: Path, key: str, *, removed: bool) -> None:
 def purge_shots(folder: Path) -> int:
     """Forget the photographs that were removed, with their copies; nobody can ask for them now.
 
-    Returns
-    -------
-    int
-        How many. What the disk does not let go of stays.
+    How many. What the disk does not let go of stays.
     """
     shots, lost, found = _read(folder)
     gone = [shot for shot in shots if shot.removed]

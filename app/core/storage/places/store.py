@@ -10,28 +10,311 @@
 ``place.json`` is the point of no return: other files are whole before it names them, so a crash at
 any moment leaves the place as it was or as it was to be. It is replaced in one act, so two
 processes that write at once leave the file of one of them, whole; no lock is needed for that.
+
+A deleted place lies whole in ``ROOT/.trash``: in the same folder as the others, so that moving it
+is one act of the file system on whatever disk that is, and so that no folder of the user's own is
+ever taken for the trash. The program never removes anything from it: originals are in there, too.
+
+Where a place is not there or the disk refuses, functions raise PlaceError and everything is as it
+was; lists never fail.
 """
 
 from __future__ import annotations
 
 import contextlib
 import os
+import re
 import tempfile
 import uuid
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
-from app.core.storage.places.encoding import VERSION, place_of, to_json, unreadable, version_of
-from app.core.storage.places.listing import MOST_BYTES, PLACE, newest_light, summarise
-from app.core.storage.places.names import STAGED, folder_stem, free_names, sweep, umask, words_of
-from app.core.storage.places.place import Place, PlaceError
-from app.core.storage.settings.json_file import JsonFile, keep_bad, read_json, write_json
+from app.core.base.files import umask, words_of
+from app.core.storage.json_file import JsonFile, keep_bad, read_json, write_json
+from app.core.storage.places.encoding import (
+    ENVIRONMENT_NAME,
+    VERSION,
+    place_of,
+    summary_of,
+    to_json,
+    unreadable,
+    version_of,
+)
+from app.core.storage.places.originals import (
+    LITTER,
+    STAGED,
+    folder_stem,
+    free_names,
+    sweep,
+    told_by_folder,
+)
+from app.core.storage.places.place import Place, PlaceError, clean_name
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from datetime import datetime
+
+
+State: TypeAlias = Literal["whole", "unfinished", "damaged", "newer"]
+
+PLACE: Final = "place.json"
+"""Name of the file that makes a folder a place."""
+
+THUMBNAIL: Final = "thumbnail.png"
+"""Name of the small picture."""
+
+MOST_BYTES: Final = 16 << 20
+"""Largest ``place.json`` that is read."""
+
+_MOST_THUMBNAIL: Final = 8 << 20
+_CAPTURE: Final = "capture"
+_SESSION: Final = "session.json"
+_RECAPTURE: Final = "Open it and look, or capture here again."
+_EARLIEST: Final = datetime(1970, 1, 1, tzinfo=UTC)
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceSummary:
+    """What a list shows of a place."""
+
+    folder: Path
+    name: str
+    made_at: datetime
+    thumbnail: Path | None = None
+    trouble: str | None = None  # why the place is not as it should be, a sentence; None when it is
+    # "unfinished": a folder that was begun, with something in it that can be gone on with. Each of
+    # them can be opened with `read_place`
+    state: State = "whole"
+    has_light: bool = False
+    # folders of captures in it, the newest last; each is a session that can be gone on with
+    captures: tuple[Path, ...] = field(default=())
+    spot: str = ""
+
+
+def list_places(root: Path) -> tuple[PlaceSummary, ...]:
+    """List all places in a folder.
+
+    Only small files are read; nothing that lies there makes it fail.
+
+    The newest first. Damaged and unfinished ones are in it with the reason. Folders that never were
+    places are left out.
+    """
+    try:
+        with os.scandir(root) as entries:
+            folders = [Path(each.path) for each in entries if _may_be_place(each)]
+    except FileNotFoundError:
+        return ()
+    except OSError as error:
+        trouble = f"The folder of places {root} cannot be read: {words_of(error)}."
+        return (PlaceSummary(root, root.name, _EARLIEST, None, trouble, "damaged"),)
+    found = [summary for folder in folders if (summary := summarise(folder)) is not None]
+    return tuple(sorted(found, key=lambda each: (each.made_at, each.folder.name), reverse=True))
+
+
+def _may_be_place(entry: os.DirEntry[str]) -> bool:
+    try:
+        return not entry.name.startswith(".") and entry.is_dir()
+    except OSError:
+        return False
+
+
+def summarise(folder: Path) -> PlaceSummary | None:
+    """Say of one folder what a list shows of it.
+
+    None for a folder that holds nothing of a place.
+    """
+    names = _names(folder)
+    file = read_json(folder / PLACE, MOST_BYTES)
+    if file.state == "missing" and not any(_is_trace(name) for name in names):
+        return None
+    lost: list[str] = []
+    name, made_at, environment = summary_of(file.facts, lost)
+    light = environment if environment in names else newest_light(folder, names)
+    state, trouble = _judge(file, lost, bool(environment) and environment not in names)
+    spot = file.facts.get("spot")
+    told_name, told_time = told_by_folder(folder.name)
+    return PlaceSummary(
+        folder=folder,
+        name=clean_name(name or told_name),
+        made_at=made_at or told_time or _folder_time(folder),
+        thumbnail=_thumbnail(folder),
+        trouble=trouble,
+        state=state,
+        has_light=bool(light),
+        captures=capture_folders(folder),
+        spot=spot if isinstance(spot, str) else "",
+    )
+
+
+def _judge(file: JsonFile, lost: Sequence[str], lightless: bool) -> tuple[State, str | None]:
+    """Find the most important thing to say about a place."""
+    if file.state == "missing":
+        return "unfinished", "This place was begun but not finished. What was captured is kept."
+    if file.state == "unreadable":
+        return "damaged", f"This place cannot be read: {file.why}."
+    if file.state == "damaged":
+        return "damaged", f"A part of this place cannot be read: {file.why}. {_RECAPTURE}"
+    if lost:
+        return "damaged", f"A part of this place cannot be read: {', '.join(lost)}. {_RECAPTURE}"
+    if lightless:
+        return "damaged", "The light of this place is missing. Capture here again."
+    if version_of(file.facts) > VERSION:
+        return "newer", "This place was kept by a newer Turnlight. Update this one to see it all."
+    return "whole", None
+
+
+def _is_trace(name: str) -> bool:
+    """Whether an entry shows that its folder was meant as a place."""
+    light = re.fullmatch(ENVIRONMENT_NAME, name) is not None
+    return light or name == _SESSION or name.startswith((f"{PLACE}.bak", ".place-"))
+
+
+def _names(folder: Path) -> tuple[str, ...]:
+    try:
+        names = sorted(os.listdir(folder))
+    except OSError:
+        return ()
+    return (*names, _SESSION) if capture_folders(folder) else tuple(names)
+
+
+def newest_light(folder: Path, names: Sequence[str] | None = None) -> str:
+    """Name the environment in a folder that was written last; "" where there is none."""
+    names = _names(folder) if names is None else names
+    lights = [name for name in names if re.fullmatch(ENVIRONMENT_NAME, name)]
+    return max(lights, key=lambda name: _time_of(folder / name), default="")
+
+
+def _time_of(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0
+
+
+def _folder_time(folder: Path) -> datetime:
+    with contextlib.suppress(OverflowError, ValueError, OSError):
+        return datetime.fromtimestamp(_time_of(folder), UTC).astimezone()
+    return _EARLIEST
+
+
+def _thumbnail(folder: Path) -> Path | None:
+    path = folder / THUMBNAIL
+    with contextlib.suppress(OSError):
+        if path.is_file() and 0 < path.stat().st_size <= _MOST_THUMBNAIL:
+            return path
+    return None
+
+
+def capture_folders(folder: Path) -> tuple[Path, ...]:
+    """Return the folders of captures in a place that were begun, the oldest first.
+
+    The place's own folder is one of them where the capture was made right in it.
+    """
+    try:
+        names = [name for name in os.listdir(folder) if name.startswith(_CAPTURE)]
+    except OSError:
+        return ()
+    folders = (folder, *(folder / name for name in names))
+    found = [each for each in folders if (each / _SESSION).is_file()]
+    return tuple(sorted(found, key=lambda path: (_time_of(path / _SESSION), path.name)))
+
+
+def new_capture_folder(folder: Path) -> Path:
+    """Name a folder in a place for one more capture; it is not made.
+
+    Raises PlaceError when there are too many.
+    """
+    for name in free_names(_CAPTURE):
+        if set(_listing(folder / name)) <= LITTER:
+            return folder / name
+    raise AssertionError("free_names never ends")  # pragma: no cover
+
+
+def _listing(folder: Path) -> Sequence[str]:
+    try:
+        return os.listdir(folder)
+    except FileNotFoundError:
+        return ()
+    except OSError:
+        return ("?",)
+
+
+TRASH: Final = ".trash"
+"""Name of the folder in the folder of places."""
+
+_ENTRY: Final = re.compile(r"(\d{8}T\d{6}Z)--(.+?)(?:~\d+)?")
+_WHEN: Final = "%Y%m%dT%H%M%SZ"
+
+
+@dataclass(frozen=True, slots=True)
+class TrashedPlace:
+    """A place that was deleted."""
+
+    folder: Path
+    name: str
+    deleted_at: datetime
+
+
+def delete_place(folder: Path, now: datetime | None = None) -> Path:
+    """Move a place to the trash, whole."""
+    if folder.is_symlink() or summarise(folder) is None:
+        raise PlaceError(f"There is no place at {folder}.", "It may have been deleted already.")
+    when = (now or datetime.now(UTC)).astimezone(UTC).strftime(_WHEN)
+    trash = folder.parent / TRASH
+    try:
+        trash.mkdir(exist_ok=True)
+        return _move(folder, trash, f"{when}--{folder.name}", "~")
+    except OSError as error:
+        raise PlaceError(
+            f"The place was not deleted: {words_of(error)}.", "It is where it was."
+        ) from error
+
+
+def restore_place(trashed: Path) -> Path:
+    """Bring a place back from the trash.
+
+    Its folder: the one it had, or one with a number where that is taken.
+    """
+    entry = _ENTRY.fullmatch(trashed.name)
+    if entry is None or trashed.parent.name != TRASH or not trashed.is_dir():
+        raise PlaceError("This place is not in the trash any more.", "Look at the list of places.")
+    try:
+        return _move(trashed, trashed.parent.parent, entry[2], "-")
+    except OSError as error:
+        raise PlaceError(
+            f"The place was not brought back: {words_of(error)}.", f"It is kept in {trashed}."
+        ) from error
+
+
+def _move(folder: Path, target: Path, name: str, mark: str) -> Path:
+    for number in range(1, 10_000):
+        aside = target / (name if number == 1 else f"{name}{mark}{number}")
+        if os.path.lexists(aside):
+            continue
+        folder.rename(aside)
+        return aside
+    raise PlaceError(f"There are too many called {name} in {target}.")
+
+
+def list_trash(root: Path) -> tuple[TrashedPlace, ...]:
+    """List the deleted places that can be brought back, the last deleted first."""
+    found = ((summarise(path), when) for when, path in sorted(_entries(root), reverse=True))
+    return tuple(TrashedPlace(one.folder, one.name, when) for one, when in found if one is not None)
+
+
+def _entries(root: Path) -> list[tuple[datetime, Path]]:
+    """Find what `delete_place` put into the trash; anything else there is let alone."""
+    entries = []
+    with contextlib.suppress(OSError):
+        for path in (root / TRASH).iterdir():
+            match = _ENTRY.fullmatch(path.name)
+            if match is None or path.is_symlink() or not path.is_dir():
+                continue
+            with contextlib.suppress(ValueError):
+                entries.append((datetime.strptime(match[1], _WHEN).replace(tzinfo=UTC), path))
+    return entries
 
 
 def create_place(root: Path, name: str, made_at: datetime, *, spot: str = "") -> Path:
@@ -39,15 +322,7 @@ def create_place(root: Path, name: str, made_at: datetime, *, spot: str = "") ->
 
     It appears whole, with its ``place.json`` in it, or not at all.
 
-    Returns
-    -------
-    Path
-        The new folder, a child of `root`, whose name any system takes.
-
-    Raises
-    ------
-    PlaceError
-        When the folder cannot be made.
+    The new folder, a child of `root`, whose name any system takes.
     """
     place = Place(name, made_at, spot=spot or uuid.uuid4().hex)
     staged: Path | None = None
@@ -93,10 +368,8 @@ def _drop(staged: Path | None) -> None:
 def write_place(folder: Path, place: Place) -> None:
     """Keep what is known of a place, whole or not at all.
 
-    Raises
-    ------
-    PlaceError
-        When the disk refuses, or something could not be read again; the file is as it was.
+    Raises PlaceError when the disk refuses, or something could not be read again; the file is as it
+    was.
     """
     facts = to_json(place)
     lost = unreadable(place)
@@ -115,18 +388,8 @@ def write_place(folder: Path, place: Place) -> None:
 def read_place(folder: Path) -> Place:
     """Read what is known of a place, as much of it as there is.
 
-    Returns
-    -------
-    Place
-        `Place.remarks` says what was lost. A damaged file is kept as ``place.json.bak`` before
-        anything replaces it. Where ``place.json`` is missing, name, time and light are taken from
-        the folder.
-
-    Raises
-    ------
-    PlaceError
-        When there is no such folder, or it was never a place, or the system does not let it be
-        read.
+    `Place.remarks` says what was lost. A damaged file is kept as ``place.json.bak`` before anything
+    replaces it. Where ``place.json`` is missing, name, time and light are taken from the folder.
     """
     if not folder.is_dir():
         raise PlaceError(f"There is no place at {folder}.", "It may have been moved or deleted.")
@@ -154,9 +417,8 @@ def _remarks(folder: Path, file: JsonFile, lost: Sequence[str]) -> list[str]:
     if file.state == "missing":
         remarks.append("This place was begun but not finished; it can be gone on with.")
     if bad:
-        gone = list(dict.fromkeys([*(f"“{name}”" for name in file.lost), *lost]))
         why = f": {file.why}" if file.why else ""
-        named = f" Lost: {', '.join(gone)}." if gone else ""
+        named = f" Lost: {', '.join(dict.fromkeys(lost))}." if lost else ""
         whole = "" if file.facts else " Only the files in its folder are left."
         remarks.append(f"A part of this place could not be read{why}.{named}{whole}")
     if newer:
@@ -171,13 +433,7 @@ def _remarks(folder: Path, file: JsonFile, lost: Sequence[str]) -> list[str]:
 
 
 def rename_place(folder: Path, name: str) -> Place:
-    """Give a place another name; its folder keeps its own.
-
-    Raises
-    ------
-    PlaceError
-        As `read_place` and `write_place`.
-    """
+    """Give a place another name; its folder keeps its own."""
     place = replace(read_place(folder), name=name)
     write_place(folder, place)
     return place

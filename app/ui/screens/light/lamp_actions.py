@@ -14,8 +14,8 @@ from app.core.second_light.library import (
     restore_lamp,
     update_lamp,
 )
+from app.core.second_light.placements import metres, read_metres
 from app.core.second_light.scale import read_lux
-from app.core.second_light.words import metres, read_metres
 from app.ui.presenters.actions import Action
 from app.ui.presenters.file_changes import FileChange
 from app.ui.screens.light.mask import MaskEdit, MaskLook, look_at_mask
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from app.core.second_light.captured import CapturedLamp
-    from app.core.second_light.library import TrashedLamp
+    from app.core.storage.library import Trashed
     from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
     from app.ui.screens.light.lamps import LampList
@@ -174,7 +174,7 @@ class LampKeeping:
             return
         folder, tell, name = shelf.folder, self._services.notify.tell, lamp.name
 
-        def deleted(trashed: TrashedLamp) -> None:
+        def deleted(trashed: Trashed) -> None:
             shelf.gone(trashed.name)
             tell(f"{trashed.title} deleted", kind="done", actions=(("Undo", change.take_back),))
 

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 from app.core.base.errors import CoreError
 from app.core.second_light.dark_room import GUIDE, capture_lamp
 from app.core.second_light.lamp_presets import KINDS
-from app.core.second_light.lamp_store import MAX_TITLE
-from app.core.second_light.library import add_lamp, check_distance, list_lamps, read_lamp
-from app.core.second_light.words import metres, read_metres
+from app.core.second_light.library import MAX_TITLE, add_lamp, check_distance, list_lamps, read_lamp
+from app.core.second_light.placements import metres, read_metres
 from app.ui.screens.light.state import DISTANCES_M, CaptureAsk, CapturingState
 
 if TYPE_CHECKING:

@@ -12,8 +12,7 @@ from app.core.base.colour import LUMINANCE_WEIGHTS, to_bytes
 from app.core.base.errors import CoreError
 from app.core.second_light.captured import CapturedLamp, centroid, make_lamp
 from app.core.second_light.library import update_lamp
-from app.core.second_light.mask import find_mask
-from app.core.second_light.mask_brush import stroke
+from app.core.second_light.mask import find_mask, stroke
 from app.ui.presenters.file_changes import FileChange
 from app.ui.screens.light.words import lux_words
 

@@ -6,10 +6,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import wrap
-from app.core.second_light.comparable import Comparison, compare
 from app.core.second_light.lamp_presets import KINDS, at_distance
-from app.core.second_light.placements import ALTITUDES_DEG
-from app.core.second_light.words import metres
+from app.core.second_light.placements import ALTITUDES_DEG, metres
+from app.core.second_light.scale import Comparison, compare
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.screens.light.jobs import LightWork

@@ -9,10 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
-from app.core.second_light.dimming import power_share, power_words, stops_words
-from app.core.second_light.lamp_presets import NumbersLamp
-from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG, direction
-from app.core.second_light.words import metres, placement_words
+from app.core.second_light.lamp_presets import NumbersLamp, power_share, power_words, stops_words
+from app.core.second_light.placements import (
+    ALTITUDES_DEG,
+    AZIMUTHS_DEG,
+    direction,
+    metres,
+    placement_words,
+)
 from app.core.solver.reach import Limits
 from app.core.text.turns import side_words, signed, turn_words, whole
 from app.ui.screens.light.state import DetailState, HeadsState, HoldState, Section, SkyState

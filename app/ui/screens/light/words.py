@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import wrap
 from app.core.second_light.captured import CapturedLamp
-from app.core.second_light.dimming import power_words
-from app.core.second_light.words import metres
+from app.core.second_light.lamp_presets import power_words
+from app.core.second_light.placements import metres
 from app.core.text.turns import direction_of, signed, turn_words, whole
 from app.ui.screens.light.state import RowState, Section
 from app.ui.screens.styles.gallery import side_line, whole_of

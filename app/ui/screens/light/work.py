@@ -14,13 +14,11 @@ from app.core.base.progress import span
 from app.core.second_light import added as added_lights
 from app.core.second_light.captured import CapturedLamp, placed
 from app.core.second_light.contrast import FaceBasis, prepare_face
-from app.core.second_light.dimming import FULL, powers_of
-from app.core.second_light.lamp_presets import NumbersLamp
-from app.core.second_light.lamp_tables import LampTables, lamp_tables
+from app.core.second_light.lamp_presets import FULL, NumbersLamp, powers_of
 from app.core.second_light.near import NearField, prepare_near
-from app.core.second_light.placements import COUNT
-from app.core.second_light.reach import above_floor, within_arm
+from app.core.second_light.placements import COUNT, above_floor, within_arm
 from app.core.second_light.search import place_all
+from app.core.second_light.search_kernel import LampTables, lamp_tables
 from app.core.solver.environment import solid_angles
 from app.core.solver.head_shape import load_shape_of
 from app.core.solver.reach import LIMITS, Limits

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from app.core.painting import Tool
+from app.core.painting.stroke import Tool
 from app.ui.presenters.actions import Action
 from app.ui.screens.paint.state import Shown
 

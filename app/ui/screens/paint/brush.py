@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-from app.core.painting import Brush, Tool
+from app.core.painting.stroke import Brush, Tool
 
 if TYPE_CHECKING:
     from collections.abc import Callable

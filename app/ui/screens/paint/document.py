@@ -9,13 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.errors import StyleError
-from app.core.painting import (
-    Draft,
-    PaintSession,
-    blank,
-    from_style,
-    from_user_style,
-)
+from app.core.painting.canvas import blank, from_style
+from app.core.painting.session import PaintSession
+from app.core.painting.user_style import Draft, from_user_style
 from app.ui.screens.paint.drafts import find_draft
 from app.ui.screens.paint.looks import head_look
 
@@ -23,7 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from app.core.painting import Canvas, UserStyle
+    from app.core.painting.canvas import Canvas
+    from app.core.painting.user_style import UserStyle
     from app.core.solver.relighting_cache import LightTable
     from app.core.solver.styles import Style
     from app.core.storage.settings import Settings

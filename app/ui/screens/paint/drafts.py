@@ -8,7 +8,7 @@ import threading
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import CoreError, StyleError
-from app.core.painting import Draft, load_draft, save_draft
+from app.core.painting.user_style import Draft, load_draft, save_draft
 from app.devices.clock import wait
 from app.ui.presenters.saving import disk_words
 

@@ -5,13 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import CoreError
-from app.core.painting import (
-    EXPORT_ENDING,
-    UserStyle,
-    save_user_style,
-    suggested_side,
-    update_user_style,
-)
+from app.core.painting.gallery import suggested_side
+from app.core.painting.library import EXPORT_ENDING, save_user_style, update_user_style
+from app.core.painting.user_style import UserStyle
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.presenters.undo import Undoable
@@ -23,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from app.core.painting import Canvas
+    from app.core.painting.canvas import Canvas
     from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
     from app.ui.screens.paint.document import PaintDocument

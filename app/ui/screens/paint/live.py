@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from app.core.painting import target_picture
+from app.core.painting.gallery import target_picture
 from app.core.solver.portraits import framing, portraits
 from app.core.text.turns import arc_words, direction_of, direction_words, signed, size_words
 from app.ui.screens.paint.state import LiveState
 
 if TYPE_CHECKING:
     from app.core.base.colour import FloatImage
-    from app.core.painting import Answer
+    from app.core.painting.session import Answer
     from app.core.solver.solve import StyleResult
     from app.ui.presenters.model import Head, Model
     from app.ui.screens.paint.document import PaintDocument

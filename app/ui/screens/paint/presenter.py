@@ -6,7 +6,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 from weakref import WeakValueDictionary
 
-from app.core.painting import Tool, cleared, target_picture
+from app.core.painting.gallery import target_picture
+from app.core.painting.stroke import Tool, cleared
 from app.ui.presenters.model import Step
 from app.ui.presenters.undo import Undoable
 from app.ui.screens.paint.actions import paint_actions
@@ -23,7 +24,10 @@ from app.ui.screens.paint.words import save_why, save_words, starts_of, status_o
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.painting import Answer, Canvas, Region, TileChange, UserStyle
+    from app.core.painting.canvas import Canvas, Region
+    from app.core.painting.session import Answer
+    from app.core.painting.stroke import TileChange
+    from app.core.painting.user_style import UserStyle
     from app.ui.presenters.actions import Action
     from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services

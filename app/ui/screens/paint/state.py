@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.painting import Brush
+from app.core.painting.stroke import Brush
 
 if TYPE_CHECKING:
-    from app.core.painting import Canvas, Region
+    from app.core.painting.canvas import Canvas, Region
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]

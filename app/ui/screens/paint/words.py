@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from app.core.painting import NOTHING_PAINTED
+from app.core.painting.canvas import NOTHING_PAINTED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.painting import UserStyle
+    from app.core.painting.user_style import UserStyle
     from app.ui.presenters.model import Head
     from app.ui.screens.paint.document import PaintDocument
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from app.core.hdr.findings import Findings
     from app.core.portrait.age import Age, Kind
     from app.core.solver.place_light import PlaceLight
-    from app.core.storage.places import Place
+    from app.core.storage.places.place import Place
     from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.places_list import PlacesListRow
     from app.ui.presenters.services import Services

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.core.portrait.recapture_registration import Registered
-    from app.core.storage.places import Place
+    from app.core.storage.places.place import Place
     from app.devices.capture.status import Status
     from app.ui.presenters.capturing import Seen
     from app.ui.presenters.place_controller import PlaceController

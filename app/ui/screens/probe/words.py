@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from app.core.hdr.findings import Findings, Lamp
-    from app.core.storage.places import CaptureFacts, FrameFacts, Place
+    from app.core.storage.places.place import CaptureFacts, FrameFacts, Place
     from app.ui.presenters.model import CameraSeen
     from app.ui.presenters.unfinished import Unfinished
     from app.ui.screens.probe.state import CameraBlock

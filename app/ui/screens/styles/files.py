@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 from app.core.base.errors import CoreError
-from app.core.painting import EXPORT_ENDING
+from app.core.painting.library import EXPORT_ENDING
 from app.ui.presenters.actions import Action
 from app.ui.presenters.frame import time_words
 from app.ui.screens.styles.detail import numbers_text
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from app.core.painting import UserStyle
+    from app.core.painting.user_style import UserStyle
     from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
     from app.ui.screens.styles.gallery import Snapshot
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from app.core.base.progress import Token
-    from app.core.storage.places import Place
+    from app.core.storage.places.place import Place
     from app.ui.screens.styles.state import DetailState
 
 
@@ -67,7 +67,8 @@ def save_sheet(
     CoreError
         If a file is there that nobody agreed to replace, or it cannot be written.
     """
-    from app.export.set_sheet import assemble, write_pdf, write_png
+    from app.export.set_page import write_pdf, write_png
+    from app.export.set_sheet import assemble
 
     target = path if path.suffix.lower() in _ENDINGS else path.with_name(f"{path.name}.pdf")
     if target != path and target.exists():

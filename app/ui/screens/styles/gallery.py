@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.core.base.angles import wrap
-from app.core.painting import prepare_user_style
+from app.core.painting.gallery import prepare_user_style
+from app.core.painting.library import CANNOT_READ
 from app.core.solver.place_light import pictures_at
 from app.core.solver.portraits import framing, greyed, portraits
 from app.core.solver.reach import Limits
@@ -22,10 +23,12 @@ if TYPE_CHECKING:
 
     from app.core.base.colour import FloatImage
     from app.core.base.progress import Token
-    from app.core.painting import Asking, DamagedStyle, UserStyle
+    from app.core.painting.gallery import Asking
+    from app.core.painting.user_style import UserStyle
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.solve import StyleResult
     from app.core.solver.styles import Style
+    from app.core.storage.library import Damaged
     from app.ui.presenters.model import Head, Model
     from app.ui.screens.styles.state import Size
 
@@ -67,7 +70,7 @@ class Question:
     front_deg: float = 0.0
     results: tuple[StyleResult, ...] = ()
     own: tuple[UserStyle, ...] = ()
-    damaged: tuple[DamagedStyle, ...] = ()
+    damaged: tuple[Damaged, ...] = ()
     objective: str = "picture"
     limits: Limits = field(default_factory=Limits)
     sun: tuple[float, float] | None = None
@@ -344,13 +347,13 @@ def _spoken(style: Style, result: StyleResult | None) -> str:
     return f"{style.title}, {light}, {way}, match {whole_of(result.match)}, {reach}"
 
 
-def _damaged_card(damaged: DamagedStyle) -> CardState:
+def _damaged_card(damaged: Damaged) -> CardState:
     return CardState(
         key=str(damaged.path),
         title=damaged.path.stem,
-        line=damaged.message,
+        line=CANNOT_READ,
         tip=damaged.reason,
-        spoken=f"{damaged.path.stem}, {damaged.message} {damaged.reason}",
+        spoken=f"{damaged.path.stem}, {CANNOT_READ} {damaged.reason}",
         in_reach=False,
         own=True,
         damaged=damaged.path,

@@ -19,7 +19,7 @@ from app.ui.screens.turn.state import Pictures
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from app.core.painting import UserStyle
+    from app.core.painting.user_style import UserStyle
     from app.core.solver.place_light import PlaceLight
     from app.core.text.turns import Mode
     from app.ui.presenters.model import Head

@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from app.core.localization.align import laid_over
 from app.core.localization.heading_conversion import Looks, heading_of_turn
 from app.core.localization.views import Lens, goal_lens, goal_view, strip_view
-from app.core.painting import prepare_user_style
+from app.core.painting.gallery import prepare_user_style
 from app.core.solver.place_light import picture_at
 from app.core.solver.portraits import framing, portraits
 from app.core.text.turns import Mode
 from app.ui.screens.light.pictures import portrait_with
 
 if TYPE_CHECKING:
-    from app.core.painting import UserStyle
+    from app.core.painting.user_style import UserStyle
     from app.core.solver.place_light import PlaceLight
     from app.ui.presenters.model import Head
     from app.ui.screens.light.pictures import LampPlan

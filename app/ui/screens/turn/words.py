@@ -16,7 +16,7 @@ from app.ui.screens.turn.state import Guidance, LiveWords, Scale, Sign, StyleWor
 if TYPE_CHECKING:
     from app.core.base.errors import CoreError
     from app.core.localization.tracking import Track
-    from app.core.painting import UserStyle
+    from app.core.painting.user_style import UserStyle
     from app.core.solver.solve import StyleResult
     from app.devices.errors import DeviceError
     from app.ui.presenters.model import Model

@@ -2,31 +2,38 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, ClassVar, Final
 
 from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen, QPixmap, QPolygonF
-from PySide6.QtWidgets import QWidget
+from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.core.base.angles import wrap
 from app.ui.theme import theme
+from app.ui.widgets.paint import draw_tag, tag_size
 from app.ui.widgets.plots.geometry import smooth
-from app.ui.widgets.tags import draw_tag, tag_size
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Sequence
 
-    from PySide6.QtGui import QFont, QKeyEvent, QPaintEvent
+    from PySide6.QtGui import QFont, QKeyEvent, QMouseEvent, QPaintEvent, QResizeEvent
 
     from app.ui.widgets.plots.geometry import Point
+    from app.ui.widgets.plots.graphics import PanoramaPanel
 
-_STEPS: Final = {
-    Qt.Key.Key_Right: 1.0,
-    Qt.Key.Key_Up: 1.0,
-    Qt.Key.Key_Left: -1.0,
-    Qt.Key.Key_Down: -1.0,
+_ARROWS: Final = {
+    Qt.Key.Key_Left: (-1.0, 0.0),
+    Qt.Key.Key_Right: (1.0, 0.0),
+    Qt.Key.Key_Up: (0.0, 1.0),
+    Qt.Key.Key_Down: (0.0, -1.0),
 }
-_COARSE: Final = 10.0
+
+
+def arrow_step(event: QKeyEvent) -> tuple[float, float] | None:
+    """Read an arrow key as degrees to the right and up: 1, with Shift 10; None for other keys."""
+    way = _ARROWS.get(Qt.Key(event.key()))
+    size = 10.0 if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1.0
+    return None if way is None else (way[0] * size, way[1] * size)
 
 
 def device_ratio(painter: QPainter) -> float:
@@ -35,17 +42,7 @@ def device_ratio(painter: QPainter) -> float:
 
 
 def snap(value: float, ratio: float, width: float = 1.0) -> float:
-    """Move the middle of a line so that both of its edges lie on device pixels.
-
-    Parameters
-    ----------
-    value : float
-        Middle of the line, logical pixels.
-    ratio : float
-        Device pixels per logical one.
-    width : float, optional
-        Of the line, logical pixels.
-    """
+    """Move the middle of a line so that both of its edges lie on device pixels."""
     odd = round(width * ratio) % 2
     return (round(value * ratio - odd / 2.0) + odd / 2.0) / ratio
 
@@ -79,17 +76,9 @@ def outlined_line(
 def draw_text(
     painter: QPainter, middle: Point, text: str, font: QFont, colour: QColor, align: float = 0.5
 ) -> float:
-    """Draw one line of text on whole device pixels.
+    """Draw one line of text on whole device pixels, and give its width.
 
-    Parameters
-    ----------
-    middle : Point
-        x as `align` says, y of the middle of the capital letters, logical pixels.
-
-    Returns
-    -------
-    float
-        Width of the text, logical pixels.
+    `middle` is the middle of the capital letters, and across what `align` says.
     """
     painter.setFont(font)
     metrics = painter.fontMetrics()
@@ -112,17 +101,9 @@ def draw_label(
     ink: QColor | None = None,
     weight: int = 400,
 ) -> QRectF:
-    """Draw a label on a picture: a tag, in other colours with a dark edge.
+    """Draw a label on a picture: a tag, in other colours with a dark edge; give where it lies.
 
-    Parameters
-    ----------
-    align : (float, float), optional
-        (0, 0): `place` is the upper left corner; (1, 1): the lower right one.
-
-    Returns
-    -------
-    QRectF
-        Where the label lies, logical pixels.
+    `align` (0, 0) puts its upper left corner at `place`, (1, 1) its lower right one.
     """
     area = label_area(place, text, align, weight)
     if fill is not None:
@@ -144,14 +125,75 @@ def label_area(
     )
 
 
-class Plot(QWidget):
-    """A painted widget that can have the focus and says in words what it shows."""
+def disc(
+    painter: QPainter,
+    place: Point,
+    radius: float,
+    fill: QColor | Qt.GlobalColor | None = None,
+    edge: QColor | Qt.GlobalColor | None = None,
+    width: float = 1.0,
+) -> None:
+    """Draw a disc, or a ring where there is no fill; the edge has its middle at the radius."""
+    painter.setBrush(Qt.BrushStyle.NoBrush if fill is None else fill)
+    painter.setPen(Qt.PenStyle.NoPen if edge is None else QPen(edge, width))
+    painter.drawEllipse(QPointF(*place), radius, radius)
 
-    def __init__(self, name: str, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+
+def _scaled(size: tuple[float, float]) -> QSize:
+    return QSize(*(theme().px(length) for length in size))
+
+
+class Plot(QWidget):
+    """A painted widget that can have the focus and says in words what it shows.
+
+    Its sizes are those of the design; `least` is the smallest useful one.
+    """
+
+    wanted: ClassVar[tuple[float, float] | None] = None
+    least: ClassVar[tuple[float, float] | None] = None
+    policies: ClassVar = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+
+    def __init__(self, name: str) -> None:
+        super().__init__()
         self.setAccessibleName(name)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(*self.policies)
         self._cache: dict[str, tuple[Hashable, QPixmap]] = {}
+        self._panel: PanoramaPanel | None = None
+
+    @property
+    def panel(self) -> PanoramaPanel:
+        """The panorama of a plot that shows one; made when it is first asked for."""
+        if self._panel is None:
+            # Not before it is needed: see there.
+            from app.ui.widgets.plots.graphics import PanoramaPanel
+
+            self._panel = PanoramaPanel(self, lambda p: self.draw_over(p, device_ratio(p)))
+            self._panel.setGeometry(self.panel_rect())
+            self._panel.lower()
+            self._panel.show()
+        return self._panel
+
+    def sizeHint(self) -> QSize:
+        """Return the size that the design asks for, at the scale of the theme."""
+        return _scaled(self.wanted) if self.wanted else super().sizeHint()
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the smallest useful size."""
+        return _scaled(self.least) if self.least else super().minimumSizeHint()
+
+    def panel_rect(self) -> QRect:
+        """Where the panorama lies."""
+        return self.rect()
+
+    def draw_over(self, painter: QPainter, ratio: float) -> None:
+        """Paint what lies over the panorama, in its coordinates."""
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the panorama in its place."""
+        super().resizeEvent(event)
+        if self._panel is not None:
+            self._panel.setGeometry(self.panel_rect())
 
     def say(self, words: str) -> None:
         """Set what a screen reader says about the values."""
@@ -168,14 +210,7 @@ class Plot(QWidget):
     ) -> QPixmap:
         """Give a picture that is drawn again only when its key changes.
 
-        Parameters
-        ----------
-        size : QSize
-            Logical pixels.
-        ratio : float
-            Device pixels per logical one.
-        draw : callable
-            Draws it with a painter in logical pixels, on transparent ground.
+        It is drawn in logical pixels on transparent ground.
         """
         t = theme()
         whole = (key, t.name, t.scale, size.width(), size.height(), ratio)
@@ -226,8 +261,8 @@ class TurnPlot(Plot):
     released = Signal(float)
     """The hand left the needle at this turn, deg."""
 
-    def __init__(self, name: str, parent: QWidget | None = None) -> None:
-        super().__init__(name, parent)
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
         self._needle = 0.0
         self._best: float | None = None
         self._dragging = False
@@ -239,13 +274,7 @@ class TurnPlot(Plot):
         return self._needle
 
     def set_needle(self, turn_deg: float) -> None:
-        """Move the needle without a signal.
-
-        Parameters
-        ----------
-        turn_deg : float
-            Turn, deg.
-        """
+        """Move the needle without a signal."""
         self._needle = wrap(turn_deg)
         self.describe()
         self.update()
@@ -260,11 +289,9 @@ class TurnPlot(Plot):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Move the needle with the keyboard."""
-        step = _STEPS.get(Qt.Key(event.key()))
-        if step is not None:
-            coarse = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
+        if step := arrow_step(event):
             # From a whole number, so that what is shown counts on by whole degrees.
-            self.turn_to(round(self._needle) + step * (_COARSE if coarse else 1.0))
+            self.turn_to(round(self._needle) + sum(step))
         elif event.key() == Qt.Key.Key_Home and self._best is not None:
             self.turn_to(self._best)
         else:
@@ -279,6 +306,23 @@ class TurnPlot(Plot):
             self._stepped = False
             self.released.emit(self._needle)
         super().keyReleaseEvent(event)
+
+    def turn_under(self, point: Point) -> float | None:
+        """Give the turn that a pointer means, deg; None for none."""
+        raise NotImplementedError
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Lead the needle."""
+        if self._dragging:
+            turn = self.turn_under((event.position().x(), event.position().y()))
+            if turn is not None:
+                self.turn_to(turn)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Let go of the needle."""
+        if event.button() == Qt.MouseButton.LeftButton:
+            self.end_drag()
+        super().mouseReleaseEvent(event)
 
     def begin_drag(self, turn_deg: float) -> None:
         """Take the needle with the mouse."""

@@ -50,14 +50,7 @@ _HALF_HEAD: Final[tuple[Point, ...]] = (
 
 
 def at_turn(centre: Point, radius: float, turn_deg: float) -> Point:
-    """Find the place of a turn on a circle.
-
-    Parameters
-    ----------
-    radius : float
-        Of the circle, logical pixels.
-    turn_deg : float
-        Turn, deg; 0 is up, positive is clockwise.
+    """Find the place of a turn on a circle: 0 is up, positive is clockwise.
 
     Examples
     --------
@@ -69,12 +62,7 @@ def at_turn(centre: Point, radius: float, turn_deg: float) -> Point:
 
 
 def turn_at(centre: Point, point: Point) -> float:
-    """Find the turn toward a point; the inverse of `at_turn`.
-
-    Returns
-    -------
-    float
-        In (-180, 180], deg.
+    """Find the turn toward a point, deg in (-180, 180]; the inverse of `at_turn`.
 
     Examples
     --------
@@ -86,17 +74,7 @@ def turn_at(centre: Point, point: Point) -> float:
 
 
 def arc_extent(arc_deg: tuple[float, float]) -> float:
-    """Measure an arc that runs clockwise from its first end to its second.
-
-    Parameters
-    ----------
-    arc_deg : tuple of float
-        (from, to), deg; may wrap. (-180, 180) is the whole circle.
-
-    Returns
-    -------
-    float
-        In [0, 360], deg.
+    """Measure an arc that runs clockwise from its first end to its second, deg in [0, 360].
 
     Examples
     --------
@@ -108,19 +86,9 @@ def arc_extent(arc_deg: tuple[float, float]) -> float:
 
 
 def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[Point]:
-    """Outline the piece of a disc that an arc cuts out.
+    """Outline the piece of a disc that a clockwise arc (from, to) cuts out; it may wrap.
 
-    Parameters
-    ----------
-    radius : float
-        Of the disc, logical pixels.
-    arc_deg : tuple of float
-        (from, to) going clockwise, deg; may wrap.
-
-    Returns
-    -------
-    list of Point
-        The centre first, unless the arc is the whole circle.
+    The centre comes first, unless the arc is the whole circle.
     """
     extent = arc_extent(arc_deg)
     steps = max(math.ceil(extent / _STEP_DEG), 1)
@@ -129,15 +97,7 @@ def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[P
 
 
 def value_at(curve: Sequence[float], turn_deg: float) -> float:
-    """Read a curve around the circle between its places, linearly.
-
-    Parameters
-    ----------
-    curve : sequence of float
-        Values at evenly spaced turns from 0 on, clockwise; not empty.
-    turn_deg : float
-        Where, deg.
-    """
+    """Read a curve of values at evenly spaced turns, from 0 on clockwise, linearly."""
     count = len(curve)
     place = (turn_deg / 360.0 * count) % count
     low = int(place)
@@ -147,13 +107,7 @@ def value_at(curve: Sequence[float], turn_deg: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Dial:
-    """A round plot: where values from 0 to 100 lie between its core and its rim.
-
-    Attributes
-    ----------
-    core, rim : float
-        Radius of the values 0 and 100, logical pixels; the head stands within the core.
-    """
+    """A round plot: values from 0 at its core, around the head, to 100 at its rim."""
 
     centre: Point
     core: float
@@ -174,12 +128,7 @@ class Dial:
 
 
 def smooth(points: Sequence[Point]) -> list[Cubic]:
-    """Lead a closed smooth curve through points.
-
-    Returns
-    -------
-    list of Cubic
-        One per point; starting from ``points[0]``, the last ends there again.
+    """Lead a closed smooth curve through points: one piece each, from ``points[0]`` back to it.
 
     Notes
     -----
@@ -214,19 +163,9 @@ def _along(point: Point, direction: Point, length: float) -> Point:
 
 
 def head_outline(centre: Point, size: float, turn_deg: float) -> list[Point]:
-    """Draw the mean head seen from above, its nose along a turn.
+    """Outline the mean head seen from above, its nose first and along a turn.
 
-    Parameters
-    ----------
-    size : float
-        Half the length of the head, logical pixels.
-    turn_deg : float
-        Where the nose points, deg; 0 is up, positive is clockwise.
-
-    Returns
-    -------
-    list of Point
-        A closed outline, nose first, exactly symmetric about the turn; lead `smooth` through it.
+    `size` is half its length. Exactly symmetric about the turn; lead `smooth` through it.
     """
     other = [(-side, front) for side, front in reversed(_HALF_HEAD[1:-1])]
     angle = math.radians(turn_deg)
@@ -238,13 +177,7 @@ def head_outline(centre: Point, size: float, turn_deg: float) -> list[Point]:
 
 
 def hit(places: Sequence[Point], point: Point, reach: float) -> int | None:
-    """Find which of some small targets a point means.
-
-    Parameters
-    ----------
-    reach : float
-        Farthest distance that still counts, logical pixels.
-    """
+    """Find which of some small targets a point means; none farther than the reach."""
     near = [(math.dist(place, point), index) for index, place in enumerate(places)]
     best = min(near, default=(math.inf, -1))
     return best[1] if best[0] <= reach else None
@@ -255,10 +188,7 @@ def spread(
 ) -> list[float]:
     """Move labels on a line apart, as little as possible and all the same way out.
 
-    Parameters
-    ----------
-    wanted : sequence of float
-        Middles that the labels would like to have, logical pixels, in any order.
+    `wanted` are the middles that they would like to have, in any order.
     """
     order = sorted(range(len(wanted)), key=lambda index: wanted[index])
     middles = [wanted[index] for index in order]
@@ -285,15 +215,7 @@ def spread(
 
 @dataclass(frozen=True, slots=True)
 class ArrowShape:
-    """A thick curved arrow in a box: a band of a circle, and a head whose tip points onward.
-
-    Attributes
-    ----------
-    inner, outer : float
-        Radii of the band, logical pixels.
-    start_deg, stop_deg : float
-        Where on the circle the band begins and meets the head, deg; 0 is up.
-    """
+    """A thick curved arrow: a band between two radii, from one turn to another, and its head."""
 
     centre: Point
     inner: float
@@ -304,13 +226,7 @@ class ArrowShape:
 
 
 def arrow_shape(width: float, height: float, *, clockwise: bool) -> ArrowShape:
-    """Fit a thick curved arrow into a box, as the guidance shows it.
-
-    Parameters
-    ----------
-    width, height : float
-        Of the box, logical pixels; made for 320 x 104, any other is filled in proportion.
-    """
+    """Fit a thick curved arrow into a box; made for 320 x 104, others are filled in proportion."""
     unit = min(width / 320.0, height / 104.0)
     side = 1.0 if clockwise else -1.0
     # The head reaches farther out than the tail: the whole is centred, not the circle.

@@ -11,25 +11,23 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
-from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import wrap
-from app.core.second_light.words import metres
+from app.core.second_light.placements import metres
 from app.core.text.turns import whole
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.paint import box
 from app.ui.widgets.plots.base import closed_path, draw_text, snap
-from app.ui.widgets.plots.lamp_plot import HIGHEST_DEG, LampPlot, draw_best, draw_lamp
+from app.ui.widgets.plots.lamps import HIGHEST_DEG, LampPlot, draw_best, draw_lamp
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QFont
-    from PySide6.QtWidgets import QWidget
 
     from app.ui.widgets.plots.geometry import Point
-    from app.ui.widgets.plots.lamp_plot import Heads
+    from app.ui.widgets.plots.lamps import Heads
 
 _DOT: Final = 24
 _RING_SHARE: Final = 0.445  # of the width: room for the dot beside the ring
@@ -45,18 +43,7 @@ _ARROW: Final = 56  # room beside the head for an arrow with words
 class _HeadView(LampPlot):
     """What both drawings share: scale, ring, frame and title."""
 
-    def __init__(self, name: str, parent: QWidget | None = None) -> None:
-        super().__init__(name, parent)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-
-    def sizeHint(self) -> QSize:
-        """Ask for the least: it takes what room there is."""
-        return self.minimumSizeHint()
-
-    def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
-        t = theme()
-        return QSize(t.px(200), t.px(180))
+    wanted = least = (200, 180)
 
     @property
     def ring(self) -> float:
@@ -149,8 +136,8 @@ class AboveView(_HeadView):
     Dragging moves the lamp around the head; its altitude stays.
     """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("Lamp from above", parent)
+    def __init__(self) -> None:
+        super().__init__("Lamp from above")
 
     def place_of(self, azimuth_deg: float, altitude_deg: float) -> Point:
         """Where a lamp is drawn: its distance is seen shortened by its altitude."""
@@ -273,8 +260,8 @@ class SideView(_HeadView):
     Dragging raises and lowers the lamp, and moves it between front and back on its side.
     """
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("Lamp from the side", parent)
+    def __init__(self) -> None:
+        super().__init__("Lamp from the side")
 
     @property
     def from_left(self) -> bool:

@@ -23,15 +23,7 @@ SPAN_DEG: Final = 150.0
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """A tick of a scale.
-
-    Attributes
-    ----------
-    x : float
-        From the scale's left end, logical pixels.
-    value_deg : float
-        What it counts, deg, in [-180, 180]; -180 only left of the middle.
-    """
+    """A tick of a scale: how far from its left end, and the degrees it counts, in [-180, 180]."""
 
     x: float
     value_deg: float
@@ -50,47 +42,29 @@ def scale_label(value_deg: float) -> str:
 
 
 def label_step(pixels_per_degree: float, room: float) -> int:
-    """Choose how many degrees lie between two labelled ticks.
-
-    Parameters
-    ----------
-    pixels_per_degree : float
-        Scale, logical pixels.
-    room : float
-        Least distance between the middles of two labels, logical pixels.
-
-    Returns
-    -------
-    int
-        1, 5, 15, 45 or 90 deg: the first that leaves the room.
-    """
+    """Choose how many degrees lie between two labels that need so much room: 1, 5, 15, 45 or 90."""
     steps = (1, 5, 15, 45)
     return next((step for step in steps if step * pixels_per_degree >= room), 90)
 
 
 @dataclass(frozen=True, slots=True)
 class Viewport:
-    """The part of a panorama that a window of 2:1 shows.
+    """The part of a panorama that a window shows: what a ViewBox is told to show.
 
-    Attributes
-    ----------
-    width : float
-        Of the window, logical pixels; its height is half of it.
-    azimuth_deg : float
-        Azimuth in the middle, deg in (-180, 180].
-    elevation_deg : float
-        Elevation in the middle, deg.
+    A ViewBox of pyqtgraph knows neither wrapping nor poles. Azimuth in (-180, 180] and elevation
+    are those in the middle; `shape` is the height of the window for its width.
     """
 
     width: float
     zoom: float = 1.0
     azimuth_deg: float = 0.0
     elevation_deg: float = 0.0
+    shape: float = 0.5
 
     @property
     def height(self) -> float:
         """Height of the window, logical pixels."""
-        return self.width / 2.0
+        return self.width * self.shape
 
     @property
     def scale(self) -> float:
@@ -124,7 +98,7 @@ class Viewport:
 
     def moved_to(self, azimuth_deg: float, elevation_deg: float) -> Viewport:
         """Look elsewhere; the window never reaches past the zenith or the nadir."""
-        limit = 90.0 - 90.0 / self.zoom
+        limit = max(90.0 - self.height / 2.0 / self.scale, 0.0)
         held = min(max(elevation_deg, -limit), limit)
         return replace(self, azimuth_deg=wrap(azimuth_deg), elevation_deg=held)
 
@@ -142,13 +116,7 @@ class Viewport:
         return new.moved_to(azimuth - across, elevation - up)
 
     def ticks(self, front_deg: float, step: int, labelled: int) -> list[Tick]:
-        """List the ticks of the scale under the window.
-
-        Parameters
-        ----------
-        front_deg : float
-            Azimuth that the scale counts from, deg.
-        """
+        """List the ticks of the scale under the window, which counts from an azimuth."""
         middle = difference(self.azimuth_deg, front_deg)
         half = self.width / 2.0 / self.scale + 1e-9
         first = math.ceil((middle - half) / step)
@@ -164,18 +132,9 @@ class Viewport:
 
 @dataclass(frozen=True, slots=True)
 class StripScale:
-    """A strip of background centred on the goal; it counts turns.
+    """A strip of background that counts turns, so many degrees wide and centred on the goal.
 
     The background at turn t is the azimuth t + 180, so turns grow to the right.
-
-    Attributes
-    ----------
-    width : float
-        Of the strip, logical pixels.
-    goal_deg : float
-        Turn in the middle, deg.
-    span_deg : float
-        Width of the strip, deg.
     """
 
     width: float
@@ -206,17 +165,9 @@ class StripScale:
         return -1 if x < 0.0 else 1 if x > self.width else 0
 
     def bands(self, arc_deg: tuple[float, float]) -> list[tuple[float, float]]:
-        """Give the pieces of an arc of turns that are on the strip.
+        """Give the edges of the pieces of a clockwise arc (from, to) that are on the strip.
 
-        Parameters
-        ----------
-        arc_deg : tuple of float
-            (from, to) going clockwise, deg; may wrap.
-
-        Returns
-        -------
-        list of (left, right)
-            Logical pixels within the strip; two where a wide arc comes in from both sides.
+        Two where a wide arc comes in from both sides.
         """
         extent = arc_extent(arc_deg)
         if extent >= 360.0:
@@ -232,18 +183,7 @@ class StripScale:
         return found
 
     def ticks(self, step: int, avoid_deg: tuple[float, ...], room_deg: float) -> list[Tick]:
-        """List the ticks under the strip.
-
-        Parameters
-        ----------
-        room_deg : float
-            A label makes way when a marker comes nearer than this, deg.
-
-        Returns
-        -------
-        list of Tick
-            From left to right; a tick whose label makes way stays.
-        """
+        """List the ticks from left to right; labels make way for markers nearer than their room."""
         half = self.span_deg / 2.0 - 1e-9
         first = math.ceil((self.goal_deg - half) / step)
         last = math.floor((self.goal_deg + half) / step)

@@ -1,37 +1,90 @@
-"""A captured panorama on which is painted where the lamp is."""
+"""A captured panorama on which is painted where the lamp is; the ring around a brush."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final, Protocol
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final, Literal, Protocol, TypeAlias
 
 import cv2
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
-from PySide6.QtGui import QColor, QImage, QPainter, QPen
-from PySide6.QtWidgets import QSizePolicy
+from PySide6.QtCore import QPointF, QRectF, Qt, Signal
+from PySide6.QtGui import QColor, QPainter, QPen
 
 from app.core.base.angles import wrap
 from app.ui.theme import theme
-from app.ui.widgets.plots.base import Plot
+from app.ui.theme.icons import draw_icon
+from app.ui.widgets.plots.base import Plot, arrow_step, disc
+from app.ui.widgets.plots.mapping import Viewport
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-    from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
-    from PySide6.QtWidgets import QWidget
+    from PySide6.QtGui import QKeyEvent, QMouseEvent, QResizeEvent, QWheelEvent
 
     from app.ui.widgets.plots.geometry import Point
+    from app.ui.widgets.plots.graphics import PanoramaLayer
+
+
+BrushSign: TypeAlias = Literal["plus", "minus", "ignore", "restore"]
+"""What the brush does: brighter, darker, ignore, restore."""
+
+_RING_WHITE = QColor(255, 255, 255)
+_BLACK = QColor(0, 0, 0)
+_SHADOW = QColor(0, 0, 0, 150)
+
+
+def draw_brush_ring(
+    painter: QPainter, centre: Point, radius: float, inner: float, sign: BrushSign
+) -> None:
+    """Draw how far the brush reaches, where it has its full strength, and what it does.
+
+    The inner ring is left out where there is no room for it.
+    """
+    middle = QPointF(*centre)
+    painter.save()
+    for colour, width in ((_BLACK, 4.0), (_RING_WHITE, 2.0)):
+        disc(painter, centre, radius, None, colour, width)
+    if 5.0 <= inner <= radius - 3.0:
+        _draw_inner(painter, middle, inner)
+    if radius >= 12.0:
+        _draw_sign(painter, middle, sign)
+    painter.restore()
+
+
+def _draw_inner(painter: QPainter, middle: QPointF, radius: float) -> None:
+    painter.setPen(QPen(_SHADOW, 3.0))
+    painter.drawEllipse(middle, radius, radius)
+    pen = QPen(_RING_WHITE, 1.5, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
+    # A whole number of dashes, so that none is cut where the ring closes.
+    count = max(round(2.0 * 3.14159 * radius / 8.0), 6)
+    length = 2.0 * 3.14159 * radius / count / 1.5
+    pen.setDashPattern([length / 2.0, length / 2.0])
+    painter.setPen(pen)
+    painter.drawEllipse(middle, radius, radius)
+
+
+def _draw_sign(painter: QPainter, middle: QPointF, sign: BrushSign) -> None:
+    if sign in ("ignore", "restore"):
+        for colour, shift in ((_BLACK, 1.0), (_RING_WHITE, 0.0)):
+            area = QRectF(middle.x() - 8.0 + shift, middle.y() - 8.0 + shift, 16.0, 16.0)
+            draw_icon(painter, sign, area, 16, colour)
+        return
+    arm = 5.0
+    lines = [(QPointF(-arm, 0.0), QPointF(arm, 0.0))]
+    if sign == "plus":
+        lines.append((QPointF(0.0, -arm), QPointF(0.0, arm)))
+    for colour, width, cap in (
+        (_BLACK, 4.0, Qt.PenCapStyle.SquareCap),
+        (_RING_WHITE, 2.0, Qt.PenCapStyle.FlatCap),
+    ):
+        painter.setPen(QPen(colour, width, Qt.PenStyle.SolidLine, cap))
+        for start, stop in lines:
+            painter.drawLine(middle + start, middle + stop)
+
 
 _ZOOMS: Final = (1.0, 2.0, 4.0, 8.0)
 _NOTCH: Final = 120
 _TINT: Final = 0.35
 _WHITE: Final = 245
-_STEPS: Final = {
-    Qt.Key.Key_Left: (-1.0, 0.0),
-    Qt.Key.Key_Right: (1.0, 0.0),
-    Qt.Key.Key_Up: (0.0, 1.0),
-    Qt.Key.Key_Down: (0.0, -1.0),
-}
-_COARSE: Final = 10.0
 _DABS: Final = frozenset({Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space})
 
 
@@ -66,6 +119,9 @@ class MaskCanvas(Plot):
     move the brush by 1°, with Shift by 10°; Enter or Space paints a dab; + and − zoom.
     """
 
+    wanted = (720, 360)
+    least = (320, 160)
+
     pressed = Signal(float, float)
     """A stroke begins: azimuth and elevation, deg."""
 
@@ -74,33 +130,19 @@ class MaskCanvas(Plot):
 
     lifted = Signal()
 
-    def __init__(self, parent: QWidget | None = None) -> None:
-        super().__init__("Where the lamp is", parent)
+    def __init__(self) -> None:
+        super().__init__("Where the lamp is")
         self._state: Drawn | None = None
-        self._shown = QImage()
+        self._layer: PanoramaLayer | None = None
         self._lamp_picture = np.zeros((0, 0, 3), np.uint8)
         self._kept: tuple[object, object] = (None, None)
-        self._zoom = 1.0
-        self._middle: Point = (0.0, 0.0)  # azimuth and elevation in the middle of the widget
+        self._view = Viewport(720.0)
         self._brush: Point | None = None
         self._stroking = False
         self._moving: QPointF | None = None
         self.setMouseTracking(True)
-        # Nothing that lies beneath is painted for it.
-        self.setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setCursor(Qt.CursorShape.CrossCursor)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setToolTip("Paint with the mouse. Wheel zooms, the right button moves the picture")
-
-    def sizeHint(self) -> QSize:
-        """Twice as wide as high."""
-        t = theme()
-        return QSize(t.px(720), t.px(360))
-
-    def minimumSizeHint(self) -> QSize:
-        """Give the smallest useful size."""
-        t = theme()
-        return QSize(t.px(320), t.px(160))
 
     def show_state(self, state: Drawn) -> None:
         """Show another mask or brush."""
@@ -109,11 +151,13 @@ class MaskCanvas(Plot):
         if self._kept[0] is not state.picture:
             self._lamp_picture = _tinted(state.picture)
         if self._kept[0] is not state.picture or self._kept[1] is not state.alpha:
-            self._shown = _drawn(state.picture, self._lamp_picture, state.alpha)
+            if self._layer is None:
+                self._layer = self.panel.add_layer()
+            self._layer.set_pixels(_drawn(state.picture, self._lamp_picture, state.alpha))
             self._kept = (state.picture, state.alpha)
         if first:
             self._brush = state.centre
-            self._look(state.centre, self._fitting(state.alpha))
+            self._look(replace(self._sized(), zoom=_fitting(state.alpha)).moved_to(*state.centre))
         how = "adds to the lamp" if state.lit else "takes away"
         self.say(f"The brush, {state.radius_deg:.1f}° around, {how}")
         self.update()
@@ -122,54 +166,44 @@ class MaskCanvas(Plot):
 
     def place_of(self, azimuth_deg: float, elevation_deg: float) -> Point:
         """Where a direction lies, logical pixels."""
-        unit = self._unit
-        return (
-            self.width() / 2.0 + wrap(azimuth_deg - self._middle[0]) * unit,
-            self.height() / 2.0 - (elevation_deg - self._middle[1]) * unit,
-        )
+        return self._view.x_of(azimuth_deg), self._view.y_of(elevation_deg)
 
     def spot_at(self, point: Point) -> Point:
         """Read a direction, deg."""
-        unit = self._unit
-        across = (point[0] - self.width() / 2.0) / unit
-        up = (self.height() / 2.0 - point[1]) / unit
-        height = min(max(self._middle[1] + up, -90.0), 90.0)
-        return wrap(self._middle[0] + across), height
+        elevation = min(max(self._view.elevation_at(point[1]), -90.0), 90.0)
+        return self._view.azimuth_at(point[0]), elevation
 
     def zoom(self, steps: int) -> None:
         """Look more or less closely at the brush."""
-        self._zoom_to(steps, None)
+        zoom = self._zoomed(steps)
+        if zoom != self._view.zoom:
+            view = replace(self._view, zoom=zoom)
+            middle = self._brush or (view.azimuth_deg, view.elevation_deg)
+            self._look(view.moved_to(*middle))
 
-    @property
-    def _unit(self) -> float:
-        """Logical pixels per degree."""
-        return self._zoom * max(self.width(), 1) / 360.0
+    def _zoomed(self, steps: int) -> float:
+        here = _ZOOMS.index(self._view.zoom) + steps
+        return _ZOOMS[min(max(here, 0), len(_ZOOMS) - 1)]
 
-    def _fitting(self, alpha: NDArray[np.float32]) -> float:
-        """Zoom at which the lamp fills a good part of the picture."""
-        rows = np.flatnonzero((alpha > 0.5).any(axis=1))
-        tall = (rows[-1] - rows[0] + 1) * 180.0 / alpha.shape[0] if rows.size else 180.0
-        return max((zoom for zoom in _ZOOMS if tall * zoom <= 100.0), default=1.0)
+    def _sized(self) -> Viewport:
+        """Look where it looked, at the size that the widget has now."""
+        view = replace(
+            self._view,
+            width=float(max(self.width(), 1)),
+            shape=self.height() / max(self.width(), 1),
+        )
+        return view.moved_to(view.azimuth_deg, view.elevation_deg)
 
-    def _look(self, middle: Point, zoom: float) -> None:
-        self._zoom = zoom
-        # The picture fills the height: there is nothing above the zenith.
-        room = max(90.0 - self.height() / 2.0 / self._unit, 0.0)
-        self._middle = (wrap(middle[0]), min(max(middle[1], -room), room))
+    def _look(self, view: Viewport) -> None:
+        self._view = view
+        if self._layer is not None:
+            self.panel.look(view)
         self.update()
 
-    def _zoom_to(self, steps: int, about: Point | None) -> None:
-        here = _ZOOMS.index(self._zoom) + steps
-        if not 0 <= here < len(_ZOOMS):
-            return
-        if about is None:
-            self._look(self._brush or self._middle, _ZOOMS[here])
-            return
-        spot = self.spot_at(about)
-        self._look(self._middle, _ZOOMS[here])
-        now = self.spot_at(about)
-        across, up = wrap(spot[0] - now[0]), spot[1] - now[1]
-        self._look((self._middle[0] + across, self._middle[1] + up), self._zoom)
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Look where it looked."""
+        super().resizeEvent(event)
+        self._look(self._sized())
 
     # -- hands ---------------------------------------------------------------------------------
 
@@ -186,9 +220,8 @@ class MaskCanvas(Plot):
         """Draw on, move the picture, or lead the ring."""
         here = event.position()
         if self._moving is not None:
-            by = (here - self._moving) / self._unit
-            self._moving = here
-            self._look((self._middle[0] - by.x(), self._middle[1] + by.y()), self._zoom)
+            by, self._moving = here - self._moving, here
+            self._look(self._view.panned(by.x(), by.y()))
             return
         self._brush = self.spot_at((here.x(), here.y()))
         if self._stroking:
@@ -207,19 +240,16 @@ class MaskCanvas(Plot):
         """Zoom about the pointer."""
         notches = event.angleDelta().y() / _NOTCH
         if notches:
-            here = event.position()
-            self._zoom_to(1 if notches > 0 else -1, (here.x(), here.y()))
+            here, zoom = event.position(), self._zoomed(1 if notches > 0 else -1)
+            self._look(self._view.zoomed(zoom, here.x(), here.y()))
         event.accept()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Move the brush, paint a dab, or zoom."""
         key = Qt.Key(event.key())
-        if self._brush is not None and key in _STEPS:
-            coarse = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-            size = _COARSE if coarse else 1.0
-            across, up = _STEPS[key]
-            height = min(max(self._brush[1] + up * size, -90.0), 90.0)
-            self._brush = (wrap(self._brush[0] + across * size), height)
+        if self._brush is not None and (step := arrow_step(event)):
+            height = min(max(self._brush[1] + step[1], -90.0), 90.0)
+            self._brush = (wrap(self._brush[0] + step[0]), height)
             self._follow()
         elif self._brush is not None and key in _DABS:
             self.pressed.emit(*self._brush)
@@ -236,27 +266,17 @@ class MaskCanvas(Plot):
         assert self._brush is not None
         x, y = self.place_of(*self._brush)
         if not self.rect().contains(QPointF(x, y).toPoint()):
-            self._look(self._brush, self._zoom)
+            self._look(self._view.moved_to(*self._brush))
         self.update()
 
     # -- painting ------------------------------------------------------------------------------
 
-    def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint panorama, mask and brush."""
-        del ratio
+    def draw(self, painter: QPainter, _ratio: float) -> None:
+        """Paint the well around the panorama."""
         painter.fillRect(self.rect(), theme().c.well)
-        if self._state is None:
-            return
-        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        wide, tall = 360.0 * self._unit, 180.0 * self._unit
-        # One column more at both ends, so that no seam is seen where two copies meet.
-        over = wide / max(self._shown.width() - 2, 1)
-        left, top = self.place_of(self._middle[0], 90.0)
-        left -= wide / 2.0 + self._middle[0] * self._unit
-        for turn in (-1, 0, 1):
-            area = QRectF(left + turn * wide - over, top, wide + 2.0 * over, tall)
-            if area.intersects(self.rect().toRectF()):
-                painter.drawImage(area, self._shown)
+
+    def draw_over(self, painter: QPainter, _ratio: float) -> None:
+        """Paint the brush."""
         if self._brush is not None:
             self._draw_brush(painter)
 
@@ -265,11 +285,10 @@ class MaskCanvas(Plot):
         assert self._brush is not None
         t = theme()
         x, y = self.place_of(*self._brush)
-        up = self._state.radius_deg * self._unit
+        up = self._state.radius_deg * self._view.scale
         # The panorama widens what is high or low.
         level = max(float(np.cos(np.radians(self._brush[1]))), 0.05)
-        across = min(up / level, self.width() / 1.0)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        across = min(up / level, float(self.width()))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         for colour, width in ((QColor(Qt.GlobalColor.black), 4.0), (t.c.ontag, 2.0)):
             painter.setPen(QPen(colour, width))
@@ -289,23 +308,22 @@ def _tinted(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(picture + (tone - picture) * np.float32(_TINT) + 0.5).astype(np.uint8)
 
 
+def _fitting(alpha: NDArray[np.float32]) -> float:
+    """Zoom at which the lamp fills a good part of the picture."""
+    rows = np.flatnonzero((alpha > 0.5).any(axis=1))
+    tall = (rows[-1] - rows[0] + 1) * 180.0 / alpha.shape[0] if rows.size else 180.0
+    return max((zoom for zoom in _ZOOMS if tall * zoom <= 100.0), default=1.0)
+
+
 def _drawn(
     picture: NDArray[np.uint8], tinted: NDArray[np.uint8], alpha: NDArray[np.float32]
-) -> QImage:
+) -> NDArray[np.uint8]:
     """Picture with the lamp tinted, and its outline in white on black."""
     inside = (alpha > 0.5).astype(np.uint8)
     around = np.ones((3, 3), np.uint8)
     outer = cv2.dilate(inside, around) - inside
     inner = inside - cv2.erode(inside, around, borderValue=1)
-    height, width = inside.shape
-    # One column more at both ends.
-    shown = np.empty((height, width + 2, 3), np.uint8)
-    middle = shown[:, 1:-1]
-    np.copyto(middle, picture)
-    np.copyto(middle, tinted, where=inside.astype(bool)[..., None])
-    middle[outer > 0] = 0
-    middle[inner > 0] = _WHITE
-    shown[:, 0], shown[:, -1] = shown[:, -2], shown[:, 1]
-    return QImage(
-        shown.data, width + 2, height, 3 * (width + 2), QImage.Format.Format_RGB888
-    ).convertToFormat(QImage.Format.Format_RGB32)
+    shown = np.where(inside.astype(bool)[..., None], tinted, picture)
+    shown[outer > 0] = 0
+    shown[inner > 0] = _WHITE
+    return shown

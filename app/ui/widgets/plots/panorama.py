@@ -6,24 +6,30 @@ from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from PySide6.QtCore import QEvent, QPointF, QRect, QSize, Qt, QVariantAnimation, Signal
+from PySide6.QtCore import QEvent, QPoint, QPointF, QRect, QSize, Qt, QVariantAnimation, Signal
 from PySide6.QtGui import QNativeGestureEvent
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.base.angles import difference, wrap
 from app.core.text.turns import turn_words
 from app.ui.theme import theme
-from app.ui.widgets.plots.base import Plot
-from app.ui.widgets.plots.grip import MarkerGrip
+from app.ui.widgets.plots.base import Plot, arrow_step
 from app.ui.widgets.plots.mapping import Viewport
-from app.ui.widgets.plots.scenery import Marks, SceneLamp, TileStore, draw_marks, draw_scale
-from app.ui.widgets.plots.tiles import Layers, make_layers
+from app.ui.widgets.plots.marks import (
+    MarkerGrip,
+    Marks,
+    SceneLamp,
+    draw_corners,
+    draw_marks,
+    draw_scale,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QResizeEvent, QWheelEvent
-    from PySide6.QtWidgets import QWidget
+
+    from app.ui.widgets.plots.graphics import Hatching, PanoramaLayer
 
 __all__ = ["PanoramaView", "SceneLamp"]
 
@@ -54,17 +60,18 @@ class PanoramaView(Plot):
     zoom_changed = Signal(float)
     """The zoom is now so much: 1 to 8."""
 
-    def __init__(self, name: str = "Panorama of this place", parent: QWidget | None = None) -> None:
-        super().__init__(name, parent)
-        self._layers: Layers | None = None
-        self._source: tuple[Bytes | None, NDArray[Any] | None] = (None, None)
+    def __init__(self, name: str = "Panorama of this place") -> None:
+        super().__init__(name)
+        self._picture: Bytes | None = None
+        self._clipped: NDArray[Any] | None = None
+        self._layer: PanoramaLayer | None = None
+        self._hatching: Hatching
         self._view = Viewport(864.0)
         self._front = self._marker = 0.0
         self._lamps: tuple[SceneLamp, ...] = ()
         self._shown = {"clipped": True, "lamps": True, "grid": False, "marker": True}
         self._drag: QPointF | None = None
         self._leading = False
-        self._tiles = TileStore()
         policy = QSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         policy.setHeightForWidth(True)
         self.setSizePolicy(policy)
@@ -89,11 +96,21 @@ class PanoramaView(Plot):
 
         Parameters
         ----------
-        picture : NDArray[np.uint8], (h, w, 3), or None
+        picture : (h, w, 3) uint8, or None
             Panorama of 2:1, sRGB, up to 4096 x 2048; None shows an empty well.
         """
-        if picture is not self._source[0]:
-            self._set_source(picture, self._source[1])
+        if picture is self._picture:
+            return
+        self._picture = picture
+        if picture is not None and self._layer is None:
+            self._layer = self.panel.add_layer()
+            self._hatching = self.panel.add_hatching()
+            self._hatching.set_clipped(self._clipped)
+            self.panel.look(self._view)
+        if self._layer is not None:
+            self._layer.set_pixels(picture)
+            self.panel.setVisible(picture is not None)
+        self._changed()
 
     def set_clipped(self, clipped: NDArray[Any] | None) -> None:
         """Say what is to be hatched.
@@ -103,19 +120,11 @@ class PanoramaView(Plot):
         clipped : (H, W) bool or float, or None
             True, or the clipped share of each texel, 0 to 1; any size.
         """
-        if clipped is not self._source[1]:
-            self._set_source(self._source[0], clipped)
-
-    def _set_source(self, picture: Bytes | None, clipped: NDArray[Any] | None) -> None:
-        masks = self._layers.masks if self._layers and clipped is self._source[1] else None
-        self._source = (picture, clipped)
-        if picture is None:
-            self._layers = None
-        elif masks is None:
-            self._layers = make_layers(picture, clipped)
-        else:  # another exposure: what is clipped stays
-            self._layers = Layers(make_layers(picture).pictures, masks)
-        self._changed()
+        if clipped is not self._clipped:
+            self._clipped = clipped
+            if self._layer is not None:
+                self._hatching.set_clipped(clipped)
+            self._changed()
 
     def set_lamps(self, lamps: Sequence[SceneLamp]) -> None:
         """Label lamps."""
@@ -133,18 +142,12 @@ class PanoramaView(Plot):
         """Show or hide what lies over the picture; None leaves it as it is."""
         wanted = {"clipped": clipped, "lamps": lamps, "grid": grid, "marker": marker}
         self._shown |= {key: value for key, value in wanted.items() if value is not None}
+        if self._layer is not None:
+            self._hatching.setVisible(self._shown["clipped"])
         self._changed()
 
     def set_front(self, azimuth_deg: float, *, glide: bool = False) -> None:
-        """Say where the photographer stands; that azimuth comes to the middle.
-
-        Parameters
-        ----------
-        azimuth_deg : float
-            Azimuth in the panorama, deg.
-        glide : bool, optional
-            Scroll there within a quarter of a second.
-        """
+        """Say where the photographer stands; that comes to the middle, at once or gliding."""
         self._front = self._marker = wrap(azimuth_deg)
         self.grip.set_moving("")
         self._glide.stop()
@@ -158,13 +161,7 @@ class PanoramaView(Plot):
         self._changed()
 
     def set_marker_words(self, words: str) -> None:
-        """Say what the marker stands for.
-
-        Parameters
-        ----------
-        words : str
-            "Photographer stands here" or, in selfie mode, "You face this way now".
-        """
+        """Say what the marker stands for."""
         self.grip.set_words(words)
         self._changed()
 
@@ -223,6 +220,8 @@ class PanoramaView(Plot):
         if view.zoom != before.zoom:
             self.zoom_changed.emit(view.zoom)
         if view != before:
+            if self._layer is not None:
+                self.panel.look(view)
             self._changed()
 
     def _glided(self, azimuth_deg: float) -> None:
@@ -237,7 +236,7 @@ class PanoramaView(Plot):
         """Put the grip onto the marker's line, inside the picture."""
         area, t = self.picture_rect, theme()
         places = self._view.xs_of(self._marker)
-        shown = self._layers is not None and self._shown["marker"]
+        shown = self._picture is not None and self._shown["marker"]
         shown = shown and bool(places)
         if shown:
             edge = t.px(8)
@@ -280,20 +279,27 @@ class PanoramaView(Plot):
 
     # Events
 
+    def panel_rect(self) -> QRect:
+        """Where the picture lies."""
+        return self.picture_rect
+
     def draw(self, painter: QPainter, ratio: float) -> None:
-        """Paint what is in the window, the marks, and the scale."""
-        t, area = theme(), self.picture_rect
-        painter.fillRect(area, t.c.well)
-        if self._layers is not None:
-            self._tiles.draw(
-                painter, ratio, area, self._view, self._layers, hatched=self._shown["clipped"]
-            )
-        marks = self._marks()
-        draw_marks(painter, ratio, area, self._view, marks)
-        draw_scale(painter, ratio, area, self._view, marks)
+        """Paint the scale, and the well while there is no picture."""
+        if self._picture is None:
+            painter.save()
+            painter.translate(self.picture_rect.topLeft())
+            painter.fillRect(QRect(QPoint(), self.picture_rect.size()), theme().c.well)
+            self.draw_over(painter, ratio)
+            painter.restore()
+        draw_scale(painter, ratio, self.picture_rect, self._view, self._marks())
+
+    def draw_over(self, painter: QPainter, ratio: float) -> None:
+        """Paint the marks."""
+        draw_marks(painter, ratio, self._view, self._marks())
+        draw_corners(painter, self.picture_rect.size(), theme().c.bg)
 
     def _marks(self) -> Marks:
-        here = self._layers is not None
+        here = self._picture is not None
         return Marks(
             self._front,
             self._marker if here and self._shown["marker"] else None,
@@ -302,7 +308,7 @@ class PanoramaView(Plot):
         )
 
     def _describe(self) -> None:
-        if self._layers is None:
+        if self._picture is None:
             self.say("No panorama yet")
             return
         ahead = difference(self._view.azimuth_deg, self._front)
@@ -323,10 +329,12 @@ class PanoramaView(Plot):
         view = self._view
         new = Viewport(float(self.picture_rect.width()), view.zoom)
         self._view = new.moved_to(view.azimuth_deg, view.elevation_deg)
+        if self._layer is not None:
+            self.panel.look(self._view)
         self._place_grip()
 
     def _near_marker(self, x: float) -> bool:
-        if self._layers is None or not self._shown["marker"]:
+        if self._picture is None or not self._shown["marker"]:
             return False
         left = self.picture_rect.left()
         return any(abs(x - left - place) <= _NEAR for place in self._view.xs_of(self._marker))
@@ -334,7 +342,7 @@ class PanoramaView(Plot):
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Take the picture, or the marker by its line."""
         inside = self.picture_rect.contains(event.position().toPoint())
-        if event.button() != Qt.MouseButton.LeftButton or not inside or self._layers is None:
+        if event.button() != Qt.MouseButton.LeftButton or not inside or self._picture is None:
             super().mousePressEvent(event)
             return
         self._glide.stop()
@@ -367,7 +375,7 @@ class PanoramaView(Plot):
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom around the pointer."""
         notches = event.angleDelta().y() / _NOTCH
-        if notches and self._layers is not None:
+        if notches and self._picture is not None:
             self._zoom_at(_ZOOM_STEP**notches, event.position())
             event.accept()
         else:
@@ -390,12 +398,6 @@ class PanoramaView(Plot):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Look around, zoom, or take the marker."""
         key = Qt.Key(event.key())
-        ways = {
-            Qt.Key.Key_Right: (1.0, 0.0),
-            Qt.Key.Key_Left: (-1.0, 0.0),
-            Qt.Key.Key_Up: (0.0, 1.0),
-            Qt.Key.Key_Down: (0.0, -1.0),
-        }
         deeds = {
             Qt.Key.Key_Plus: lambda: self.zoom_by(1.0),
             Qt.Key.Key_Equal: lambda: self.zoom_by(1.0),
@@ -404,13 +406,10 @@ class PanoramaView(Plot):
             Qt.Key.Key_Home: lambda: self._look(self._view.moved_to(self._front, 0.0)),
             Qt.Key.Key_M: self.take_marker,
         }
-        if self._layers is not None and key in ways:
-            coarse = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-            step = 10.0 if coarse else 1.0
-            view, (right, up) = self._view, ways[key]
-            azimuth, elevation = view.azimuth_deg + right * step, view.elevation_deg + up * step
-            self._look(view.moved_to(azimuth, elevation))
-        elif self._layers is not None and key in deeds:
+        if self._picture is not None and (step := arrow_step(event)):
+            view = self._view
+            self._look(view.moved_to(view.azimuth_deg + step[0], view.elevation_deg + step[1]))
+        elif self._picture is not None and key in deeds:
             deeds[key]()
         else:
             super().keyPressEvent(event)

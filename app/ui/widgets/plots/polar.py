@@ -1,4 +1,4 @@
-"""Match around the circle of turns, with a needle that can be dragged."""
+"""Match around the circle of turns, painted by hand: pyqtgraph has no polar plots."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QSizePolicy
 from app.core.base.angles import wrap
 from app.core.text.turns import arc_words, turn_words
 from app.ui.theme import theme
-from app.ui.widgets.plots.base import TurnPlot, closed_path, draw_text, polygon
+from app.ui.widgets.plots.base import TurnPlot, closed_path, disc, draw_text, polygon
 from app.ui.widgets.plots.geometry import (
     Dial,
     at_turn,
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from PySide6.QtGui import QKeyEvent, QMouseEvent
-    from PySide6.QtWidgets import QWidget
 
     from app.ui.theme import Theme
     from app.ui.widgets.plots.geometry import Point
@@ -56,25 +55,19 @@ class PolarPlot(TurnPlot):
 
     Arrows move the needle by 1°, with Shift by 10°, Home to the best turn, Page Down and Page Up
     to the next peak clockwise and counter-clockwise.
-
-    Parameters
-    ----------
-    size : int, optional
-        Side of the square that it would like to have, logical pixels at scale 1.
     """
+
+    policies = (QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     peak_chosen = Signal(int)
     """The second peak of this index was chosen, by a click or by Page Up and Page Down."""
 
-    def __init__(
-        self, name: str = "Match by turn", size: int = 224, parent: QWidget | None = None
-    ) -> None:
-        super().__init__(name, parent)
+    def __init__(self, name: str = "Match by turn", size: int = 224) -> None:
+        super().__init__(name)
         self._side = theme().px(size)
         self._data = _Data((), 45.0, None, None, ())
         self._hovered: int | None = None
         self.setMouseTracking(True)
-        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.setToolTip("Drag to try another turn. Arrows 1°, Shift 10°, Home the best turn")
         self.describe()
 
@@ -102,12 +95,9 @@ class PolarPlot(TurnPlot):
         Parameters
         ----------
         curve : sequence of float
-            Match at evenly spaced turns from 0 on, clockwise (64 values), of 100; what lies
-            outside 0 to 100 is drawn at its ends. Empty shows the bare dial.
+            Match at evenly spaced turns from 0 on, clockwise, of 100; empty shows the bare dial.
         arc : tuple of float or None
-            Tolerance arc (from, to), clockwise, deg; may wrap. None: out of reach, no arc.
-        best : float or None
-            Best turn, deg; where Home leads.
+            Tolerance arc (from, to), clockwise, deg; may wrap. None: out of reach.
         peaks : sequence of float, optional
             Turns of the second peaks, deg, without the best.
         needle : float, optional
@@ -167,9 +157,7 @@ class PolarPlot(TurnPlot):
     def _draw_dial(self, painter: QPainter) -> None:
         t, dial, data = theme(), self.dial, self._data
         centre = QPointF(*dial.centre)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(t.c.bg)
-        painter.drawEllipse(centre, dial.rim, dial.rim)
+        disc(painter, dial.centre, dial.rim, t.c.bg)
         curve = closed_path(dial.outline(data.curve)) if len(data.curve) > 2 else None
         if curve is not None:
             painter.fillPath(curve, _faint(t.c.text, _CURVE_FILL))
@@ -192,9 +180,7 @@ class PolarPlot(TurnPlot):
             self._draw_peak(painter, place)
 
     def _draw_rim(self, painter: QPainter, t: Theme, dial: Dial) -> None:
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.setPen(QPen(t.c.ctl, t.line_width))
-        painter.drawEllipse(QPointF(*dial.centre), dial.rim, dial.rim)
+        disc(painter, dial.centre, dial.rim, None, t.c.ctl, t.line_width)
         for turn in range(0, 360, 30):
             length = t.px(8) if turn % 90 == 0 else t.px(4)
             inner = at_turn(dial.centre, dial.rim - length, turn)
@@ -214,11 +200,9 @@ class PolarPlot(TurnPlot):
     def _draw_peak(self, painter: QPainter, place: Point, *, hovered: bool = False) -> None:
         t = theme()
         radius = t.px(8) / 2.0 - 0.75
-        painter.setBrush(t.c.text if hovered else t.c.bg)
-        painter.setPen(QPen(t.c.bg, 4.5))
-        painter.drawEllipse(QPointF(*place), radius, radius)
-        painter.setPen(QPen(t.c.text, t.line_width + 0.5))
-        painter.drawEllipse(QPointF(*place), radius, radius)
+        fill = t.c.text if hovered else t.c.bg
+        disc(painter, place, radius, fill, t.c.bg, 4.5)
+        disc(painter, place, radius, fill, t.c.text, t.line_width + 0.5)
 
     def _draw_head(self, painter: QPainter) -> None:
         t, dial = theme(), self.dial
@@ -235,13 +219,8 @@ class PolarPlot(TurnPlot):
         painter.setPen(QPen(t.c.amber, 2.0 * t.line_width, Qt.PenStyle.SolidLine, flat))
         painter.drawLine(QPointF(*nose), QPointF(*tip))
         radius = t.px(16) / 2.0
-        painter.setPen(QPen(t.c.amber, t.line_width + 0.75))
-        painter.setBrush(t.c.bg)
-        painter.drawEllipse(QPointF(*tip), radius, radius)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(t.c.amberfill)
-        inner = radius - 2.0
-        painter.drawEllipse(QPointF(*tip), inner, inner)
+        disc(painter, tip, radius, t.c.bg, t.c.amber, t.line_width + 0.75)
+        disc(painter, tip, radius - 2.0, t.c.amberfill)
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Choose a peak, or take the needle."""
@@ -258,11 +237,10 @@ class PolarPlot(TurnPlot):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         """Lead the needle, or light up the peak under the pointer."""
-        point = (event.position().x(), event.position().y())
+        super().mouseMoveEvent(event)
         if self._dragging:
-            if math.dist(point, self.dial.centre) > _STILL:
-                self.turn_to(turn_at(self.dial.centre, point))
             return
+        point = (event.position().x(), event.position().y())
         hovered = hit(self.peak_places(), point, theme().px(_GRAB))
         if hovered != self._hovered:
             self._hovered = hovered
@@ -270,11 +248,10 @@ class PolarPlot(TurnPlot):
             self.setCursor(shape.ArrowCursor if hovered is None else shape.PointingHandCursor)
             self.update()
 
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Let go of the needle."""
-        if event.button() == Qt.MouseButton.LeftButton:
-            self.end_drag()
-        super().mouseReleaseEvent(event)
+    def turn_under(self, point: Point) -> float | None:
+        """Give the turn toward a pointer; none near the middle."""
+        far = math.dist(point, self.dial.centre) > _STILL
+        return turn_at(self.dial.centre, point) if far else None
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Go to the next peak, or move the needle."""

@@ -1,4 +1,4 @@
-"""The background of a place as a strip: where the camera points now, and where it should."""
+"""The background strip, painted by hand: its frames, arrow and tags make way for each other."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from PySide6.QtGui import QFontMetricsF, QImage, QPainter, QPainterPath, QPen, Q
 from PySide6.QtWidgets import QSizePolicy
 
 from app.ui.theme import theme
-from app.ui.widgets.plots.base import Plot, draw_label, draw_text, label_area, snap
+from app.ui.widgets.plots.base import Plot, arrow_step, draw_label, draw_text, label_area, snap
 from app.ui.widgets.plots.geometry import spread
 from app.ui.widgets.plots.mapping import StripScale
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from PySide6.QtGui import QColor, QKeyEvent
-    from PySide6.QtWidgets import QWidget
 
     from app.ui.theme import Theme
 
@@ -43,16 +42,10 @@ class StripState:
     ----------
     picture : (h, w, 3) uint8 or None
         150° of background, sRGB, its middle straight behind the sitter at the goal.
-    goal_deg : float
-        Goal, a turn, deg.
     now_deg : float or None
         Turn that the camera sees now, deg; None while the heading is lost.
-    fov_deg : float
-        Horizontal field of view of the camera, deg.
     arc_deg : tuple of float or None
         Turns inside the light (from, to), clockwise, deg.
-    goal_words, now_words : str
-        On the scale: "goal 96°", "now 73°".
     camera_deg : float or None
         Turn at which the camera's axis would have the sitter in the middle, deg; None for
         `now_deg`.
@@ -80,17 +73,18 @@ class StripState:
 class BackgroundStrip(Plot):
     """150° of background centred on the goal, with the scale of turns underneath."""
 
+    policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
     stepped = Signal(float)
     """An arrow key was pressed: by so many degrees, positive clockwise; 10 with Shift."""
 
     home = Signal()
     """Home was pressed."""
 
-    def __init__(self, name: str = "Background of this place", parent: QWidget | None = None):
-        super().__init__(name, parent)
+    def __init__(self, name: str = "Background of this place"):
+        super().__init__(name)
         self._state: StripState | None = None
         self._version = 0
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
         """Return the size that the design asks for, at the scale of the theme."""
@@ -101,13 +95,7 @@ class BackgroundStrip(Plot):
         return QSize(320, theme().px(120 + _SCALE))
 
     def set_state(self, state: StripState | None) -> None:
-        """Show a state; what has not changed is not drawn again.
-
-        Parameters
-        ----------
-        state : StripState or None
-            None shows an empty strip.
-        """
+        """Show a state, or an empty strip; what has not changed is not drawn again."""
         if state is self._state:
             return
         before = self._state.picture if self._state else None
@@ -134,16 +122,8 @@ class BackgroundStrip(Plot):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Report steps; what they mean is the owner's matter."""
-        steps = {
-            Qt.Key.Key_Right: 1.0,
-            Qt.Key.Key_Up: 1.0,
-            Qt.Key.Key_Left: -1.0,
-            Qt.Key.Key_Down: -1.0,
-        }
-        step = steps.get(Qt.Key(event.key()))
-        if step is not None:
-            coarse = event.modifiers() & Qt.KeyboardModifier.ShiftModifier
-            self.stepped.emit(step * (10.0 if coarse else 1.0))
+        if step := arrow_step(event):
+            self.stepped.emit(sum(step))
         elif event.key() == Qt.Key.Key_Home:
             self.home.emit()
         else:

@@ -9,11 +9,9 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
 
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.cards import Frame
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
-from app.ui.widgets.pictures import Picture
-from app.ui.widgets.surfaces import Scroll, Surface
+from app.ui.widgets.displays import Picture
+from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.surfaces import Frame, Scroll, Surface
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QResizeEvent

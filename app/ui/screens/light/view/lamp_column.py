@@ -7,18 +7,16 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 
-from app.core.second_light.words import metres
+from app.core.second_light.placements import metres
 from app.ui.screens.light.state import DISTANCES_M, LampState
 from app.ui.screens.light.view.row import RowCard
 from app.ui.theme import theme
+from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.fields import ListField
+from app.ui.widgets.choices import LabelledSlider
+from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text
-from app.ui.widgets.menus import Menu
-from app.ui.widgets.roving import Roving
-from app.ui.widgets.sliders import LabelledSlider
-from app.ui.widgets.surfaces import Scroll, Surface
-from app.ui.widgets.toggles import Toggle
+from app.ui.widgets.surfaces import Menu, Scroll, Surface
 
 if TYPE_CHECKING:
     from app.ui.screens.light.presenter import LightPresenter

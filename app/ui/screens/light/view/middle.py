@@ -16,18 +16,18 @@ from PySide6.QtWidgets import (
 
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button
+from app.ui.widgets.choices import Segmented
 from app.ui.widgets.labels import Text
 from app.ui.widgets.paint import MIDDLE, put_text
 from app.ui.widgets.plots.head_views import AboveView, SideView
-from app.ui.widgets.plots.sky_map import SkyMap
-from app.ui.widgets.segmented import Segmented
+from app.ui.widgets.plots.lamps import SkyMap
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QResizeEvent
 
     from app.ui.screens.light.presenter import LightPresenter
     from app.ui.screens.light.state import LightState
-    from app.ui.widgets.plots.lamp_plot import LampPlot
+    from app.ui.widgets.plots.lamps import LampPlot
 
 _MARGIN: Final = 24
 _TABS: Final = (("above", "From above"), ("side", "From the side"))

@@ -10,10 +10,10 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QSizePolicy, QVBoxLayout
 from app.ui.screens.light.state import BRIGHTNESS
 from app.ui.screens.light.words import lux_words
 from app.ui.theme import theme
+from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Text
-from app.ui.widgets.own_keys import OwnKeys
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -9,11 +9,10 @@ from PySide6.QtWidgets import QSizePolicy
 
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.cards import Card
-from app.ui.widgets.meters import draw_meter
+from app.ui.widgets.accessibility import describe
+from app.ui.widgets.displays import Picture, draw_meter
 from app.ui.widgets.paint import RIGHT, put_text, text_width
-from app.ui.widgets.pictures import Picture
-from app.ui.widgets.tips import describe
+from app.ui.widgets.surfaces import Card
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QPainter, QResizeEvent

@@ -17,13 +17,12 @@ from app.ui.screens.light.view.middle import Middle
 from app.ui.screens.light.view.question import Brightness, Meter
 from app.ui.screens.light.view.row import PICTURE
 from app.ui.theme import theme
-from app.ui.widgets.banner import Empty
 from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.file_dialogs import ask_files
+from app.ui.widgets.choices import LabelledSlider, Segmented
+from app.ui.widgets.dialogs import ask_files
 from app.ui.widgets.labels import Text
+from app.ui.widgets.messages import Empty
 from app.ui.widgets.plots.mask_canvas import MaskCanvas
-from app.ui.widgets.segmented import Segmented
-from app.ui.widgets.sliders import LabelledSlider
 from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:

@@ -9,14 +9,14 @@ from PySide6.QtCore import QEvent, QPointF, QRect, Qt, QTimer, Signal
 from PySide6.QtGui import QMouseEvent, QPointingDevice
 from PySide6.QtWidgets import QSizePolicy
 
-from app.core.painting import Brush, Region, Tool
+from app.core.painting.stroke import Brush, Tool
 from app.ui.screens.paint.state import Point, Shown
 from app.ui.screens.paint.view.face import FacePainter
 from app.ui.screens.paint.view.viewing import Viewing, fitting
 from app.ui.screens.paint.view.zoom import ZoomBox
 from app.ui.theme import theme
+from app.ui.widgets.accessibility import describe
 from app.ui.widgets.plots.base import Plot
-from app.ui.widgets.tips import describe
 
 if TYPE_CHECKING:
     from PySide6.QtGui import (
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
         QWheelEvent,
     )
 
-    from app.core.painting import Canvas
+    from app.core.painting.canvas import Canvas, Region
     from app.ui.screens.paint.state import PaintState
 
 _FRAME_MS: Final = 8  # moves that come faster than this are taken together

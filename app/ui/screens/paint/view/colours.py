@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from app.core.painting import Region
+from app.core.painting.canvas import Region
 
 if TYPE_CHECKING:
-    from app.core.painting import Canvas
+    from app.core.painting.canvas import Canvas
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]

@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QBrush, QColor, QImage, QPainter, QPainterPath, QPen, QPixmap
 
-from app.core.painting import Tool
+from app.core.painting.stroke import Tool
 from app.ui.screens.paint.view.colours import CanvasColours, veil_bytes
 from app.ui.theme import theme
-from app.ui.widgets.paint import MIDDLE, put_text
+from app.ui.widgets.paint import MIDDLE, draw_tag, put_text
 from app.ui.widgets.plots.base import device_ratio
-from app.ui.widgets.plots.canvasring import BrushSign, draw_brush_ring
-from app.ui.widgets.tags import draw_tag
+from app.ui.widgets.plots.mask_canvas import BrushSign, draw_brush_ring
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.core.painting import Brush, Canvas, Region
+    from app.core.painting.canvas import Canvas, Region
+    from app.core.painting.stroke import Brush
     from app.ui.screens.paint.state import Bytes, HeadLook
     from app.ui.screens.paint.view.viewing import Viewing
 

@@ -10,15 +10,11 @@ from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
 from app.ui.screens.paint.state import LiveState
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
-from app.ui.widgets.menus import Menu
-from app.ui.widgets.meters import Meter
-from app.ui.widgets.pictures import Picture
-from app.ui.widgets.plots.overlay import WeightPanorama
+from app.ui.widgets.displays import Meter, Picture
+from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.plots.polar import PolarPlot
-from app.ui.widgets.plots.scale import WeightLegend
-from app.ui.widgets.surfaces import Scroll, Surface
+from app.ui.widgets.plots.weights import WeightLegend, WeightPanorama
+from app.ui.widgets.surfaces import Menu, Scroll, Surface
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -8,27 +8,26 @@ from PySide6.QtCore import QEvent, QSize, Qt, Signal
 from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QApplication, QHBoxLayout, QVBoxLayout, QWidget
 
-from app.core.painting import EXPORT_ENDING
+from app.core.painting.library import EXPORT_ENDING
 from app.ui.screens.paint.state import Shown
 from app.ui.screens.paint.view.canvas import PaintCanvas
 from app.ui.screens.paint.view.live import LiveColumn
 from app.ui.screens.paint.view.tools import BrushSliders, ToolColumn, ToolStrip
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button, Pressable
-from app.ui.widgets.dialogs import Sheet
+from app.ui.widgets.choices import Segmented
+from app.ui.widgets.dialogs import Sheet, ask_file, ask_target
 from app.ui.widgets.fields import TextField
-from app.ui.widgets.file_dialogs import ask_file, ask_target
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
+from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.paint import put_text, text_width
-from app.ui.widgets.plots.scale import WeightScale
-from app.ui.widgets.segmented import Segmented
+from app.ui.widgets.plots.weights import WeightScale
 from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QShowEvent
 
-    from app.core.painting import Brush, Canvas, Region
+    from app.core.painting.canvas import Canvas, Region
+    from app.core.painting.stroke import Brush
     from app.ui.screens.paint.presenter import PaintPresenter
     from app.ui.screens.paint.state import FileWish, NameWish, PaintState
 

@@ -8,24 +8,21 @@ from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
 
-from app.core.painting import Tool
+from app.core.painting.stroke import Tool
 from app.ui.screens.paint.brush import LARGEST, SMALLEST
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
+from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button, IconButton, Pressable, button_look, name_step
-from app.ui.widgets.fields import ListField
-from app.ui.widgets.icons import draw_sign
-from app.ui.widgets.labels import Text
-from app.ui.widgets.listbox import Entry, ListPopup
+from app.ui.widgets.choices import LabelledSlider
+from app.ui.widgets.fields import ListField, Toggle
+from app.ui.widgets.labels import Text, draw_sign
+from app.ui.widgets.lists import Entry, ListPopup
 from app.ui.widgets.paint import RIGHT, box, put_text
-from app.ui.widgets.roving import Roving
-from app.ui.widgets.rows import Divider
-from app.ui.widgets.sliders import LabelledSlider
-from app.ui.widgets.surfaces import Scroll, Surface
-from app.ui.widgets.toggles import Toggle
+from app.ui.widgets.surfaces import Divider, Scroll, Surface
 
 if TYPE_CHECKING:
-    from app.core.painting import Brush
+    from app.core.painting.stroke import Brush
     from app.ui.screens.paint.state import PaintState
 
 _TOOLS: Final = (

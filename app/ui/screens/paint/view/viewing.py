@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from app.core.painting import Region
+    from app.core.painting.canvas import Region
 
 SMALLEST: Final = 0.5
 LARGEST: Final = 8.0

@@ -10,16 +10,14 @@ from PySide6.QtWidgets import QGridLayout, QLineEdit, QSizePolicy, QWidget
 
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
+from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button, Pressable
+from app.ui.widgets.displays import Bar, Picture, Spinner
 from app.ui.widgets.fields import TextField
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
+from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import boxed, hbox, vbox
-from app.ui.widgets.own_keys import OwnKeys
+from app.ui.widgets.lists import Cell, Column, TableRow
 from app.ui.widgets.paint import LEFT, box, hover_fill, put_text, selected_edge
-from app.ui.widgets.pictures import Picture
-from app.ui.widgets.progress import Bar, Spinner
-from app.ui.widgets.tables import Cell, Column, TableRow
 
 if TYPE_CHECKING:
     from app.ui.screens.probe.state import (

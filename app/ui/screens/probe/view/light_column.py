@@ -9,16 +9,14 @@ from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from app.ui.screens.probe.view.light_parts import RecentPlaces, Tools
 from app.ui.theme import theme
-from app.ui.widgets.banner import Empty
+from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button
-from app.ui.widgets.cards import Frame
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
+from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import boxed, hbox, vbox
-from app.ui.widgets.own_keys import OwnKeys
+from app.ui.widgets.lists import Cell, Column, TableHead, TableRow
+from app.ui.widgets.messages import Empty
 from app.ui.widgets.plots.panorama import PanoramaView, SceneLamp
-from app.ui.widgets.surfaces import Scroll
-from app.ui.widgets.tables import Cell, Column, TableHead, TableRow
+from app.ui.widgets.surfaces import Frame, Scroll
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QResizeEvent

@@ -9,15 +9,14 @@ from PySide6.QtWidgets import QWidget
 
 from app.ui.screens.probe.words import ev_words
 from app.ui.theme import theme
+from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button, IconButton, Pressable
-from app.ui.widgets.cards import Card
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
+from app.ui.widgets.choices import LabelledSlider
+from app.ui.widgets.displays import Picture
+from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import hbox, vbox
 from app.ui.widgets.paint import put_text, text_width
-from app.ui.widgets.pictures import Picture
-from app.ui.widgets.roving import Roving
-from app.ui.widgets.sliders import LabelledSlider
+from app.ui.widgets.surfaces import Card
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QPainter, QResizeEvent

@@ -18,13 +18,13 @@ from app.ui.screens.probe.view.camera_parts import (
 )
 from app.ui.screens.probe.view.light_column import LightColumn
 from app.ui.theme import theme
-from app.ui.widgets.banner import Banner
+from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Button
-from app.ui.widgets.file_dialogs import ask_files, ask_folder
+from app.ui.widgets.choices import Segmented
+from app.ui.widgets.dialogs import ask_files, ask_folder
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import boxed, hbox, vbox
-from app.ui.widgets.roving import Roving
-from app.ui.widgets.segmented import Segmented
+from app.ui.widgets.messages import Banner
 from app.ui.widgets.surfaces import Room, Scroll, Surface
 
 if TYPE_CHECKING:

@@ -10,15 +10,13 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
+from app.ui.widgets.accessibility import describe
 from app.ui.widgets.buttons import Button
-from app.ui.widgets.cards import Card, Frame
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
+from app.ui.widgets.displays import draw_meter, to_image
+from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import hbox, vbox
-from app.ui.widgets.meters import draw_meter
 from app.ui.widgets.paint import RIGHT, box, put_text, text_width
-from app.ui.widgets.pictures import to_image
-from app.ui.widgets.tips import describe
+from app.ui.widgets.surfaces import Card, Frame
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

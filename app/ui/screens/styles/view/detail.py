@@ -11,16 +11,14 @@ from app.ui.screens.styles.state import DetailState
 from app.ui.screens.styles.view.numbers import Facts, TurnWords
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button, IconButton
+from app.ui.widgets.choices import Segmented
+from app.ui.widgets.displays import Picture
 from app.ui.widgets.fields import TextField
-from app.ui.widgets.icons import Icon, Sign
-from app.ui.widgets.labels import Text
+from app.ui.widgets.labels import Icon, Sign, Text
 from app.ui.widgets.layouts import boxed, hbox, vbox
-from app.ui.widgets.menus import Menu
-from app.ui.widgets.pictures import Picture
-from app.ui.widgets.plots.overlay import WeightPanorama
 from app.ui.widgets.plots.polar import PolarPlot
-from app.ui.widgets.segmented import Segmented
-from app.ui.widgets.surfaces import Scroll, Surface
+from app.ui.widgets.plots.weights import WeightPanorama
+from app.ui.widgets.surfaces import Menu, Scroll, Surface
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -17,11 +17,11 @@ from app.ui.screens.styles.view.card import (
     picture_width,
 )
 from app.ui.theme import theme
+from app.ui.widgets.accessibility import Roving
+from app.ui.widgets.choices import Segmented
 from app.ui.widgets.fields import ListField
 from app.ui.widgets.labels import Text
 from app.ui.widgets.layouts import hbox, vbox
-from app.ui.widgets.roving import Roving
-from app.ui.widgets.segmented import Segmented
 from app.ui.widgets.surfaces import Scroll
 
 if TYPE_CHECKING:

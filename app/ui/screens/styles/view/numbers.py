@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtWidgets import QGridLayout, QWidget
 
 from app.ui.theme import theme
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
+from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.layouts import hbox, vbox
 
 if TYPE_CHECKING:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import QEvent, QSize, QTimer
 from PySide6.QtWidgets import QApplication, QWidget
 
-from app.core.painting import EXPORT_ENDING
+from app.core.painting.library import EXPORT_ENDING
 from app.ui.screens.styles.state import Sizes
 from app.ui.screens.styles.view.detail import Detail, picture_sizes
 from app.ui.screens.styles.view.gallery import Gallery, layout_for
 from app.ui.theme import theme
-from app.ui.widgets.file_dialogs import ask_file, ask_target
+from app.ui.widgets.dialogs import ask_file, ask_target
 from app.ui.widgets.layouts import hbox
 from app.ui.widgets.surfaces import Room
 

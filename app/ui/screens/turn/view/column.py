@@ -17,13 +17,11 @@ from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QStackedWidget, QVBoxLay
 
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
+from app.ui.widgets.choices import Segmented
+from app.ui.widgets.displays import Picture
+from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.paint import MIDDLE, box, put_text, text_width
-from app.ui.widgets.pictures import Picture
-from app.ui.widgets.plots.arrow import TurnArrow
-from app.ui.widgets.plots.bigdegrees import BigDegrees
-from app.ui.widgets.segmented import Segmented
+from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
 
 if TYPE_CHECKING:
     from app.ui.screens.turn.state import Guidance, Pictures, StyleWords

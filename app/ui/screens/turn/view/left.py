@@ -20,13 +20,12 @@ from app.ui.screens.turn.view.question import LEAST_HEIGHT, Question
 from app.ui.screens.turn.view.shots import ShotsLine
 from app.ui.screens.turn.view.well import Well
 from app.ui.theme import theme
+from app.ui.widgets.accessibility import set_available
 from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
-from app.ui.widgets.menus import Menu
+from app.ui.widgets.choices import LabelledSlider
+from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.plots.strip import BackgroundStrip, StripState
-from app.ui.widgets.sliders import LabelledSlider
-from app.ui.widgets.tips import set_available
+from app.ui.widgets.surfaces import Menu
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QMoveEvent, QResizeEvent

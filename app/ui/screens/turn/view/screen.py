@@ -13,8 +13,8 @@ from app.ui.screens.turn.view.column import DESIGNED, GuideColumn
 from app.ui.screens.turn.view.left import LeftColumn
 from app.ui.screens.turn.view.shots import ShotsSheet
 from app.ui.theme import theme
-from app.ui.widgets.banner import Empty
-from app.ui.widgets.file_dialogs import ask_files
+from app.ui.widgets.dialogs import ask_files
+from app.ui.widgets.messages import Empty
 from app.ui.widgets.surfaces import Scroll, Surface
 
 if TYPE_CHECKING:

@@ -9,14 +9,12 @@ from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
 
 from app.ui.screens.turn.state import ShotsState
 from app.ui.theme import theme
-from app.ui.widgets.banner import Empty
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.dialogs import Sheet
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
-from app.ui.widgets.lines import PictureLine
-from app.ui.widgets.pictures import Picture
-from app.ui.widgets.surfaces import Scroll
+from app.ui.widgets.displays import Picture
+from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.messages import Empty
+from app.ui.widgets.surfaces import PictureLine, Scroll
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -16,15 +16,12 @@ from PySide6.QtWidgets import (
 
 from app.ui.screens.turn.sources import VIDEO_FILES
 from app.ui.theme import theme
+from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button
-from app.ui.widgets.dialogs import Sheet
+from app.ui.widgets.choices import LabelledSlider, Segmented
+from app.ui.widgets.dialogs import Sheet, ask_file, ask_folder
 from app.ui.widgets.fields import ListField, TextField
-from app.ui.widgets.file_dialogs import ask_file, ask_folder
-from app.ui.widgets.icons import Icon
-from app.ui.widgets.labels import Text
-from app.ui.widgets.own_keys import OwnKeys
-from app.ui.widgets.segmented import Segmented
-from app.ui.widgets.sliders import LabelledSlider
+from app.ui.widgets.labels import Icon, Text
 from app.ui.widgets.surfaces import Scroll
 
 if TYPE_CHECKING:

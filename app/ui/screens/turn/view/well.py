@@ -11,8 +11,7 @@ from PySide6.QtGui import QFontMetrics, QImage, QPainter, QPainterPath, QPaintEv
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.ui.theme import theme
-from app.ui.widgets.paint import box
-from app.ui.widgets.tags import draw_tag
+from app.ui.widgets.paint import box, draw_tag
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QColor

@@ -1,0 +1,203 @@
+"""What commands are asked with, in the same words, and checked before any work is done.
+
+What a command writes must not be what it reads.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import stat
+import unicodedata
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from app.core.base.errors import CoreError
+from app.core.base.files import check_target
+from app.core.solver.head_shape import shape_path
+from app.core.solver.reach import OBJECTIVES
+from app.core.solver.style_pack import pack_path
+from app.ui.shell.display import DesktopError, check_display
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+
+    from app.core.hdr.masks import MaskSpec
+
+MOST_DEG: Final = 36000.0
+"""Largest angle that is taken: far beyond, a number has no degrees left in it."""
+
+_Key: TypeAlias = tuple[int, int, str]
+
+
+def add_questions(
+    parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace], int]
+) -> None:
+    """Add the panorama and what is asked of it: styles, head, objective and front."""
+    parser.add_argument("environment", metavar="ENV", help="panorama, OpenEXR or Radiance .hdr")
+    parser.add_argument(
+        "--style", metavar="NAME", nargs="+", action="extend", help="styles wanted (default: all)"
+    )
+    parser.add_argument(
+        "--head",
+        metavar="NAME",
+        default="generic",
+        help="head to light: a name, or a transport file from 'turnlight bake' "
+        "(default: %(default)s)",
+    )
+    parser.add_argument(
+        "--objective",
+        choices=OBJECTIVES,
+        default=OBJECTIVES[0],
+        help="what chooses the turn: the best matching picture, or the paper's quality C "
+        "(default: %(default)s)",
+    )
+    parser.add_argument(
+        "--front",
+        metavar="DEG",
+        type=degrees,
+        default=0.0,
+        help="azimuth in the panorama at which the photographer stands (default: 0)",
+    )
+    add_json(parser, run)
+
+
+def add_json(parser: argparse.ArgumentParser, run: Callable[[argparse.Namespace], int]) -> None:
+    """Add ``--json``, and what the command does."""
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=run)
+
+
+def finite(text: str) -> float:
+    """Read a number that is one, as argparse calls it.
+
+    Raises
+    ------
+    argparse.ArgumentTypeError
+        If it is none, or not finite.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise argparse.ArgumentTypeError(f"{text} is not a finite number")
+    return value
+
+
+def degrees(text: str) -> float:
+    """Read an angle, as `finite`."""
+    value = finite(text)
+    if abs(value) > MOST_DEG:
+        raise argparse.ArgumentTypeError(f"{text} is not an angle in degrees")
+    return value
+
+
+def check_ending(path: Path, endings: Sequence[str], noun: str) -> None:
+    """Refuse a name whose ending does not say what will be in the file."""
+    if path.suffix.lower() not in endings:
+        raise CoreError(
+            f"Cannot write {path.name}: {noun} are {' or '.join(endings)}.", "Change the ending."
+        )
+
+
+def check_outputs(
+    outputs: Iterable[Path | None],
+    inputs: Iterable[Path | str | None],
+    members: Sequence[str] = (),
+) -> None:
+    """Refuse outputs that cannot be written, are read by the same command, or are the same file.
+
+    Parameters
+    ----------
+    outputs : iterable of Path
+        Files to be written; None is passed over.
+
+    Raises
+    ------
+    CoreError
+        Nothing has been read or written then.
+    """
+    read = {key: path for path in _listed(inputs, members) for key in _keys(path)}
+    written: set[_Key] = set()
+    for target in outputs:
+        if target is None:
+            continue
+        check_target(target)
+        keys = _keys(target)
+        source = next((read[key] for key in keys if key in read), None)
+        if source is not None:
+            also = "" if source.name == target.name else f" ({source.name})"
+            raise CoreError(
+                f"Cannot write {target}: it is one of the files that are read{also}.",
+                "Choose another name.",
+            )
+        if written & keys:
+            raise CoreError(
+                f"Cannot write {target} twice: two of the files to be written are the same.",
+                "Choose another name for one of them.",
+            )
+        written |= keys
+
+
+def check_drawing() -> None:
+    """Refuse a picture where Qt cannot draw: it needs libraries, though no display.
+
+    Raises
+    ------
+    DesktopError
+        Qt itself would end the process.
+    """
+    try:
+        check_display({"QT_QPA_PLATFORM": "offscreen"})
+    except DesktopError as error:
+        raise DesktopError(error.message, " ".join(error.hint.split())) from error
+
+
+def head_files(head: str) -> tuple[Path, ...]:
+    """Files that are read for ``--head``; none where it names a head that ships."""
+    if not head.endswith(".npz"):
+        return ()
+    path = Path(head)
+    return path, pack_path(path), shape_path(path)
+
+
+def mask_files(masks: Iterable[MaskSpec]) -> list[Path]:
+    """Pictures among masks."""
+    return [mask.path for mask in masks if mask.path is not None]
+
+
+def _listed(inputs: Iterable[Path | str | None], members: Sequence[str]) -> Iterator[Path]:
+    for given in inputs:
+        if given is None:
+            continue
+        path = Path(given)
+        yield path
+        try:
+            found = list(path.iterdir()) if path.is_dir() else []
+        except (OSError, ValueError):
+            continue  # The reader says why.
+        yield from (each for each in found if each.suffix.lower() in members)
+
+
+def _keys(path: Path) -> set[_Key]:
+    """Return what two names of one file share: its number, and its folder's with its name.
+
+    The name without regard to case and composition, since some file systems have none. Names of
+    pipes and devices that are read are no concern: they cannot be written to.
+    """
+    keys: set[_Key] = set()
+    try:
+        about = path.stat()
+        if stat.S_ISREG(about.st_mode):
+            keys.add((about.st_dev, about.st_ino, ""))
+    except (OSError, ValueError):
+        pass
+    try:
+        real = Path(os.path.realpath(path))
+        folder = real.parent.stat()
+    except (OSError, ValueError):
+        return keys
+    name = unicodedata.normalize("NFC", real.name).casefold()
+    return keys | {(folder.st_dev, folder.st_ino, name)}

@@ -1,0 +1,341 @@
+"""JSON files of the user's own: written whole, and doubted in every field when they are read.
+
+A *check* returns a value as the program uses it, or raises `Unfit`. Tables of checks say what a
+file may hold; nothing here judges what it means.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+import stat
+import unicodedata
+from copy import deepcopy
+from dataclasses import dataclass, field, fields, is_dataclass
+from datetime import datetime
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias, TypeVar
+
+import numpy as np
+
+from app.core.base.errors import CoreError
+from app.core.base.files import atomic_write_bytes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Mapping
+    from pathlib import Path
+
+    Check: TypeAlias = Callable[[Any], Any]
+
+Facts: TypeAlias = dict[str, Any]
+"""An object as JSON knows it."""
+
+State: TypeAlias = Literal["whole", "damaged", "missing", "unreadable"]
+
+_Made = TypeVar("_Made")
+
+_NO_LETTERS: Final = frozenset({"Cc", "Cs", "Zl", "Zp"})
+_DEEPEST: Final = 24
+_LONGEST_WHOLE: Final = 18  # digits that a 64-bit number can have; more only cost time
+
+
+class Unfit(ValueError):
+    """A value is not what its name promises."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JsonFile:
+    """What a file holds, or why it does not: only a whole file has any facts."""
+
+    state: State  # "unreadable": the system does not give it out
+    facts: Facts = field(default_factory=dict)
+    why: str = ""
+
+
+def read_json(path: Path, most: int) -> JsonFile:
+    """Read a file that may be anything, of at most so many bytes, without ever failing."""
+    try:
+        # A pipe would be waited for, and a device has no end.
+        if not stat.S_ISREG(path.stat().st_mode):
+            return JsonFile("damaged", why="it is not an ordinary file")
+        with path.open("rb") as stream:
+            data = stream.read(most + 1)
+    except (FileNotFoundError, NotADirectoryError):
+        return JsonFile("missing", why="it is missing")
+    except OSError as error:
+        return JsonFile("unreadable", why=(error.strerror or str(error)).lower())
+    if len(data) > most:
+        return JsonFile("damaged", why="it is far too large")
+    if not data.strip(b"\0 \t\r\n"):
+        return JsonFile("damaged", why="it is empty")
+    return _parsed(data)
+
+
+def _parsed(data: bytes) -> JsonFile:
+    try:
+        facts = json.loads(data.decode("utf-8-sig"), parse_int=_whole)
+    except UnicodeDecodeError:
+        return JsonFile("damaged", why="it is not all text")
+    except RecursionError:
+        return JsonFile("damaged", why="it is nested too deeply")
+    except ValueError:
+        return JsonFile("damaged", why="it is damaged or incomplete")
+    if not isinstance(facts, dict):
+        return JsonFile("damaged", why="it is something else")
+    if not _is_shallow(facts, _DEEPEST + 1):
+        return JsonFile("damaged", why="it is nested too deeply")
+    return JsonFile("whole", facts)
+
+
+def _whole(digits: str) -> int | float:
+    return int(digits) if len(digits) <= _LONGEST_WHOLE else float(digits)
+
+
+def _is_shallow(value: Any, left: int) -> bool:
+    inside = value.values() if isinstance(value, dict) else value
+    if not isinstance(value, (dict, list)):
+        return True
+    return left > 0 and all(_is_shallow(each, left - 1) for each in inside)
+
+
+def write_json(path: Path, facts: Facts, most: int) -> None:
+    """Write a file whole or not at all.
+
+    Raises CoreError when the disk refuses, or it has more than `most` bytes, which would not be
+    read again.
+    """
+    data = dump(facts)
+    if len(data) > most:
+        raise CoreError(f"There is too much to keep in {path}: {len(data) >> 20} MB.")
+    atomic_write_bytes(path, data)
+
+
+def dump(facts: Facts) -> bytes:
+    """Write entries down, one to a line; floats are read back to the last bit.
+
+    Examples
+    --------
+    >>> print(dump({"name": "Café", "turns": [1, 2.5]}).decode(), end="")
+    {
+     "name": "Café",
+     "turns": [1,2.5]
+    }
+    """
+    try:
+        lines = _lines(facts)
+    except ValueError:
+        # Only an entry of a newer version can hold a number that is infinite or not a number.
+        lines = _lines(_finite(facts))
+    try:
+        return lines.encode("utf-8")
+    except UnicodeEncodeError:
+        return _lines(_finite(facts), ascii_only=True).encode("ascii")
+
+
+def _lines(facts: Facts, *, ascii_only: bool = False) -> str:
+    def words(value: Any) -> str:
+        return json.dumps(value, ensure_ascii=ascii_only, allow_nan=False, separators=(",", ":"))
+
+    entries = ",\n".join(f" {words(name)}: {words(value)}" for name, value in facts.items())
+    return f"{{\n{entries}\n}}\n"
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _finite(each) for name, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def plain(value: Any) -> Any:
+    """Turn values into what JSON holds: also times, dataclasses, and numpy's numbers and arrays."""
+    if isinstance(value, np.ndarray):
+        return value.astype(np.float64).tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, datetime):
+        return value.isoformat()
+    if isinstance(value, (list, tuple)):
+        return [plain(each) for each in value]
+    if is_dataclass(value):
+        return {each.name: plain(getattr(value, each.name)) for each in fields(value)}
+    return value
+
+
+def keep_bad(path: Path, most: int) -> Path | None:
+    """Keep a damaged file beside itself as ``NAME.bak``, or ``NAME.bak-2`` and so on.
+
+    The file stays where it is until it is written anew, so that a power cut in between takes
+    nothing; only one of more than `most` bytes is renamed. An earlier copy with the same content
+    counts. Returns None when it could not be kept.
+    """
+    try:
+        if not path.is_file():
+            return None
+        data = path.read_bytes() if path.stat().st_size <= most else None
+        number = 1
+        while True:
+            aside = path.with_name(f"{path.name}.bak" + (f"-{number}" if number > 1 else ""))
+            if not os.path.lexists(aside):
+                break
+            if data is not None and _holds(aside, data):
+                return aside
+            number += 1
+        if data is None:
+            path.rename(aside)
+        else:
+            atomic_write_bytes(aside, data)
+    except (OSError, CoreError):
+        return None
+    return aside
+
+
+def _holds(path: Path, data: bytes) -> bool:
+    return path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data
+
+
+def carry_unknown(new: Any, known: Any, found: Any) -> Any:
+    """Put back what a newer version has written and this one does not know.
+
+    Returns `found` where nothing has changed, else `new` with the entries that only `found` has.
+
+    Examples
+    --------
+    >>> carry_unknown({"a": 2}, {"a": 1}, {"a": 1, "b": 7})
+    {'a': 2, 'b': 7}
+    """
+    if isinstance(new, dict) and isinstance(known, dict) and isinstance(found, dict):
+        merged = {
+            name: carry_unknown(value, known[name], found[name])
+            if name in known and name in found
+            else value
+            for name, value in new.items()
+        }
+        others = (name for name in found if name not in known and name not in new)
+        return merged | {name: deepcopy(found[name]) for name in others}
+    return deepcopy(found) if new == known and type(new) is type(known) else new
+
+
+def take(facts: Facts, name: str, check: Check, default: Any, lost: list[str], noun: str) -> Any:
+    """Take one entry, or its default where it is missing; an unfit one is removed and named."""
+    if name not in facts:
+        return default
+    try:
+        return check(facts[name])
+    except Unfit:
+        del facts[name]
+        lost.append(noun)
+        return default
+
+
+def clean(words: str) -> str:
+    """Drop what a line of text cannot hold: control characters, line ends, broken letters."""
+    return "".join(c for c in words if unicodedata.category(c) not in _NO_LETTERS).strip()
+
+
+def text(longest: int, pattern: str = "") -> Callable[[Any], str]:
+    """Check for text of a length at most, and of a pattern where one is given."""
+
+    def check(value: Any) -> str:
+        if not isinstance(value, str) or len(value) > longest:
+            raise Unfit("not a short text")
+        if pattern and re.fullmatch(pattern, value) is None:
+            raise Unfit("not of the pattern")
+        return value
+
+    return check
+
+
+def one_of(*words: str) -> Callable[[Any], str]:
+    """Check for one of some words."""
+
+    def check(value: Any) -> str:
+        if value not in words:
+            raise Unfit("an unknown word")
+        return str(value)
+
+    return check
+
+
+def number(low: float, high: float) -> Callable[[Any], float]:
+    """Check for a number in ``[low, high]``."""
+
+    def check(value: Any) -> float:
+        # Python takes True for 1; a file that says true means something else.
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise Unfit("not a number")
+        if not low <= value <= high:
+            raise Unfit("not in range")
+        return float(value)
+
+    return check
+
+
+def whole(low: int, high: int) -> Callable[[Any], int]:
+    """Check for a whole number in ``[low, high]``."""
+
+    def check(value: Any) -> int:
+        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+            raise Unfit("not a whole number in range")
+        return value
+
+    return check
+
+
+def truth(value: Any) -> bool:
+    """Check that a value is true or false."""
+    if not isinstance(value, bool):
+        raise Unfit("neither true nor false")
+    return value
+
+
+def moment(value: Any) -> datetime:
+    """Check for a time in ISO form."""
+    try:
+        return datetime.fromisoformat(text(64)(value))
+    except ValueError as error:
+        raise Unfit("not a time") from error
+
+
+def optional(check: Check) -> Check:
+    """Let null pass a check."""
+    return lambda value: None if value is None else check(value)
+
+
+def listed(check: Check, most: int) -> Callable[[Any], tuple[Any, ...]]:
+    """Check for a list of so many at most, and each of its values."""
+
+    def check_all(value: Any) -> tuple[Any, ...]:
+        if not isinstance(value, list) or len(value) > most:
+            raise Unfit("not a list")
+        return tuple(check(each) for each in value)
+
+    return check_all
+
+
+def entries(value: Any) -> Facts:
+    """Check for an object."""
+    if not isinstance(value, dict):
+        raise Unfit("not an object")
+    return value
+
+
+def record(
+    make: Callable[..., _Made], checks: Mapping[str, Check], needed: Collection[str] | None = None
+) -> Callable[[Any], _Made]:
+    """Check for an object whose entries all pass, and make something of them.
+
+    `needed` must be there, by default all of them; entries without a check are passed over.
+    """
+    wanted = checks if needed is None else needed
+
+    def check(value: Any) -> _Made:
+        facts = entries(value)
+        for name in wanted:
+            if name not in facts:
+                raise Unfit(f"it lacks {name}")
+        return make(**{name: each(facts[name]) for name, each in checks.items() if name in facts})
+
+    return check

@@ -1,0 +1,156 @@
+"""A library of the user's own things in a folder: titles, names, and a trash that gives back.
+
+Nothing is overwritten or lost: names are always new, and what is changed or deleted goes into a
+folder ``trash`` inside. A thing counts once its text is there, which is written last.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from app.core.base.errors import CoreError
+from app.core.base.files import words_of
+from app.core.base.unique_names import names_like, title_key, titles_like
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Iterable, Iterator
+    from pathlib import Path
+
+_TRASH: Final = "trash"
+_MOST_IN_TRASH: Final = 100_000
+
+
+@dataclass(frozen=True, slots=True)
+class Damaged:
+    """Something in a library's folder that cannot be read; its files are untouched."""
+
+    path: Path
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Trashed:
+    """Something that was put away."""
+
+    folder: Path
+    name: str
+    title: str
+
+
+@dataclass(frozen=True, slots=True)
+class Library:
+    """How things of one kind are called, in sentences and on the disk."""
+
+    noun: str
+    error: type[CoreError]
+    not_put_away: Callable[[OSError], CoreError]
+    longest: int  # title, characters
+    reserved: Collection[str]  # names that nothing in the library may bear
+    names: Callable[[Path], Iterable[str]]
+    title_of: Callable[[Path, str], str]
+    is_taken: Callable[[Path, str], bool]  # whether a name has files already
+
+    def clean_title(self, title: str) -> str:
+        """Make a title fit to be kept; raises the library's error if it is empty or too long."""
+        value = one_line(title)
+        if not value:
+            raise self.error(f"The {self.noun} needs a name.", "Type one.")
+        if len(value) > self.longest:
+            raise self.error(f"This name is longer than {self.longest} characters.", "Shorten it.")
+        return value
+
+    def titles(self, folder: Path, without: str = "") -> dict[str, str]:
+        """Return the names of all there are by `title_key`."""
+        titles = {}
+        for name in self.names(folder):
+            # A title that cannot be read cannot be met again either.
+            with contextlib.suppress(CoreError):
+                if name != without:
+                    titles[title_key(self.title_of(folder, name))] = name
+        return titles
+
+    def renamed(self, folder: Path, name: str, title: str) -> str:
+        """Clean a thing's new title; raises the library's error if another one has it."""
+        wanted = self.clean_title(title)
+        if title_key(wanted) in self.titles(folder, without=name):
+            raise self.error(
+                f"There is already a {self.noun} called “{wanted}”.", "Choose another name."
+            )
+        return wanted
+
+    def free_title(self, folder: Path, title: str) -> str:
+        """Return a title that nothing bears, with a number where this one is taken."""
+        taken = self.titles(folder)
+        likes = titles_like(title, self.longest)
+        return self._first(each for each in likes if title_key(each) not in taken)
+
+    def free_name(self, folder: Path, title: str) -> str:
+        """Make a name for commands and files of a title, one that nothing bears."""
+        likes = names_like(title, self.noun, self.reserved)
+        return self._first(each for each in likes if not self.is_taken(folder, each))
+
+    def names_for(self, folder: Path, title: str, name: str = "") -> tuple[str, str]:
+        """Return a free name and title; a name that is free already stays."""
+        free = self.free_title(folder, title)
+        if name and not self.is_taken(folder, name):
+            return name, free
+        return self.free_name(folder, free), free
+
+    def trash_folder(self, folder: Path, name: str) -> Path:
+        """Make an empty folder in the trash; raises the library's error when that fails."""
+        trash = folder / _TRASH
+        try:
+            trash.mkdir(parents=True, exist_ok=True)
+            for number in range(1, _MOST_IN_TRASH):
+                away = trash / (name if number == 1 else f"{name}-{number}")
+                if not away.exists():
+                    away.mkdir()
+                    return away
+        except OSError as error:
+            raise self.not_put_away(error) from error
+        raise self.error(f"The trash of {self.noun}s is full.", f"Empty {trash}.")
+
+    def put_away(self, folder: Path, name: str, title: str, files: Iterable[Path]) -> Trashed:
+        """Move a thing's files to the trash, first the text without which it does not count."""
+        away = self.trash_folder(folder, name)
+        try:
+            for file in files:
+                os.replace(file, away / file.name)
+        except OSError as error:
+            raise self.error(f"“{title}” was not deleted: {words_of(error)}.") from error
+        return Trashed(away, name, title)
+
+    def _first(self, free: Iterator[str]) -> str:
+        found = next(free, None)
+        if found is None:
+            raise self.error(
+                f"There are too many {self.noun}s of this name.", "Choose another name."
+            )
+        return found
+
+
+def one_line(text: str) -> str:
+    """Make a text one line of letters that can be seen."""
+    visible = "".join(letter if letter.isprintable() else " " for letter in text)
+    return " ".join(visible.split())
+
+
+def files_in(folder: Path, ending: str) -> list[Path]:
+    """List a folder's files by name, none of a folder that is missing.
+
+    Raises OSError when the folder cannot be read; `Path.glob` would say that it is empty.
+    """
+    try:
+        names = os.listdir(folder)
+    except FileNotFoundError:
+        return []
+    found = (folder / name for name in names if name.endswith(ending))
+    return sorted(found, key=lambda file: file.stem)
+
+
+def unreadable_folder(folder: Path, error: OSError) -> Damaged:
+    """Say that a library's folder cannot be read."""
+    return Damaged(folder, f"The folder cannot be read: {words_of(error)}.")

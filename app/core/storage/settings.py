@@ -1,0 +1,433 @@
+"""The settings: one table that the dialog, the file and docs/settings.md all follow.
+
+Each setting is a field of `Settings` with its words beside it; adding one is adding a field.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+
+from app.core.base.errors import CoreError
+from app.core.base.files import words_of
+from app.core.solver.reach import LIMITS, Limits
+from app.core.storage.json_file import Facts, clean, keep_bad, read_json, write_json
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+Kind: TypeAlias = Literal["choice", "number", "toggle", "text", "folder"]
+Value: TypeAlias = str | float | bool
+
+_LONGEST_PATH: Final = 4096
+
+
+class SettingsError(CoreError):
+    """A setting is unknown, takes no such value, or cannot be kept."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """One line of the table of settings."""
+
+    key: str
+    title: str
+    section: str
+    kind: Kind
+    default: Value
+    help: str
+    # tuple of (str, str), values of a choice and the words for them; empty where `offers` says who
+    # knows them
+    choices: tuple[tuple[str, str], ...] = ()
+    # whose values the dialog is to offer: "heads" for the heads that are there; "" for none
+    offers: str = ""
+    minimum: float = 0.0
+    maximum: float = 0.0
+    step: float = 1.0
+    whole: bool = False
+    # of a number, as written after it; a space goes in between unless it is "°" or "×"
+    unit: str = ""
+    longest: int = 80
+    empty_means: str = ""
+    shown: bool = True
+
+    def checked(self, value: object) -> Value:
+        """Return a value as the program uses it.
+
+        Raises SettingsError when the setting does not take this value; the sentence says which it
+        takes.
+        """
+        if self.kind == "number":
+            return self._number(value)
+        if self.kind == "toggle":
+            if isinstance(value, bool):
+                return value
+        elif isinstance(value, str):
+            if self.kind == "choice" and self._is_choice(value):
+                return value
+            if self.kind != "choice":
+                return self._text(value)
+        raise SettingsError(f"“{self.title}” {self.takes()}.")
+
+    def takes(self) -> str:
+        """Say which values the setting takes, to go on the sentence "“Title” ..." with."""
+        if self.kind == "toggle":
+            return "is on or off"
+        if self.kind == "number":
+            whole = "a whole number " if self.whole else ""
+            return f"goes from {whole}{self.words(self.minimum)} to {self.words(self.maximum)}"
+        if self.kind == "choice" and self.choices:
+            return "is one of: " + ", ".join(words for _, words in self.choices)
+        if self.kind == "folder":
+            return "is a folder with its whole path, or empty"
+        return f"is a text of at most {self.longest} letters"
+
+    def words(self, value: Value) -> str:
+        """Write a value as the dialog shows it.
+
+        Examples
+        --------
+        >>> Setting("k", "K", "S", "number", 1.8, "", minimum=1, maximum=9, unit="m").words(1.8)
+        '1.8 m'
+        """
+        if isinstance(value, bool):
+            return "on" if value else "off"
+        if isinstance(value, str):
+            return dict(self.choices).get(value, value) or self.empty_means
+        # Rounded only to be shown; an exact whole number is written without a point.
+        digits = f"{value:.2f}".rstrip("0").rstrip(".").replace("-", "−")
+        return digits + ("" if self.unit in ("", "°", "×") else " ") + self.unit
+
+    def _is_choice(self, value: str) -> bool:
+        if self.choices:
+            return any(value == key for key, _ in self.choices)
+        return bool(value) and value == clean(value) and len(value) <= self.longest
+
+    def _number(self, value: object) -> float:
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            inside = self.minimum <= value <= self.maximum and math.isfinite(value)
+            if inside and (not self.whole or value == int(value)):
+                return int(value) if self.whole else float(value)
+        raise SettingsError(f"“{self.title}” {self.takes()}.")
+
+    def _text(self, value: str) -> str:
+        line = clean(value)
+        folder = self.kind == "folder"
+        # A relative folder would mean another one at each start.
+        fits = not line or _is_absolute(line) if folder else len(line) <= self.longest
+        if not fits or len(line) > _LONGEST_PATH or (folder and line != value.strip()):
+            raise SettingsError(f"“{self.title}” {self.takes()}.")
+        return line
+
+
+def _is_absolute(path: str) -> bool:
+    # Of either kind, so that settings can be carried from one computer to another.
+    drive = len(path) > 2 and path[0].isalpha() and path[1] == ":" and path[2] in "\\/"
+    return path.startswith(("/", "\\\\")) or drive
+
+
+def _line(
+    section: str,
+    title: str,
+    default: Value,
+    help_words: str,
+    kind: Kind = "text",
+    *,
+    choices: Mapping[str, str] | None = None,
+    within: tuple[float, float] = (0.0, 0.0),
+    **more: object,
+) -> Any:
+    """Declare a field of `Settings`; its kind follows from its default and its choices.
+
+    `within`: least and largest number; `more` as in `Setting`.
+    """
+    if isinstance(default, bool):
+        kind = "toggle"
+    elif not isinstance(default, str):
+        kind = "number"
+    elif choices or "offers" in more:
+        kind = "choice"
+    about: dict[str, object] = {"section": section, "title": title, "kind": kind}
+    about |= {"default": default, "help": help_words, "choices": tuple((choices or {}).items())}
+    about |= {"minimum": within[0], "maximum": within[1], "whole": type(default) is int}
+    return field(default=default, metadata=about | more)
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """A value for every setting, in the order of the dialog; none that it does not take.
+
+    ``Settings()`` has all the defaults. `with_` changes one.
+    Raises SettingsError when a value is not one that its setting takes.
+
+    Examples
+    --------
+    >>> Settings().with_("text_scale", 1.5).text_scale
+    1.5
+    """
+
+    theme: str = _line(
+        "Looks",
+        "Theme",
+        "dark",
+        "High contrast is made for bright sun; “System” follows your operating system.",
+        choices={"system": "System", "dark": "Dark", "light": "Light", "contrast": "High contrast"},
+    )
+    text_scale: float = _line(
+        "Looks",
+        "Size of text and controls",
+        1.0,
+        "Makes everything in the window larger.",
+        within=(1.0, 2.0),
+        step=0.05,
+        unit="×",
+    )
+    reduce_motion: bool = _line(
+        "Looks", "Fewer animations", False, "Things change at once instead of gliding."
+    )
+    head: str = _line(
+        "Sitter",
+        "Head",
+        "generic",
+        "Head and skin tone that new places start with; the chip at the top changes it for one.",
+        offers="heads",
+    )
+    sitter_name: str = _line(
+        "Sitter", "Sitter’s name", "", "Printed on set sheets.", longest=80, empty_means="none"
+    )
+    objective: str = _line(
+        "Answers",
+        "Best turn by",
+        "picture",
+        "By picture: the turn at which the face looks most like the style’s own picture, where "
+        "the pattern is deep enough. As in the paper: the largest quality C.",
+        choices={"picture": "Picture", "paper": "As in the paper"},
+    )
+    match_limit: float = _line(
+        "Answers",
+        "Least match",
+        LIMITS.match,
+        "Below this a style counts as out of reach; 100 is the studio picture itself.",
+        within=(0.0, 100.0),
+    )
+    strength_limit: float = _line(
+        "Answers",
+        "Least strength",
+        LIMITS.strength,
+        "Below this the light is too soft for a style; 100 is as deep as in the studio.",
+        within=(0.0, 100.0),
+    )
+    plan: str = _line(
+        "Capture",
+        "Bracket",
+        "full",
+        "Three frames are quick and clip lamps and the sun; the full range holds them.",
+        choices={"paper": "Three frames", "full": "Full range"},
+    )
+    self_timer_s: int = _line(
+        "Capture",
+        "Self-timer",
+        5,
+        "Time to kneel under the camera before the first exposure.",
+        within=(0.0, 10.0),
+        unit="s",
+    )
+    watch_folder: str = _line(
+        "Capture",
+        "Watched folder",
+        "",
+        "Brackets of any camera that arrive in this folder are offered for merging.",
+        "folder",
+        empty_means="none",
+    )
+    mode: str = _line(
+        "Turning",
+        "Who turns",
+        "walk",
+        "Either you walk around the sitter, who turns with you, or you are the sitter yourself.",
+        choices={"walk": "I walk around the sitter", "selfie": "I turn myself"},
+    )
+    camera_looks: str = _line(
+        "Turning",
+        "The live camera looks at",
+        "ask",
+        "A laptop’s own camera usually looks at you, a camera in your hand at the sitter.",
+        choices={"ask": "Ask me", "sitter": "The sitter", "me": "Me"},
+    )
+    webcam: int = _line(
+        "Turning",
+        "Webcam",
+        0,
+        "Which of the cameras on this computer is the live one, counted from 0.",
+        within=(0.0, 15.0),
+    )
+    camera_distance_m: float = _line(
+        "Turning",
+        "Distance of the camera",
+        1.8,
+        "From the sitter to the camera that takes the portrait.",
+        within=(0.5, 10.0),
+        step=0.1,
+        unit="m",
+    )
+    sounds: bool = _line(
+        "Sound", "Sounds", True, "A sound says when you may move, and when the turn is reached."
+    )
+    volume: float = _line(
+        "Sound", "Volume", 70.0, "Of these sounds.", within=(0.0, 100.0), step=5.0, unit="%"
+    )
+    places_folder: str = _line(
+        "Files",
+        "Places are kept in",
+        "",
+        "New places go here. Those that are in another folder stay there.",
+        "folder",
+        empty_means="Turnlight’s own folder",
+    )
+    live_source: str = _line(
+        "Remembered",
+        "Live camera",
+        "",
+        "A network camera, a video or a folder in place of a webcam.",
+        longest=2000,
+        empty_means="the webcam",
+        shown=False,
+    )
+    live_views: str = _line(
+        "Remembered",
+        "Live cameras’ angles of view",
+        "",
+        "Angle of view and resolution of each live camera.",
+        longest=4000,
+        empty_means="estimated",
+        shown=False,
+    )
+    last_place: str = _line(
+        "Remembered",
+        "Last place",
+        "",
+        "The place that is opened at the next start.",
+        longest=4096,
+        empty_means="none",
+        shown=False,
+    )
+    tour_seen: bool = _line(
+        "Remembered", "Tour seen", False, "Off shows the tour at the next start.", shown=False
+    )
+    unknown: Mapping[str, Any] = field(default_factory=dict, repr=False, hash=False)
+
+    def __post_init__(self) -> None:
+        for entry in TABLE:
+            object.__setattr__(self, entry.key, entry.checked(getattr(self, entry.key)))
+
+    @property
+    def limits(self) -> Limits:
+        """Least match and strength of a style in reach."""
+        return Limits(self.match_limit, self.strength_limit)
+
+    def value(self, key: str) -> Value:
+        """Return the value of a setting by its key."""
+        value: Value = getattr(self, setting(key).key)
+        return value
+
+    def with_(self, key: str, value: object) -> Settings:
+        """Change one setting."""
+        changes: dict[str, Any] = {setting(key).key: setting(key).checked(value)}
+        return replace(self, **changes)
+
+    def reset(self, section: str = "") -> Settings:
+        """Set a section back to its defaults, or all that the dialog shows."""
+        changes: dict[str, Any] = {
+            entry.key: entry.default
+            for entry in TABLE
+            if entry.shown and section in ("", entry.section)
+        }
+        return replace(self, **changes)
+
+
+TABLE: Final = tuple(
+    Setting(each.name, **each.metadata) for each in fields(Settings) if each.metadata
+)
+"""Every setting there is, in the order of the dialog."""
+
+SECTIONS: Final[tuple[str, ...]] = tuple(dict.fromkeys(entry.section for entry in TABLE))
+"""Headings in the order of the dialog."""
+
+_BY_KEY: Final = {entry.key: entry for entry in TABLE}
+
+DEFAULTS: Final = Settings()
+"""What counts until the user says otherwise."""
+
+
+def setting(key: str) -> Setting:
+    """Return the line of the table with a key; raises SettingsError when there is none."""
+    if key not in _BY_KEY:
+        raise SettingsError(f"There is no setting {key!r}.")
+    return _BY_KEY[key]
+
+
+FILE: Final = "settings.json"
+"""Name of the file in the user's folder."""
+
+VERSION: Final = 1
+"""Of the file's form."""
+
+_VERSION_KEY: Final = "format_version"
+_MOST_BYTES: Final = 1 << 20
+
+
+def read_settings(path: Path) -> tuple[Settings, tuple[str, ...]]:
+    """Read the settings; whatever is wrong with the file, there are settings afterwards.
+
+    Returns `notes`: one sentence for each thing that was lost; then the bad file is kept as
+    ``NAME.bak``.
+    """
+    found = read_json(path, _MOST_BYTES)
+    if found.state == "missing":
+        return Settings(), ()
+    if found.state == "unreadable":
+        return Settings(), (
+            f"The settings in {path} cannot be read: {found.why}. Using default settings.",
+        )
+    notes = []
+    if found.state == "damaged":
+        notes.append(f"The settings could not be used: {found.why}. Using default settings.")
+    values: dict[str, Any] = {}
+    facts = dict(found.facts)
+    newer = facts.pop(_VERSION_KEY, VERSION) != VERSION
+    for entry in TABLE:
+        if entry.key in facts:
+            try:
+                values[entry.key] = entry.checked(facts.pop(entry.key))
+            except SettingsError as error:
+                notes.append(f"{error.message} It is {entry.words(entry.default)} again.")
+    settings = Settings(**values, unknown=facts)
+    if notes or newer:
+        kept = keep_bad(path, _MOST_BYTES)
+        if kept is not None and notes:
+            notes.append(f"The file as it was is kept as {kept.name}.")
+    return settings, tuple(notes)
+
+
+def write_settings(path: Path, settings: Settings) -> None:
+    """Write the settings whole or not at all; only what differs from its default is in the file."""
+    facts: Facts = {_VERSION_KEY: VERSION}
+    for entry in TABLE:
+        value = settings.value(entry.key)
+        if value != entry.default:
+            facts[entry.key] = value
+    facts |= {name: value for name, value in settings.unknown.items() if name not in facts}
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_json(path, facts, _MOST_BYTES)
+    except OSError as error:
+        raise SettingsError(
+            f"The settings were not saved in {path.parent}: {words_of(error)}.",
+            "They count until you quit.",
+        ) from error
+    except CoreError as error:
+        raise SettingsError(
+            f"The settings were not saved. {error.message}", "They count until you quit."
+        ) from error

@@ -1,0 +1,394 @@
+"""Drawing pages with QPainter: to a picture in memory, or to a PDF whose words stay words.
+
+All lengths are logical pixels, 96 to the inch. The only module here that imports Qt; it needs no
+window, works on any thread once the fonts are loaded, and makes an application without a screen
+where there is none.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from contextlib import contextmanager
+from functools import cache
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import numpy as np
+from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QMarginsF, QPointF, QRectF, QSizeF, Qt
+from PySide6.QtGui import (
+    QBrush,
+    QColor,
+    QFont,
+    QFontDatabase,
+    QFontMetricsF,
+    QGuiApplication,
+    QImage,
+    QPageSize,
+    QPainter,
+    QPainterPath,
+    QPdfWriter,
+    QPen,
+    QPolygonF,
+)
+
+from app.core.base.errors import CoreError
+from app.core.base.paths import resources
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from numpy.typing import NDArray
+    from PySide6.QtGui import QPagedPaintDevice
+
+Point: TypeAlias = tuple[float, float]
+"""x to the right, y down."""
+
+Box: TypeAlias = tuple[float, float, float, float]
+"""Left, top, width, height."""
+
+Colour: TypeAlias = tuple[int, int, int]
+"""sRGB bytes."""
+
+Weight: TypeAlias = Literal[400, 500, 600, 700]
+Anchor: TypeAlias = Literal["left", "middle", "right"]
+
+SCALE: Final = 2
+"""Pixels of a picture per logical pixel."""
+
+PIXELS_PER_INCH: Final = 96 * SCALE
+"""Resolution to state in the file, so that viewers show logical pixels at their size."""
+
+FAMILY: Final = "Inter"
+"""Family name of the font that travels with the program."""
+
+WEIGHTS: Final[dict[int, str]] = {400: "Regular", 500: "Medium", 600: "SemiBold", 700: "Bold"}
+"""Weights that travel with the program, and the names of their files."""
+
+_EM: Final = 256  # letters are laid out this large and drawn smaller, so that nothing is rounded
+_SHARE: Final = 1.028 / _EM  # of the laid-out size; sheets count sizes a little below the em
+_SHARP: Final = 0.25  # radians; a smaller bend is part of a curve
+_PDF_DPI: Final = 1200
+
+
+@cache
+def load_fonts() -> None:
+    """Register the four font files once per process.
+
+    Raises
+    ------
+    CoreError
+        When the font's files are missing or damaged.
+    """
+    _application()
+    for word in WEIGHTS.values():
+        path = resources() / "fonts" / f"{FAMILY}-{word}.otf"
+        if QFontDatabase.addApplicationFont(str(path)) < 0:
+            raise CoreError(f"The font {path.name} cannot be read.", "Install Turnlight again.")
+
+
+@cache
+def _application() -> QGuiApplication | None:
+    """Make the application that fonts need, without a screen; None where there is one."""
+    if QGuiApplication.instance() is not None:
+        return None
+    return QGuiApplication(["turnlight", "-platform", "offscreen"])
+
+
+def _font(weight: Weight) -> QFont:
+    load_fonts()
+    font = QFont(FAMILY)
+    font.setPixelSize(_EM)
+    font.setWeight(QFont.Weight(weight))
+    font.setHintingPreference(QFont.HintingPreference.PreferNoHinting)
+    # Alternates of letters cannot be traced back to them: in a PDF they would not be found.
+    font.setFeature(QFont.Tag("calt"), 0)
+    return font
+
+
+def text_width(text: str, size: float, weight: Weight = 400) -> float:
+    """Measure a line, kerned."""
+    return float(QFontMetricsF(_font(weight)).horizontalAdvance(text)) * size * _SHARE
+
+
+def wrap_text(text: str, size: float, limit: float, weight: Weight = 400) -> list[str]:
+    """Break text into lines of at most `limit`; a longer word has a line of its own."""
+    lines: list[str] = []
+    for word in text.split():
+        longer = f"{lines[-1]} {word}" if lines else word
+        if lines and text_width(longer, size, weight) <= limit:
+            lines[-1] = longer
+        else:
+            lines.append(word)
+    return lines
+
+
+def shorten(text: str, size: float, limit: float, weight: Weight = 400) -> str:
+    """Cut text that is wider than `limit`, with an ellipsis in its place."""
+    if text_width(text, size, weight) <= limit:
+        return text
+    kept = text
+    while kept and text_width(f"{kept.rstrip()}…", size, weight) > limit:
+        kept = kept[:-1]
+    return f"{kept.rstrip()}…"
+
+
+def circle_points(centre: Point, radius: float, count: int = 96) -> list[Point]:
+    """Points on a circle, clockwise from the top; the last of the ``count + 1`` is the first."""
+    return [around(centre, radius, 360.0 * index / count) for index in range(count + 1)]
+
+
+def around(centre: Point, radius: float, turn_deg: float) -> Point:
+    """Return a place on a circle seen from above: turn 0 is up, clockwise to the right."""
+    angle = math.radians(turn_deg)
+    return centre[0] + radius * math.sin(angle), centre[1] - radius * math.cos(angle)
+
+
+def sector(centre: Point, radius: float, arc_deg: tuple[float, float]) -> list[Point]:
+    """Outline an arc of turns with the centre; it goes clockwise from first to second."""
+    start, stop = arc_deg
+    # An arc of the whole circle is written (-180, 180); others may wrap.
+    extent = 360.0 if stop - start >= 360.0 else (stop - start) % 360.0
+    steps = max(int(extent / 3.0), 1)
+    rim = [around(centre, radius, start + extent * k / steps) for k in range(steps + 1)]
+    return [centre, *rim]
+
+
+class Canvas:
+    """A page that is drawn on: a picture of `SCALE` pixels per logical pixel, or a PDF.
+
+    Parameters
+    ----------
+    pdf : QPagedPaintDevice, optional
+        Draw there instead, see `pdf_bytes`.
+    """
+
+    def __init__(
+        self, width: float, height: float, colour: Colour, pdf: QPagedPaintDevice | None = None
+    ) -> None:
+        self.width = width
+        size = round(width * SCALE), round(height * SCALE)
+        self._image = None if pdf else QImage(*size, QImage.Format.Format_RGB32)
+        self._painter = QPainter()
+        if self._image is not None:
+            self._image.fill(QColor(*colour))
+        device = self._image or pdf
+        assert device is not None
+        if not self._painter.begin(device):
+            raise CoreError("The page cannot be drawn.", "Free some memory, and try again.")
+        scale = SCALE if pdf is None else pdf.logicalDpiX() / 96.0
+        self._painter.scale(scale, scale)
+        self._painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        self._painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+
+    def close(self) -> None:
+        """End the page; nothing can be drawn afterwards."""
+        if self._painter.isActive():
+            self._painter.end()
+
+    def __del__(self) -> None:
+        # A picture must outlive its painter, in whatever order they are collected.
+        self.close()
+
+    @property
+    def pixels(self) -> NDArray[np.uint8]:
+        """(H, W, 3) the picture so far, sRGB; a PDF has none."""
+        assert self._image is not None
+        high, wide = self._image.height(), self._image.width()
+        words = np.frombuffer(self._image.constBits(), np.uint8).reshape(high, -1, 4)
+        return np.ascontiguousarray(words[:, :wide, 2::-1])
+
+    def panel(
+        self, box: Box, colour: Colour, radius: float = 0.0, edge: Colour | None = None
+    ) -> None:
+        """Draw a filled rectangle with rounded corners, and a 1 px edge inside it if wanted."""
+        if edge is not None:
+            self._fill(_rounded(box, radius), edge)
+            x, y, width, height = box
+            box, radius = (x + 1, y + 1, width - 2, height - 2), max(radius - 1, 0.0)
+        self._fill(_rounded(box, radius), colour)
+
+    def stroke(
+        self,
+        points: Sequence[Point],
+        colour: Colour,
+        width: float = 1.0,
+        *,
+        closed: bool = False,
+        opacity: float = 1.0,
+        dashes: tuple[float, float] | None = None,
+    ) -> None:
+        """Draw a line through points, with round joins and ends.
+
+        Parameters
+        ----------
+        dashes : tuple of float, optional
+            Lengths of dash and gap, from the middle of one round end to that of the next.
+        """
+        pen = QPen(_ink(colour, opacity), width)
+        pen.setCapStyle(Qt.PenCapStyle.RoundCap)
+        # Qt's round joins leave lumps on curves of many points; here only corners are rounded.
+        joins = Qt.PenJoinStyle
+        pen.setJoinStyle(joins.RoundJoin if self._image is None else joins.BevelJoin)
+        if dashes is not None:
+            pen.setDashPattern([length / width for length in dashes])
+        self._painter.strokePath(_path(points, closed=closed), pen)
+        if self._image is not None and dashes is None and opacity == 1.0:
+            for corner in _corners(points, closed=closed):
+                self.dot(corner, width / 2.0, colour)
+
+    def shape(self, points: Sequence[Point], colour: Colour, opacity: float = 1.0) -> None:
+        """Fill a polygon."""
+        self._fill(_path(points, closed=True), colour, opacity)
+
+    def dot(self, centre: Point, radius: float, colour: Colour) -> None:
+        """Draw a filled circle."""
+        path = QPainterPath()
+        path.addEllipse(QPointF(*centre), radius, radius)
+        self._fill(path, colour)
+
+    def picture(self, box: Box, display: NDArray[np.float32], radius: float = 0.0) -> None:
+        """Place a picture, with rounded corners.
+
+        Parameters
+        ----------
+        box : Box
+            Where, on whole pixels.
+        display : NDArray[np.float32], (h, w, 3)
+            sRGB in 0..1, of the size that `Canvas.size_of` gives.
+        """
+        shown = np.ascontiguousarray((display * 255.0 + 0.5).astype(np.uint8))
+        high, wide = shown.shape[:2]
+        image = QImage(shown.data, wide, high, 3 * wide, QImage.Format.Format_RGB888)
+        self._painter.save()
+        if self._image is None:
+            self._painter.setClipPath(_rounded(box, radius))
+        else:
+            image = _cut(image, radius * SCALE)
+        self._painter.drawImage(QRectF(*box), image)
+        self._painter.restore()
+
+    @contextmanager
+    def clipped(self, box: Box) -> Iterator[None]:
+        """Draw only inside a box, which lies on whole pixels."""
+        self._painter.save()
+        self._painter.setClipRect(QRectF(*box))
+        yield
+        self._painter.restore()
+
+    def text(
+        self,
+        at: Point,
+        text: str,
+        size: float,
+        weight: Weight,
+        colour: Colour,
+        anchor: Anchor = "left",
+    ) -> float:
+        """Draw a line of text.
+
+        Parameters
+        ----------
+        at : Point
+            Where the line starts (or its middle, or its end), on the baseline.
+
+        Returns
+        -------
+        float
+            Where the line ends, x.
+        """
+        width = text_width(text, size, weight)
+        start = at[0] - {"left": 0.0, "middle": 0.5, "right": 1.0}[anchor] * width
+        if text.strip():
+            self._painter.save()
+            # Baselines stand on whole pixels, so that all the feet of a line are equally sharp.
+            self._painter.translate(start, round(at[1] * SCALE) / SCALE)
+            self._painter.scale(size * _SHARE, size * _SHARE)
+            if self._image is None:
+                self._painter.setFont(_font(weight))
+                self._painter.setPen(_ink(colour))
+                # Word by word: Qt would write spaces as tabs, which a search does not find.
+                for word in re.finditer(r"\S+", text):
+                    across = QFontMetricsF(_font(weight)).horizontalAdvance(text[: word.start()])
+                    self._painter.drawText(QPointF(across, 0.0), word[0])
+            else:
+                # As outlines, letters look alike on every system.
+                path = QPainterPath()
+                path.addText(QPointF(0.0, 0.0), _font(weight), text)
+                self._painter.fillPath(path, _ink(colour))
+            self._painter.restore()
+        return start + width
+
+    @staticmethod
+    def size_of(box: Box) -> tuple[int, int]:
+        """Rows and columns of the pixels in a box."""
+        x, y, width, height = box
+        return (
+            round((y + height) * SCALE) - round(y * SCALE),
+            round((x + width) * SCALE) - round(x * SCALE),
+        )
+
+    def _fill(self, path: QPainterPath, colour: Colour, opacity: float = 1.0) -> None:
+        self._painter.fillPath(path, _ink(colour, opacity))
+
+
+def pdf_bytes(width: float, height: float, title: str, draw: Callable[[Canvas], None]) -> bytes:
+    """Make a PDF of one white page: outlines, pictures, and words in fonts that come with it."""
+    load_fonts()
+    data = QByteArray()
+    buffer = QBuffer(data)
+    buffer.open(QIODevice.OpenModeFlag.WriteOnly)
+    writer = QPdfWriter(buffer)
+    writer.setResolution(_PDF_DPI)
+    writer.setTitle(title)
+    writer.setCreator("Turnlight")
+    millimetres = QPageSize.Unit.Millimeter
+    inch = 25.4 / 96.0
+    writer.setPageSize(QPageSize(QSizeF(width * inch, height * inch), millimetres))
+    writer.setPageMargins(QMarginsF())
+    canvas = Canvas(width, height, (255, 255, 255), writer)
+    draw(canvas)
+    canvas.close()
+    buffer.close()
+    return bytes(data.data())
+
+
+def _ink(colour: Colour, opacity: float = 1.0) -> QColor:
+    ink = QColor(*colour)
+    ink.setAlphaF(opacity)
+    return ink
+
+
+def _path(points: Sequence[Point], *, closed: bool) -> QPainterPath:
+    path = QPainterPath()
+    path.addPolygon(QPolygonF([QPointF(*point) for point in points]))
+    if closed:
+        path.closeSubpath()
+    return path
+
+
+def _corners(points: Sequence[Point], *, closed: bool) -> list[Point]:
+    """Points at which a line bends sharply."""
+    path = np.asarray([*points, *points[:2]] if closed else points, np.float64)
+    across, down = np.diff(path, axis=0).T
+    heading = np.arctan2(down, across)
+    bend = np.abs((np.diff(heading) + np.pi) % (2.0 * np.pi) - np.pi)
+    return [(float(x), float(y)) for x, y in path[1:-1][bend > _SHARP]]
+
+
+def _rounded(box: Box, radius: float) -> QPainterPath:
+    path = QPainterPath()
+    path.addRoundedRect(QRectF(*box), radius, radius)
+    return path
+
+
+def _cut(image: QImage, radius: float) -> QImage:
+    """Round the corners of a picture by its transparency: a clip would leave stairs."""
+    cut = QImage(image.size(), QImage.Format.Format_ARGB32_Premultiplied)
+    cut.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(cut)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    path = QPainterPath()
+    path.addRoundedRect(QRectF(cut.rect()), radius, radius)
+    painter.fillPath(path, QBrush(image))
+    painter.end()
+    return cut

@@ -1,0 +1,322 @@
+"""The result sheet: one picture that shows what a place can do, for print, mail and notebooks.
+
+Header, panorama with the turns of the styles, the best style beside it, a card for each, and a key.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+from app.core.solver import pictures
+from app.core.solver.style_pack import head_words
+from app.core.solver.styles import load_styles
+from app.core.text.turns import (
+    Mode,
+    arc_words,
+    direction_of,
+    direction_words,
+    signed,
+    size_words,
+    turn_words,
+    walking_words,
+)
+from app.export import result_card as card
+from app.export.canvas import Canvas, shorten, text_width, wrap_text
+from app.export.theme import Dark, draw_logo, draw_scale, draw_tag
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from app.core.base.colour import FloatImage
+    from app.core.solver.environment import Environment
+    from app.core.solver.solve import StyleResult
+    from app.export.canvas import Point
+
+_COLUMNS: Final = 6
+_GAP: Final = 12.0
+_MARGIN: Final = 42.0
+_WIDTH: Final = 2 * _MARGIN + _COLUMNS * card.WIDTH + (_COLUMNS - 1) * _GAP
+_HEADER: Final = 104.0
+_ASIDE_GAP: Final = 40.0
+_PANORAMA_WIDTH: Final = 1104.0
+_PANORAMA_HEIGHT: Final = _PANORAMA_WIDTH / 2.0
+_SCALE_ROOM: Final = 26.0
+_FLAG_TOP: Final = 12.0
+_LANE: Final = 20.0
+_FLAG_GAP: Final = 14.0
+_ASIDE_WIDTH: Final = 452.0
+_KEY_HEIGHT: Final = 112.0
+_PICTURE: Final = 220.0
+_KEY_COLUMNS: Final = 3
+_OBJECTIVES: Final = {
+    "picture": "turns by best match",
+    "paper": "turns by the paper’s quality C",
+}
+
+
+def draw_sheet(
+    results: Sequence[StyleResult],
+    targets: Mapping[str, FloatImage],
+    pictures: Mapping[str, FloatImage],
+    coverage: FloatImage,
+    environment: Environment,
+    title: str,
+    head: str,
+    *,
+    objective: str = "picture",
+    front_deg: float = 0.0,
+    places: Mapping[str, str] | None = None,
+    limit: float = 45.0,
+) -> NDArray[np.uint8]:
+    """Draw the result sheet of a place.
+
+    Cards stand in reach by match, then out of reach by match.
+
+    Parameters
+    ----------
+    targets, pictures : Mapping[str, NDArray[np.float32]], (N, N, 3)
+        By style name: linear pictures under the studio lamps, and here at the best turn.
+    coverage : NDArray[np.float32], (N, N)
+        Share of each pixel covered by the head.
+    front_deg : float, optional
+        Panorama azimuth from which the turns are counted, degrees.
+    places : Mapping[str, str], optional
+        Where the light comes from, in words, by name, for styles without a side; by default
+        what the built-in styles say.
+
+    Returns
+    -------
+    NDArray[np.uint8], (H, W, 3)
+        sRGB, two pixels per logical pixel.
+
+    Raises
+    ------
+    KeyError
+        When a style has no target or picture.
+    """
+    if places is None:
+        places = {style.name: style.place for style in load_styles()}
+    order = sorted(results, key=lambda style: (not style.attainable, -style.match))
+    cards = [
+        card.CardData(style, targets[style.name], pictures[style.name], coverage, places, limit)
+        for style in order
+    ]
+    flags = make_flags(order, places)
+    heights = [card.height_of(data) for data in cards]
+    rows = [max(heights[start : start + _COLUMNS]) for start in range(0, len(cards), _COLUMNS)]
+    lanes = lanes_height(flags)
+    panorama_bottom = _HEADER + 26.0 + _PANORAMA_HEIGHT
+    cards_top = panorama_bottom + lanes + 24.0
+    key_top = cards_top + sum(rows) + _GAP * len(rows) + 12.0
+    canvas = Canvas(_WIDTH, key_top + _KEY_HEIGHT + _MARGIN, Dark.BG)
+    _draw_header(canvas, title, f"{head_words(head)}, {_OBJECTIVES[objective]}")
+    bottom = _draw_panorama(canvas, (_MARGIN, _HEADER), environment, front_deg)
+    _draw_flags(canvas, (_MARGIN, bottom), flags)
+    _draw_aside(canvas, (_MARGIN + _PANORAMA_WIDTH + _ASIDE_GAP, _HEADER), cards)
+    y = cards_top
+    for row, height in enumerate(rows):
+        for column, data in enumerate(cards[row * _COLUMNS : (row + 1) * _COLUMNS]):
+            at = (_MARGIN + column * (card.WIDTH + _GAP), y)
+            card.draw_card(canvas, at, height, data)
+        y += height + _GAP
+    _draw_key(canvas, (_MARGIN, key_top), _WIDTH - 2 * _MARGIN, limit)
+    return canvas.pixels
+
+
+def _draw_header(canvas: Canvas, title: str, subtitle: str) -> None:
+    inner = _WIDTH - 2 * _MARGIN
+    # Names of places are mostly names of files.
+    plain = " ".join(title.replace("_", " ").split())
+    name = shorten(plain, 28, inner - 220, 700)
+    canvas.text((_MARGIN, 58), name, 28, 700, Dark.TEXT)
+    canvas.text((_MARGIN, 82), subtitle, 14, 400, Dark.DIM)
+    right = _WIDTH - _MARGIN
+    start = right - text_width("Turnlight", 20, 600)
+    canvas.text((start, 61), "Turnlight", 20, 600, Dark.TEXT)
+    draw_logo(canvas, (start - 24, 54), (13.0, 11.25, 8.5), (Dark.TEXT, Dark.BG))
+
+
+@dataclass(frozen=True, slots=True)
+class Flag:
+    """A turn marked under the panorama: a pole, and words to the right of its foot.
+
+    Attributes
+    ----------
+    turn, title, side : str
+        The words: degrees, the style, and its side (may be empty).
+    """
+
+    x: float
+    lane: int
+    turn: str
+    title: str
+    side: str
+
+
+def make_flags(styles: Sequence[StyleResult], places: Mapping[str, str]) -> tuple[Flag, ...]:
+    """Place a flag for every style in reach, such that no words meet words or poles.
+
+    Words run to the right of their pole. Going from right to left, each takes the first lane
+    below all the poles it would run across, whose own flags end above it.
+    """
+    reach = [style for style in styles if style.attainable]
+    flags: list[Flag] = []
+    for style in sorted(reach, key=lambda item: -item.turn_refined_deg):
+        x = _PANORAMA_WIDTH * (style.turn_refined_deg / 360.0 + 0.5)
+        side = card.side_of(style, places).partition(" (")[0] if style.side != "none" else ""
+        flag = Flag(x, 0, signed(style.turn_refined_deg), style.title or style.name, side)
+        stop = x + flag_width(flag) + _FLAG_GAP
+        lane = max((other.lane + 1 for other in flags if other.x < stop), default=0)
+        flags.append(replace(flag, lane=lane))
+    return tuple(flags)
+
+
+def flag_width(flag: Flag) -> float:
+    """Width of a flag's words from its pole."""
+    width = 8.0 + text_width(flag.turn, 12, 700)
+    width += 6.0 + text_width(flag.title, 12, 600)
+    return width + (6.0 + text_width(flag.side, 12) if flag.side else 0.0)
+
+
+def lanes_height(flags: Sequence[Flag]) -> float:
+    """Height of the flags under the panorama, logical pixels."""
+    return _FLAG_TOP + _LANE * (1 + max((flag.lane for flag in flags), default=-1))
+
+
+def _draw_panorama(canvas: Canvas, at: Point, environment: Environment, front_deg: float) -> float:
+    """Draw the panorama under its scale of turns.
+
+    Parameters
+    ----------
+    front_deg : float
+        Panorama azimuth at which the photographer stands: it comes to the centre.
+    """
+    x, top = at[0], at[1] + _SCALE_ROOM
+    box = (x, top, _PANORAMA_WIDTH, _PANORAMA_HEIGHT)
+    shown = pictures.panorama(environment, front_deg, canvas.size_of(box))
+    canvas.picture(box, shown, 8.0)
+    draw_scale(canvas, box, "0°", (Dark.CTL, Dark.DIM))
+    _draw_front(canvas, (x + _PANORAMA_WIDTH / 2.0, top))
+    return top + _PANORAMA_HEIGHT
+
+
+def _draw_flags(canvas: Canvas, at: Point, flags: Sequence[Flag]) -> None:
+    """Draw the turns of the styles under the panorama."""
+    x, y = at
+    for flag in flags:
+        foot = y + _FLAG_TOP + _LANE * (flag.lane + 1) - 4.0
+        canvas.stroke([(x + flag.x, y + 8), (x + flag.x, foot)], Dark.CTL, 1.0)
+    for flag in flags:
+        pole = x + flag.x
+        # Amber with a dark edge, so that it holds on any picture.
+        canvas.shape([(pole - 7.5, y + 10), (pole, y - 5.5), (pole + 7.5, y + 10)], Dark.BG)
+        canvas.shape([(pole - 5, y + 8.5), (pole, y - 2), (pole + 5, y + 8.5)], Dark.AMBER)
+        baseline = y + _FLAG_TOP + _LANE * (flag.lane + 1) - 5.0
+        end = canvas.text((pole + 6, baseline), flag.turn, 12, 700, Dark.AMBER)
+        end = canvas.text((end + 6, baseline), flag.title, 12, 600, Dark.TEXT)
+        if flag.side:
+            canvas.text((end + 6, baseline), flag.side, 12, 400, Dark.DIM)
+
+
+def _draw_front(canvas: Canvas, at: Point) -> None:
+    """Mark where the photographer stands at turn 0: a line with a dark edge, and a tag."""
+    x, y = at
+    line = [(x, y), (x, y + _PANORAMA_HEIGHT)]
+    canvas.stroke(line, Dark.TAG, 3.0, opacity=0.6)
+    canvas.stroke(line, Dark.ON_TAG, 1.0)
+    words = "Photographer stands here at turn 0"
+    width = text_width(words, 12, 600) + 16
+    canvas.panel((x - width / 2.0, y + _PANORAMA_HEIGHT - 40, width, 24), Dark.TAG, 4.0)
+    canvas.text((x, y + _PANORAMA_HEIGHT - 24), words, 12, 600, Dark.ON_TAG, "middle")
+
+
+def _draw_aside(canvas: Canvas, at: Point, cards: Sequence[card.CardData]) -> None:
+    """Draw the count and the best style."""
+    x, y = at
+    reach = sum(data.style.attainable for data in cards)
+    end = canvas.text((x, y + 44), str(reach), 48, 700, Dark.TEXT)
+    end = canvas.text((end + 10, y + 44), f"of {len(cards)}", 28, 600, Dark.DIM)
+    canvas.text((x, y + 74), "styles in reach at this place", 16, 600, Dark.TEXT)
+    canvas.panel((x, y + 96, _ASIDE_WIDTH, 1.0), Dark.LINE)
+    if reach:
+        _draw_best(canvas, (x, y + 97), cards[0])
+        return
+    words = (
+        "No style reaches its limits here, at any turn. Look for a place with one strong light"
+        " and shade around it, or bring a lamp."
+    )
+    _paragraph(canvas, (x, y + 132), words, _ASIDE_WIDTH, 14)
+
+
+def _draw_best(canvas: Canvas, at: Point, data: card.CardData) -> None:
+    x, y = at
+    style = data.style
+    title = shorten(style.title or style.name, 20, _ASIDE_WIDTH - 120, 600)
+    end = canvas.text((x, y + 38), title, 20, 600, Dark.TEXT)
+    side = shorten(card.side_of(style, data.places), 14, x + _ASIDE_WIDTH - end - 130)
+    canvas.text((end + 10, y + 38), side, 14, 400, Dark.DIM)
+    canvas.text((x + _ASIDE_WIDTH, y + 38), "best match here", 14, 400, Dark.DIM, "right")
+    turn = style.turn_refined_deg
+    moved = direction_of(turn) != "none"
+    tags = ("Target", f"Here, at {turn_words(turn)}" if moved else "Here, without a turn")
+    for column, (linear, tag) in enumerate(zip((data.target, data.picture), tags, strict=True)):
+        left = x + column * (_PICTURE + 12.0)
+        box = (left, y + 54, _PICTURE, _PICTURE)
+        canvas.picture(box, pictures.portrait(linear, data.coverage, canvas.size_of(box)), 8.0)
+        draw_tag(canvas, (left + 8, y + 54 + _PICTURE - 30), tag)
+    _draw_best_turn(canvas, (x, y + 54 + _PICTURE), data)
+
+
+def _draw_best_turn(canvas: Canvas, at: Point, data: card.CardData) -> None:
+    """Draw the turn in large figures, and which way to walk."""
+    x, y = at
+    style = data.style
+    turn = style.turn_refined_deg
+    direction = direction_of(turn)
+    end = canvas.text((x - 2, y + 66), size_words(turn), 56, 700, Dark.AMBER) + 18
+    start = end
+    if direction != "none":
+        clockwise = direction == "clockwise"
+        card.draw_turn_icon(canvas, (end + 8, y + 34), Dark.AMBER, clockwise=clockwise)
+        start = end + 24
+    canvas.text((start, y + 40), direction_words(turn), 20, 600, Dark.TEXT)
+    canvas.text((end, y + 64), f"good from {arc_words(style.arc_deg)}", 14, 400, Dark.DIM)
+    walk, company = walking_words(direction, Mode.WALK)
+    words = f"{walk}. {company}" if walk else "You and the sitter stay as you stand."
+    _paragraph(canvas, (x, y + 100), words, _ASIDE_WIDTH, 14)
+
+
+def _draw_key(canvas: Canvas, at: Point, width: float, limit: float) -> None:
+    """Draw what the parts of a card mean."""
+    x, y = at
+    rows = (
+        ("Pictures", "left the style under its studio lamps, right this place at the best turn"),
+        ("Turn", "from where the photographer stands at turn 0, as seen from above"),
+        (
+            "Round plot",
+            f"match over the turn, 0° up and clockwise to the right; dashed circle: {limit:.0f}",
+        ),
+        ("Amber", "the best turn, and the turns around it that are within 3 % of it"),
+        ("Match", f"likeness to the target; the tick is the limit of reach, {limit:.0f} of 100"),
+        ("Strength", "depth of light and shadow; the studio has 100"),
+    )
+    canvas.panel((x, y, width, 1.0), Dark.LINE)
+    column_width = (width - (_KEY_COLUMNS - 1) * 32.0) / _KEY_COLUMNS
+    for index, (label, meaning) in enumerate(rows):
+        column, row = divmod(index, 2)
+        left = x + column * (column_width + 32.0)
+        top = y + 32 + row * 44
+        canvas.text((left, top), label, 12, 600, Dark.TEXT)
+        _paragraph(canvas, (left + 84, top), meaning, column_width - 84, 12)
+
+
+def _paragraph(canvas: Canvas, at: Point, text: str, width: float, size: float) -> None:
+    """Draw wrapped text from its first baseline on."""
+    x, y = at
+    leading = size + (6.0 if size > 12 else 4.0)
+    for index, line in enumerate(wrap_text(text, size, width)):
+        canvas.text((x, y + leading * index), line, size, 400, Dark.DIM)

@@ -1,0 +1,261 @@
+"""The page of a set sheet: A4, upright, ink on white; as a picture, or a PDF for printers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import cv2
+import numpy as np
+
+from app.core.base import images
+from app.core.base.files import atomic_write_bytes
+from app.core.solver import pictures
+from app.core.solver.pictures import WELL
+from app.core.text.turns import (
+    Mode,
+    arc_words,
+    clock_words,
+    direction_of,
+    direction_words,
+    side_words,
+    size_words,
+    turn_words,
+    walking_words,
+)
+from app.export.canvas import PIXELS_PER_INCH, Canvas, pdf_bytes, shorten, text_width, wrap_text
+from app.export.set_plan import HEIGHT as PLAN_HEIGHT
+from app.export.set_plan import WIDTH as PLAN_WIDTH
+from app.export.set_plan import draw_curved_arrow, draw_plan, draw_warning
+from app.export.set_strip import HEIGHT as STRIP_HEIGHT
+from app.export.set_strip import background, draw_strip
+from app.export.theme import Print, draw_logo, draw_meter, draw_tag
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from app.core.base.colour import FloatImage
+    from app.export.canvas import Box, Point
+    from app.export.set_sheet import SetSheet
+
+# A4 at 96 logical pixels per inch: 210 x 297 mm.
+WIDTH: Final = 794.0
+HEIGHT: Final = 1123.0
+MARGIN: Final = 44.0
+_INNER: Final = WIDTH - 2 * MARGIN
+_RIGHT: Final = WIDTH - MARGIN
+_GAP: Final = 17.0
+_TURN_TOP: Final = 138.0
+PLAN_AT: Final = (_RIGHT - PLAN_WIDTH, _TURN_TOP)
+_COLUMN: Final = PLAN_AT[0] - MARGIN - 20.0
+_PICTURE: Final = 224.0  # with two gaps the whole width; pictures lie on whole pixels
+_PICTURES_TOP: Final = _TURN_TOP + PLAN_HEIGHT + 18.0
+STRIP_AT: Final = (MARGIN, _PICTURES_TOP + _PICTURE + 18.0)
+_NOTES_TOP: Final = STRIP_AT[1] + STRIP_HEIGHT + 50.0
+_FOOT: Final = HEIGHT - 28.0
+_LABEL: Final = 68.0
+_NOTE_LINES: Final = 3
+_LARGE: Final = 88.0
+_LEADING: Final = 18.0
+
+
+def draw_page(canvas: Canvas, sheet: SetSheet) -> None:
+    """Draw a set sheet."""
+    _draw_header(canvas, sheet)
+    bottom = _draw_turn(canvas, sheet)
+    _draw_facts(canvas, bottom, sheet)
+    draw_plan(canvas, PLAN_AT, sheet)
+    _draw_pictures(canvas, sheet)
+    draw_strip(canvas, STRIP_AT, sheet)
+    _draw_notes(canvas, sheet)
+    _draw_foot(canvas, sheet)
+
+
+def draw(sheet: SetSheet) -> NDArray[np.uint8]:
+    """Draw a set sheet as a picture, (2246, 1588, 3), sRGB, 192 pixels per inch: A4."""
+    canvas = Canvas(WIDTH, HEIGHT, Print.PAPER)
+    draw_page(canvas, sheet)
+    return canvas.pixels
+
+
+def write_png(path: Path, sheet: SetSheet) -> None:
+    """Write a set sheet as a picture, whole or not at all.
+
+    Raises
+    ------
+    CoreError
+        When the file cannot be written.
+    """
+    images.write_png(path, draw(sheet), PIXELS_PER_INCH)
+
+
+def write_pdf(path: Path, sheet: SetSheet) -> None:
+    """Write a set sheet as a PDF of one A4 page whose words can be searched, as `write_png`."""
+    title = f"{sheet.title}, {sheet.place}" if sheet.place else sheet.title
+    data = pdf_bytes(WIDTH, HEIGHT, title, lambda canvas: draw_page(canvas, sheet))
+    atomic_write_bytes(path, data)
+
+
+def _draw_header(canvas: Canvas, sheet: SetSheet) -> None:
+    place = " ".join(sheet.place.replace("_", " ").split()) or "Unnamed place"
+    title = shorten(sheet.title, 32, 0.5 * _INNER, 700)
+    end = canvas.text((MARGIN, 72.0), title, 32, 700, Print.INK)
+    name = shorten(place, 16, _RIGHT - end - 24.0, 600)
+    canvas.text((_RIGHT, 62.0), name, 16, 600, Print.INK, "right")
+    canvas.text((_RIGHT, 81.0), sheet.made, 13, 400, Print.DIM, "right")
+    side = shorten(_side(sheet), 15, 0.5 * _INNER)
+    end = canvas.text((MARGIN, 100.0), side, 15, 400, Print.DIM)
+    room = _RIGHT - end - 24.0
+    lines = wrap_text(sheet.age, 12, room)
+    if len(lines) == 2:
+        # Two lines of about the same length rather than one with a last word under it.
+        half = 0.55 * text_width(sheet.age, 12)
+        balanced = wrap_text(sheet.age, 12, half)
+        lines = balanced if len(balanced) == 2 else lines
+    lines = [*lines[:1], shorten(" ".join(lines[1:]), 12, room)]
+    for line, text in enumerate(lines):
+        canvas.text((_RIGHT, 98.0 + 15.0 * line), text, 12, 400, Print.DIM, "right")
+    canvas.panel((MARGIN, 121.0, _INNER, 1.5), Print.INK)
+
+
+def _side(sheet: SetSheet) -> str:
+    """Name the side twice, or say where the light comes from: "In front, from above"."""
+    return side_words(sheet.side) or sheet.light[:1].upper() + sheet.light[1:]
+
+
+def _draw_turn(canvas: Canvas, sheet: SetSheet) -> float:
+    """Draw the turn in large figures and in words; return where the words end."""
+    y = _TURN_TOP
+    turn = sheet.turn_deg
+    way = direction_of(turn)
+    number, words = size_words(turn), direction_words(turn)
+    room = _COLUMN - 9.0 - text_width(words, 17, 600)
+    size = min(_LARGE, _LARGE * room / text_width(number, _LARGE, 700))
+    end = canvas.text((MARGIN - 3.0, y + 66.0), number, size, 700, Print.AMBER) + 12.0
+    if way != "none":
+        sign = 1.0 if way == "clockwise" else -1.0
+        middle = (end + 14.0, y + 15.0)
+        draw_curved_arrow(canvas, middle, 12.0, (sign * -200.0, sign * 60.0), Print.AMBER)
+        canvas.text((end, y + 66.0), clock_words(turn), 15, 400, Print.INK)
+    canvas.text((end, y + 47.0), words, 17, 600, Print.INK)
+    walk, company = walking_words(way, Mode.WALK)
+    text = f"{walk}, around the sitter." if walk else "You and the sitter stay as you stand."
+    canvas.text((MARGIN, y + 98.0), text, 17, 600, Print.INK)
+    arc = arc_words(sheet.arc_deg)
+    good = "Good at any turn." if arc == "any turn" else f"Good from {arc}."
+    canvas.text((MARGIN, y + 119.0), f"{company} {good}".strip(), 13, 400, Print.DIM)
+    return y + 133.0
+
+
+def _draw_facts(canvas: Canvas, top: float, sheet: SetSheet) -> None:
+    canvas.panel((MARGIN, top, _COLUMN, 1.0), Print.LINE)
+    y = _draw_match(canvas, top + 22.0, sheet)
+    facts = _facts(sheet)
+    room = _COLUMN - _LABEL
+    lines = {f.label: wrap_text(f.text, 13, room, 600 if f.alarm else 400) for f in facts}
+    # What does not fit is left out, the least needed first.
+    for label in ("Light", "Eyes"):
+        height = sum(len(lines[fact.label]) * _LEADING + 6.0 for fact in facts)
+        if y + height > _PICTURES_TOP:
+            facts = [fact for fact in facts if fact.label != label or fact.alarm]
+    for fact in facts:
+        y = _draw_fact(canvas, y, fact, lines[fact.label])
+
+
+@dataclass(frozen=True, slots=True)
+class _Fact:
+    label: str
+    text: str
+    alarm: bool = False
+
+
+def _facts(sheet: SetSheet) -> list[_Fact]:
+    facts = []
+    if sheet.reason is not None:
+        text = f"Out of reach here. {sheet.reason.rstrip('.')}."
+        facts.append(_Fact("Reach", text, alarm=True))
+    if sheet.ratio is not None:
+        facts.append(_Fact("Ratio", f"{sheet.ratio.words.rstrip('.')}."))
+    if sheet.glare is not None:
+        facts.append(_Fact("Eyes", sheet.glare.words, sheet.glare.warns))
+    if sheet.flow is not None:
+        facts.append(_Fact("Light", f"{sheet.flow.words}."))
+    return facts
+
+
+def _draw_match(canvas: Canvas, y: float, sheet: SetSheet) -> float:
+    canvas.text((MARGIN, y), "Match", 13, 600, Print.INK)
+    x = MARGIN + _LABEL
+    # Rounded down, so that what is under the limit never reads as the limit.
+    match, strength = (max(math.floor(value), 0) for value in (sheet.match, sheet.strength))
+    end = canvas.text((x, y), f"{match} of 100", 13, 600, Print.INK)
+    canvas.text((end, y), f", strength {strength}", 13, 400, Print.INK)
+    bar = (x, y + 9.0, _COLUMN - _LABEL, 5.0)
+    draw_meter(canvas, bar, match, sheet.limit, (Print.INK, Print.TRACK, Print.PAPER))
+    return y + 36.0
+
+
+def _draw_fact(canvas: Canvas, y: float, fact: _Fact, lines: Sequence[str]) -> float:
+    """Draw a label with wrapped words beside it; return the next line."""
+    x = MARGIN
+    if fact.alarm:
+        draw_warning(canvas, (MARGIN + 7.5, y - 4.5), Print.INK)
+        x += 19.0
+    canvas.text((x, y), fact.label, 13, 600, Print.INK)
+    for line in lines:
+        canvas.text((MARGIN + _LABEL, y), line, 13, 600 if fact.alarm else 400, Print.INK)
+        y += _LEADING
+    return y + 6.0
+
+
+def _draw_pictures(canvas: Canvas, sheet: SetSheet) -> None:
+    boxes: list[Box] = [
+        (MARGIN + k * (_PICTURE + _GAP), _PICTURES_TOP, _PICTURE, _PICTURE) for k in range(3)
+    ]
+    way = turn_words(sheet.turn_deg)
+    here = "Here, without a turn" if direction_of(sheet.turn_deg) == "none" else f"Here, {way}"
+    tags = ("Target" if sheet.target is not None else "Painted", here, "Behind the sitter")
+    size = canvas.size_of(boxes[0])
+    shown = pictures.portrait(sheet.picture, sheet.coverage, size)
+    views = (_target(sheet, size), shown, background(sheet, size))
+    for box, view, text in zip(boxes, views, tags, strict=True):
+        canvas.picture(box, view, 8.0)
+        place: Point = (box[0] + 8.0, box[1] + box[3] - 30.0)
+        draw_tag(canvas, place, text)
+
+
+def _target(sheet: SetSheet, size: tuple[int, int]) -> FloatImage:
+    if sheet.target is not None:
+        return pictures.portrait(sheet.target, sheet.coverage, size)
+    if sheet.painted is None:
+        return np.full((size[0], size[1], 3), WELL[0] / 255.0, np.float32)
+    method = cv2.INTER_AREA if sheet.painted.shape[0] > size[0] else cv2.INTER_CUBIC
+    painted = cv2.resize(sheet.painted, (size[1], size[0]), interpolation=method)
+    return np.asarray(painted, np.float32) / np.float32(255.0)
+
+
+def _draw_notes(canvas: Canvas, sheet: SetSheet) -> None:
+    y = _NOTES_TOP
+    canvas.text((MARGIN, y), "Notes", 13, 600, Print.INK)
+    x = MARGIN + _LABEL
+    lines = wrap_text(sheet.notes, 13, _RIGHT - x)
+    last = _NOTE_LINES - 1
+    lines = [*lines[:last], shorten(" ".join(lines[last:]), 13, _RIGHT - x)]
+    for line in range(_NOTE_LINES):
+        baseline = y + 22.0 * line
+        canvas.panel((x, baseline + 5.0, _RIGHT - x, 1.0), Print.LINE)
+        text = lines[line] if line < len(lines) else ""
+        canvas.text((x, baseline), text, 13, 400, Print.INK)
+
+
+def _draw_foot(canvas: Canvas, sheet: SetSheet) -> None:
+    logo = (MARGIN + 8.0, _FOOT - 4.5)
+    draw_logo(canvas, logo, (8.0, 6.75, 5.2), (Print.INK, Print.PAPER))
+    canvas.text((MARGIN + 24.0, _FOOT), "Turnlight set sheet", 12, 600, Print.INK)
+    text = "Turns are degrees, clockwise as seen from above."
+    text = f"{sheet.head}. {text}" if sheet.head else text
+    canvas.text((_RIGHT, _FOOT), text, 12, 400, Print.DIM, "right")

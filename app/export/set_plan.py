@@ -1,0 +1,313 @@
+"""The plan from above: where photographer, sitter, background and lamps are, before and after.
+
+Turn 0, where the photographer stands at the start, is up; clockwise goes to the right, as on the
+face of a clock that lies on the floor.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+from app.core.base.angles import difference, wrap
+from app.core.text.turns import direction_of, whole
+from app.export.canvas import around, circle_points, sector, text_width
+from app.export.theme import Print
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.export.canvas import Box, Canvas, Colour, Point
+    from app.export.set_sheet import SetSheet, SheetLamp
+
+WIDTH: Final = 340.0
+HEIGHT: Final = 348.0
+RADIUS: Final = 96.0
+"""Of the circle on which the photographer walks, logical pixels."""
+
+RING: Final = 134.0
+"""Of the circle on which lamps are drawn."""
+
+BACKGROUND_WIDE_DEG: Final = 45.0
+_HEAD: Final = 25.0
+_LEGEND: Final = 46.0
+_TICK: Final = 5.0
+_LABEL: Final = 12.0
+_ASIDE: Final = 18.0  # from a mark to its label
+_NEAR_DEG: Final = 16.0  # below, an arrow is too short to be drawn between the two cameras
+
+
+def centre_of(place: Point) -> Point:
+    """Return the middle of the plan whose upper left corner is at `place`."""
+    return place[0] + WIDTH / 2.0, place[1] + (HEIGHT - _LEGEND) / 2.0 + 4.0
+
+
+def draw_plan(canvas: Canvas, place: Point, sheet: SetSheet) -> None:
+    """Draw the plan."""
+    canvas.panel((*place, WIDTH, HEIGHT), Print.TINT, 8.0)
+    centre = centre_of(place)
+    turn = float(whole(sheet.turn_deg))
+    _draw_ground(canvas, centre, sheet, turn)
+    lamps = sheet.shown
+    for lamp in lamps:
+        _draw_ray(canvas, centre, _turn_of(lamp, sheet))
+    _draw_people(canvas, centre, turn)
+    for lamp in lamps:
+        spot = around(centre, RING, _turn_of(lamp, sheet))
+        draw_lamp(canvas, spot, lamp)
+    _draw_labels(canvas, place, sheet, turn)
+    _draw_legend(canvas, (place[0] + 16.0, place[1] + HEIGHT - _LEGEND), turn)
+
+
+def _turn_of(lamp: SheetLamp, sheet: SetSheet) -> float:
+    return wrap(lamp.azimuth_deg - sheet.front_deg)
+
+
+def _draw_ground(canvas: Canvas, centre: Point, sheet: SetSheet, turn: float) -> None:
+    """Draw what lies under everything: background, tolerance arc, circle, hours."""
+    behind = turn + 180.0
+    half = BACKGROUND_WIDE_DEG / 2.0
+    wedge = [around(centre, 118.0, behind - half + 3.0 * k) for k in range(16)]
+    canvas.shape([centre, *wedge], Print.LINE, 0.55)
+    canvas.stroke(wedge, Print.MIDDLE, 2.5)
+    canvas.shape(sector(centre, RADIUS, sheet.arc_deg), Print.AMBER_FILL, 0.38)
+    canvas.stroke(circle_points(centre, RADIUS, 240), Print.MIDDLE, 1.0, dashes=(3.0, 3.0))
+    for hour in range(12):
+        turn_deg = 30.0 * hour
+        ends = [around(centre, RADIUS - step, turn_deg) for step in (0.0, _TICK)]
+        canvas.stroke(ends, Print.DIM, 1.0)
+    for hour in (12, 3, 6, 9):
+        x, y = around(centre, RADIUS - 18.0, 30.0 * hour)
+        busy = [turn, *(_turn_of(lamp, sheet) for lamp in sheet.shown)]
+        if hour != 12 and all(abs(difference(30.0 * hour, place)) > 11.0 for place in busy):
+            canvas.text((x, y + 4.3), str(hour), 12, 400, Print.DIM, "middle")
+
+
+def _draw_ray(canvas: Canvas, centre: Point, turn_deg: float) -> None:
+    """Draw where a lamp's light goes: a thin line with an arrow head before the head."""
+    tip = around(centre, _HEAD + 14.0, turn_deg)
+    canvas.stroke([around(centre, RING - 14.0, turn_deg), tip], Print.AMBER, 1.25)
+    angle = math.radians(turn_deg)
+    side = (math.cos(angle), math.sin(angle))
+    back = around(centre, _HEAD + 22.0, turn_deg)
+    barbs = [(back[0] + s * side[0], back[1] + s * side[1]) for s in (-4.0, 4.0)]
+    canvas.shape([barbs[0], tip, barbs[1]], Print.AMBER)
+
+
+def _draw_people(canvas: Canvas, centre: Point, turn: float) -> None:
+    moved = direction_of(turn) != "none"
+    if moved:
+        _draw_head(canvas, centre, _HEAD, 0.0, ghost=True)
+        spot = around(centre, RADIUS, 0.0)
+        _draw_camera(canvas, spot, 0.0, ghost=True)
+    _draw_head(canvas, centre, _HEAD, turn, ghost=False)
+    if abs(turn) > 2.0 * _NEAR_DEG:
+        way = 1.0 if turn > 0 else -1.0
+        arc = (way * _NEAR_DEG, turn - way * 9.0)
+        draw_curved_arrow(canvas, centre, RADIUS, arc, Print.AMBER)
+    spot = around(centre, RADIUS, turn)
+    canvas.dot(spot, 16.0, Print.TINT)
+    _draw_camera(canvas, spot, turn, ghost=False)
+    if moved:
+        # Beside the cameras, away from each other.
+        aside = -1.0 if turn > 0 else 1.0
+        far = abs(turn) > _NEAR_DEG
+        first = around(centre, RADIUS + 2.0, aside * 15.0)
+        second = around(centre, RADIUS + 2.0, turn - aside * 15.0)
+        _draw_badge(canvas, first if far else around(centre, RADIUS, aside * 22), "1")
+        _draw_badge(canvas, second, "2")
+
+
+def _draw_labels(canvas: Canvas, place: Point, sheet: SetSheet, turn: float) -> None:
+    """Write what lamps and background are, where there is room for it."""
+    centre = centre_of(place)
+    taken: list[Box] = [
+        _box_around(around(centre, RADIUS, turn), 22.0),
+        _box_around(around(centre, RADIUS, 0.0), 20.0),
+    ]
+    lamps = sheet.shown
+    taken += [_box_around(around(centre, RING, _turn_of(lamp, sheet)), 14.0) for lamp in lamps]
+    bounds = (place[0] + 6.0, place[1] + 6.0, WIDTH - 12.0, HEIGHT - _LEGEND - 8.0)
+    wanted = [("Background", turn + 180.0, 118.0, Print.DIM)]
+    wanted += [(_lamp_words(lamp), _turn_of(lamp, sheet), RING, Print.INK) for lamp in lamps]
+    for text, turn_deg, radius, colour in wanted:
+        width = text_width(text, _LABEL, 500)
+        box = _room(centre, radius, turn_deg, width, taken, bounds)
+        taken.append(box)
+        canvas.panel((box[0] - 2, box[1], box[2] + 4, box[3]), Print.TINT, 2.0)
+        canvas.text((box[0], box[1] + 12.0), text, _LABEL, 500, colour)
+
+
+def _lamp_words(lamp: SheetLamp) -> str:
+    name = "Sun" if lamp.sun else lamp.name
+    height = f"{abs(round(lamp.elevation_deg))}° {'up' if lamp.elevation_deg >= 0 else 'down'}"
+    share = math.floor(100.0 * lamp.share)
+    return f"{name} {share} %, {height}" if share >= 1 else f"{name}, {height}"
+
+
+def _box_around(spot: Point, reach: float) -> Box:
+    return spot[0] - reach, spot[1] - reach, 2.0 * reach, 2.0 * reach
+
+
+def _room(
+    centre: Point, radius: float, turn_deg: float, width: float, taken: list[Box], bounds: Box
+) -> Box:
+    """Find a place for a label beside its mark: the first that covers nothing, else the best.
+
+    It is tried on the side away from the middle first.
+    """
+    x, y = around(centre, radius, turn_deg)
+    height = _LABEL + 4.0
+    right, left, level = x + _ASIDE, x - _ASIDE - width, y - height / 2.0
+    sides = [(right, level), (left, level)] if x >= centre[0] else [(left, level), (right, level)]
+    above, below = (x - width / 2.0, y - _ASIDE - height), (x - width / 2.0, y + _ASIDE)
+    poles = [above, below] if y < centre[1] else [below, above]
+    steep = abs(math.cos(math.radians(turn_deg))) > 0.85
+    spots = [poles[0], *sides, poles[1]] if steep else [*sides, *poles]
+    spots += [(at, level + step) for step in (-14.0, 14.0, -24.0, 24.0) for at, _ in sides]
+    boxes = [
+        (
+            min(max(spot[0], bounds[0]), bounds[0] + bounds[2] - width),
+            min(max(spot[1], bounds[1]), bounds[1] + bounds[3] - height),
+            width,
+            height,
+        )
+        for spot in spots
+    ]
+
+    def cost(box: Box) -> float:
+        # The inside of the circle is full of arrows.
+        across = [box[0] + share * box[2] for share in (0.0, 0.25, 0.5, 0.75, 1.0)]
+        middle = box[1] + height / 2.0 - centre[1]
+        inside = sum(math.hypot(x - centre[0], middle) < RADIUS + 10.0 for x in across)
+        return sum(overlap(box, other) for other in taken) + 60.0 * inside
+
+    return min(boxes, key=cost)
+
+
+def overlap(a: Box, b: Box) -> float:
+    """Return the area that two boxes share."""
+    across = min(a[0] + a[2], b[0] + b[2]) - max(a[0], b[0])
+    down = min(a[1] + a[3], b[1] + b[3]) - max(a[1], b[1])
+    return max(across, 0.0) * max(down, 0.0)
+
+
+def _draw_legend(canvas: Canvas, place: Point, turn: float) -> None:
+    x, y = place
+    if direction_of(turn) == "none":
+        text = "From above. You and the sitter stay as you stand."
+        canvas.text((x, y + 24.0), text, 12, 400, Print.DIM)
+        return
+    canvas.panel((x, y, WIDTH - 32.0, 1.0), Print.LINE)
+    _draw_badge(canvas, (x + 8.0, y + 16.0), "1")
+    end = canvas.text((x + 22.0, y + 20.3), "You at the start", 12, 400, Print.INK)
+    _draw_badge(canvas, (end + 22.0, y + 16.0), "2")
+    end = canvas.text((end + 36.0, y + 20.3), "You after", 12, 400, Print.INK)
+    canvas.panel((end + 14.0, y + 10.0, 12.0, 12.0), Print.AMBER_FILL, 3.0)
+    canvas.text((end + 32.0, y + 20.3), "good turns", 12, 400, Print.INK)
+    text = "Seen from above. The sitter faces you throughout."
+    canvas.text((x, y + 38.0), text, 12, 400, Print.DIM)
+
+
+def _draw_head(canvas: Canvas, centre: Point, size: float, turn_deg: float, *, ghost: bool) -> None:
+    """Draw a head from above.
+
+    Parameters
+    ----------
+    turn_deg : float
+        Where it faces: 0 up, clockwise to the right.
+    """
+
+    def turned(points: Sequence[Point]) -> list[Point]:
+        return _placed([(size * x, size * y) for x, y in points], centre, turn_deg)
+
+    skull = turned([(0.78 * x, y) for x, y in circle_points((0.0, 0.0), 1.0)])
+    nose = turned([(-0.17, -0.95), (-0.12, -1.2), (0.0, -1.27), (0.12, -1.2), (0.17, -0.95)])
+    if ghost:
+        canvas.stroke(skull, Print.MIDDLE, 1.25, dashes=(3.0, 3.0))
+        canvas.stroke(nose, Print.MIDDLE, 1.25)
+        return
+    for side in (-1.0, 1.0):
+        ear = [(0.13 * x + side * 0.82, 0.24 * y + 0.05) for x, y in circle_points((0, 0), 1.0)]
+        canvas.shape(turned(ear), Print.PAPER)
+        canvas.stroke(turned(ear), Print.INK, 1.75, closed=True)
+    canvas.shape(skull, Print.PAPER)
+    canvas.stroke(skull, Print.INK, 2.0, closed=True)
+    canvas.shape(nose, Print.PAPER)
+    canvas.stroke(nose, Print.INK, 2.0)
+
+
+def _draw_camera(canvas: Canvas, centre: Point, turn_deg: float, *, ghost: bool) -> None:
+    """Draw a camera from above that stands at a turn and looks toward the middle.
+
+    Parameters
+    ----------
+    turn_deg : float
+        Where it stands: 0 above the middle, clockwise to the right.
+    """
+    # Up is away from the middle; the lens points down, toward it.
+    body = _placed([(-11, -7), (11, -7), (11, 4), (-11, 4)], centre, turn_deg)
+    lens = _placed([(-5, 4), (5, 4), (6, 9), (-6, 9)], centre, turn_deg)
+    edge = Print.MIDDLE if ghost else Print.INK
+    for shape in (lens, body):
+        canvas.stroke(shape, edge, 2.5, closed=True)
+        canvas.shape(shape, Print.PAPER if ghost else Print.INK)
+
+
+def _placed(points: Sequence[Point], centre: Point, turn_deg: float) -> list[Point]:
+    """Turn a drawing clockwise about its origin, and put that at a place."""
+    angle = math.radians(turn_deg)
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return [
+        (centre[0] + x * cosine - y * sine, centre[1] + x * sine + y * cosine) for x, y in points
+    ]
+
+
+def draw_curved_arrow(
+    canvas: Canvas, centre: Point, radius: float, arc: tuple[float, float], colour: Colour
+) -> None:
+    """Draw a thick arc with an arrow head at its end.
+
+    Parameters
+    ----------
+    arc : tuple of float
+        Turns (from, to), 0 up, clockwise to the right; the second is less for the other way.
+    """
+    start, stop = arc
+    way = 1.0 if stop >= start else -1.0
+    tip = math.degrees(11.0 / radius) * way
+    steps = max(int(abs(stop - start) / 2.0), 2)
+    ends = [start + (stop - tip * 0.8 - start) * k / steps for k in range(steps + 1)]
+    canvas.stroke([around(centre, radius, turn) for turn in ends], colour, 3.5)
+    back = stop - tip
+    barbs = [around(centre, radius + step, back) for step in (7.0, -7.0)]
+    canvas.shape([barbs[0], around(centre, radius, stop), barbs[1]], colour)
+
+
+def draw_lamp(canvas: Canvas, centre: Point, lamp: SheetLamp) -> None:
+    """Draw a lamp: an amber disc with its letter, or the sun with its rays."""
+    if lamp.sun:
+        for k in range(8):
+            ray = [around(centre, reach, 45.0 * k) for reach in (11.5, 15.5)]
+            canvas.stroke(ray, Print.INK, 3.0)
+            canvas.stroke(ray, Print.AMBER_FILL, 1.25)
+    canvas.dot(centre, 9.5, Print.INK)
+    canvas.dot(centre, 8.25, Print.AMBER_FILL)
+    if not lamp.sun:
+        canvas.text((centre[0], centre[1] + 4.3), lamp.name, 12, 600, Print.INK, "middle")
+
+
+def _draw_badge(canvas: Canvas, centre: Point, number: str) -> None:
+    """Draw a small number in a circle."""
+    canvas.dot(centre, 8.5, Print.PAPER)
+    canvas.dot(centre, 7.5, Print.INK)
+    canvas.text((centre[0], centre[1] + 4.2), number, 12, 600, Print.PAPER, "middle")
+
+
+def draw_warning(canvas: Canvas, centre: Point, colour: Colour) -> None:
+    """Draw a triangle with an exclamation mark, 16 px."""
+    x, y = centre
+    triangle = [(x, y - 6.5), (x + 7.5, y + 6.5), (x - 7.5, y + 6.5)]
+    canvas.stroke(triangle, colour, 1.75, closed=True)
+    canvas.stroke([(x, y - 2.0), (x, y + 1.8)], colour, 1.75)
+    canvas.dot((x, y + 4.4), 1.1, colour)

@@ -1,0 +1,240 @@
+"""What a set sheet shows, and putting it together from the results of a place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.core.base.angles import difference
+from app.core.hdr.display import display_panorama
+from app.core.hdr.frame import Merged
+from app.core.hdr.lights import find_lights
+from app.core.portrait.glare import eye_light, glare, light_flow
+from app.core.portrait.ratio import lighting_ratio
+from app.core.solver.environment import reduce_radiance
+from app.core.solver.portraits import value_at
+from app.core.solver.transport import render, to_image
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.core.base.colour import FloatImage
+    from app.core.portrait.glare import Flow, Glare
+    from app.core.portrait.ratio import LightingRatio
+    from app.core.solver.solve import StyleResult
+    from app.core.solver.transport import Transport
+
+Bytes: TypeAlias = NDArray[np.uint8]
+
+_LEAST_SHARE: Final = 0.03
+_MOST_LAMPS: Final = 4
+_WIDEST: Final = 4096
+_SUN_DEG: Final = 4.0
+
+
+@dataclass(frozen=True, slots=True)
+class SheetLamp:
+    """A light of the place, as marked on plan and panorama.
+
+    Attributes
+    ----------
+    azimuth_deg, elevation_deg : float
+        In the panorama's frame, deg.
+    share : float
+        Of all the light of the place, 0 to 1.
+    """
+
+    name: str
+    azimuth_deg: float
+    elevation_deg: float
+    share: float
+    sun: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SetSheet:
+    """One page: a style at a place.
+
+    Attributes
+    ----------
+    turn_deg : float
+        From where the photographer stands at the start, deg, positive clockwise seen from above.
+    arc_deg : tuple of float
+        Tolerance arc (from, to), clockwise, deg.
+    picture : NDArray[np.float32], (N, N, 3)
+        Linear Rec. 709 picture of the head here, on black.
+    coverage : NDArray[np.float32], (N, N)
+        Share of each pixel that the head covers.
+    panorama : NDArray[np.uint8], (H, 2 H, 3)
+        SRGB panorama as measured; 2,048 columns or more look sharp.
+    target : NDArray[np.float32], (N, N, 3), or None
+        Linear picture under the style's own lamps; None for a painted style.
+    painted : NDArray[np.uint8], (h, h, 3), or None
+        SRGB picture of what was painted, shown instead of a target.
+    front_deg : float
+        Panorama azimuth at which the photographer stands at the start, deg.
+    reason : str or None
+        Why the style is out of reach here; None where it is in reach.
+    ratio, glare, flow : optional
+        Of the picture and the light at this turn; None leaves the line out.
+    """
+
+    title: str
+    side: str
+    turn_deg: float
+    arc_deg: tuple[float, float]
+    match: float
+    strength: float
+    picture: FloatImage = field(repr=False)
+    coverage: FloatImage = field(repr=False)
+    panorama: Bytes = field(repr=False)
+    place: str
+    target: FloatImage | None = field(default=None, repr=False)
+    painted: Bytes | None = field(default=None, repr=False)
+    light: str = ""
+    front_deg: float = 0.0
+    lamps: tuple[SheetLamp, ...] = ()
+    reason: str | None = None
+    limit: float = 45.0
+    ratio: LightingRatio | None = None
+    glare: Glare | None = None
+    flow: Flow | None = None
+    made: str = ""
+    age: str = ""
+    head: str = ""
+    notes: str = ""
+
+    @property
+    def shown(self) -> tuple[SheetLamp, ...]:
+        """The lamps that are drawn: the sun, and up to four with a fair share of the light."""
+        fair = [lamp for lamp in self.lamps if lamp.sun or lamp.share >= _LEAST_SHARE]
+        return tuple(sorted(fair, key=lambda lamp: not lamp.sun)[:_MOST_LAMPS])
+
+
+def lamps_of(radiance: FloatImage, sun: tuple[float, float] | None = None) -> tuple[SheetLamp, ...]:
+    """Find the lamps of an environment.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, 2 H, 3)
+        Linear Rec. 709 radiance, panorama frame, any exposure.
+    sun : tuple of float, optional
+        Azimuth and elevation of the sun where it is known, deg; the lamp there is the sun.
+
+    Raises
+    ------
+    ProbeError
+        If it is not a full panorama, or is black.
+    """
+    nothing = np.zeros(radiance.shape[:2], np.float32)
+    found = find_lights(Merged(radiance, nothing, nothing, 0.0, float("inf")))
+    return tuple(
+        SheetLamp(
+            light.id,
+            light.azimuth_deg,
+            light.elevation_deg,
+            light.share,
+            _is_near(light.azimuth_deg, light.elevation_deg, sun),
+        )
+        for light in found
+    )
+
+
+def _is_near(azimuth: float, elevation: float, sun: tuple[float, float] | None) -> bool:
+    if sun is None:
+        return False
+    aside = abs(difference(azimuth, sun[0])) * np.cos(np.radians(elevation))
+    return bool(np.hypot(aside, elevation - sun[1]) < _SUN_DEG)
+
+
+def assemble(
+    result: StyleResult,
+    transport: Transport,
+    radiance: FloatImage,
+    *,
+    place: str,
+    target: FloatImage | None = None,
+    light: str = "",
+    front_deg: float = 0.0,
+    turn_deg: float | None = None,
+    panorama: NDArray[np.uint8] | None = None,
+    lamps: Sequence[SheetLamp] | None = None,
+    sun: tuple[float, float] | None = None,
+    limit: float = 45.0,
+    made: str = "",
+    age: str = "",
+    head: str = "",
+    notes: str = "",
+) -> SetSheet:
+    """Make the set sheet of a style at a place.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, 2 H, 3)
+        Linear Rec. 709 environment as measured.
+    target : NDArray[np.float32], (N, N, 3), optional
+        Linear target picture.
+    front_deg : float, optional
+        Panorama azimuth at which the photographer stands, deg.
+    turn_deg : float, optional
+        Another turn than the best one, deg; match and strength are then read between the turns
+        of the grid, and the arc is that of the peak it lies on.
+    panorama : NDArray[np.uint8], (h, 2 h, 3), optional
+        SRGB picture of the environment where there is one; made of it by default.
+    sun : tuple of float, optional
+        Panorama azimuth and elevation of the sun where it is known, deg.
+
+    Raises
+    ------
+    CoreError
+        If the environment is no panorama, or black.
+    """
+    turn = result.turn_refined_deg if turn_deg is None else turn_deg
+    match, strength, arc = _at_turn(result, turn_deg)
+    facing = turn + front_deg
+    pixels = render(transport, reduce_radiance(radiance, transport.environment_shape, facing))
+    seen = eye_light(radiance)
+    found = lamps_of(radiance, sun) if lamps is None else tuple(lamps)
+    wide = min(radiance.shape[1], _WIDEST)
+    shown = display_panorama(radiance, width=wide) if panorama is None else panorama
+    return SetSheet(
+        title=result.title or result.name,
+        side=result.side,
+        turn_deg=turn,
+        arc_deg=arc,
+        match=match,
+        strength=strength,
+        picture=to_image(transport, pixels),
+        coverage=to_image(transport, transport.coverage),
+        panorama=shown,
+        place=place,
+        target=target,
+        light=light,
+        front_deg=front_deg,
+        lamps=found,
+        reason=result.reason,
+        limit=limit,
+        ratio=lighting_ratio(transport, pixels),
+        glare=glare(seen, facing, sun),
+        flow=light_flow(seen, facing),
+        made=made,
+        age=age,
+        head=head,
+        notes=notes,
+    )
+
+
+def _at_turn(
+    result: StyleResult, turn_deg: float | None
+) -> tuple[float, float, tuple[float, float]]:
+    """Read match, strength and arc at a turn."""
+    if turn_deg is None:
+        return result.match, result.strength, result.arc_deg
+    peak = min(result.peaks, key=lambda p: abs(difference(p.turn_refined_deg, turn_deg)))
+    match, strength = (
+        value_at(curve, turn_deg) for curve in (result.match_curve, result.strength_curve)
+    )
+    return match, strength, peak.arc_deg

@@ -1,0 +1,121 @@
+"""Colours of the sheets, and the small drawings that they share.
+
+Every surface is neutral (equal red, green and blue), so that the tone of pictures can be judged
+on it. Amber means light and turn and nothing else.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from app.core.text.turns import signed
+from app.export.canvas import Colour, around, text_width
+
+if TYPE_CHECKING:
+    from app.export.canvas import Anchor, Box, Canvas, Point
+
+
+class Dark:
+    """The dark theme of the window, for what is looked at on screens."""
+
+    BG: Final[Colour] = (0x16, 0x16, 0x16)
+    PANEL: Final[Colour] = (0x1E, 0x1E, 0x1E)
+    LINE: Final[Colour] = (0x38, 0x38, 0x38)
+    CTL: Final[Colour] = (0x7D, 0x7D, 0x7D)
+    TEXT: Final[Colour] = (0xED, 0xED, 0xED)
+    DIM: Final[Colour] = (0xB4, 0xB4, 0xB4)
+    TRACK: Final[Colour] = (0x3B, 0x3B, 0x3B)
+    AMBER: Final[Colour] = (0xF2, 0xBC, 0x4B)
+    TAG: Final[Colour] = (0x10, 0x10, 0x10)
+    ON_TAG: Final[Colour] = (0xF5, 0xF5, 0xF5)
+
+
+class Print:
+    """A printed page: ink on white paper."""
+
+    PAPER: Final[Colour] = (0xFF, 0xFF, 0xFF)
+    INK: Final[Colour] = (0x1A, 0x1A, 0x1A)
+    DIM: Final[Colour] = (0x51, 0x51, 0x51)
+    MIDDLE: Final[Colour] = (0x9A, 0x9A, 0x9A)
+    LINE: Final[Colour] = (0xC6, 0xC6, 0xC6)
+    TINT: Final[Colour] = (0xF4, 0xF4, 0xF4)
+    TRACK: Final[Colour] = (0xD8, 0xD8, 0xD8)
+    AMBER: Final[Colour] = (0x7A, 0x4E, 0x00)
+    AMBER_FILL: Final[Colour] = Dark.AMBER
+    TAG: Final[Colour] = Dark.TAG
+    ON_TAG: Final[Colour] = Dark.ON_TAG
+
+
+def draw_tag(canvas: Canvas, place: Point, text: str) -> None:
+    """Draw white words on a dark tag, 22 high, its upper left corner at `place`."""
+    canvas.panel((*place, text_width(text, 12, 500) + 16.0, 22.0), Dark.TAG, 4.0)
+    canvas.text((place[0] + 8.0, place[1] + 15.5), text, 12, 500, Dark.ON_TAG)
+
+
+def draw_logo(
+    canvas: Canvas, centre: Point, radii: tuple[float, float, float], colours: tuple[Colour, Colour]
+) -> None:
+    """Draw a head lit from one side: half a disc of light in a ring.
+
+    Parameters
+    ----------
+    radii : tuple of float
+        Of the ring, outside and inside, and of the disc.
+    colours : tuple of Colour
+        Of the ring and of the ground.
+    """
+    canvas.dot(centre, radii[0], colours[0])
+    canvas.dot(centre, radii[1], colours[1])
+    canvas.shape([around(centre, radii[2], 180.0 * k / 48) for k in range(49)], Dark.AMBER)
+
+
+def draw_scale(canvas: Canvas, box: Box, zero: str, colours: tuple[Colour, Colour]) -> None:
+    """Draw turns from -180 to 180 over a panorama; the outermost two stay inside its ends.
+
+    Parameters
+    ----------
+    zero : str
+        What is written at turn 0.
+    colours : tuple of Colour
+        Of the ticks, and of all numbers but that at 0.
+    """
+    x, top, width, _ = box
+    for degrees in range(-180, 181, 15):
+        tick = x + width * (degrees / 360.0 + 0.5)
+        labelled = degrees % 45 == 0
+        inside = min(max(tick, x + 0.5), x + width - 0.5)
+        canvas.stroke([(inside, top - (9.0 if labelled else 6.0)), (inside, top - 3)], colours[0])
+        if degrees == 0:
+            canvas.text((tick, top - 13), zero, 12, 600, Dark.TEXT, "middle")
+        elif labelled:
+            draw_degrees(canvas, (tick, top - 13), degrees, colours[1])
+
+
+def draw_degrees(canvas: Canvas, at: Point, degrees: int, colour: Colour) -> None:
+    """Draw a number of a scale; both its ends are written with their sign, inside it."""
+    ends: dict[int, Anchor] = {-180: "left", 180: "right"}
+    text = "−180°" if degrees == -180 else signed(degrees)
+    canvas.text(at, text, 12, 400, colour, ends.get(degrees, "middle"))
+
+
+def draw_meter(
+    canvas: Canvas, box: Box, match: float, limit: float, colours: tuple[Colour, Colour, Colour]
+) -> None:
+    """Draw a bar of 100 with a tick at the limit, which stands out 3 px above and below.
+
+    Parameters
+    ----------
+    match : float
+        0 to 100; outside it is clipped.
+    colours : tuple of Colour
+        Of the bar, of what it runs in, and of the ground.
+    """
+    x, y, width, height = box
+    colour, track, ground = colours
+    canvas.panel(box, track, height / 2.0)
+    filled = width * min(max(match, 0.0), 100.0) / 100.0
+    if filled >= height:
+        canvas.panel((x, y, filled, height), colour, height / 2.0)
+    at = x + width * limit / 100.0
+    canvas.panel((at - 2.0, y - 3.0, 4.0, height + 6.0), ground)
+    canvas.panel((at - 0.75, y - 3.0, 1.5, height + 6.0), colour)

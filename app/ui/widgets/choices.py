@@ -1,0 +1,380 @@
+"""One of a few, side by side, and sliders with their value in words."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from PySide6.QtCore import QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QResizeEvent, QWheelEvent
+from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QSizePolicy, QSlider, QWidget
+
+from app.ui.theme import theme
+from app.ui.widgets.accessibility import describe
+from app.ui.widgets.buttons import Pressable
+from app.ui.widgets.paint import MIDDLE, RIGHT, box, hover_fill, put_text, selected_edge, text_width
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+
+_RAIL: Final = 4
+_KNOB: Final = 16
+_HIT: Final = 32
+_LABEL: Final = 20
+_CENTRE: Final = 30
+_GAP: Final = 8
+_WHEEL_STEP: Final = 120
+_DOWN: Final = frozenset({Qt.Key.Key_Left, Qt.Key.Key_Down})
+_UP: Final = frozenset({Qt.Key.Key_Right, Qt.Key.Key_Up})
+_FAST: Final = 10
+
+
+class LabelledSlider(QSlider):
+    """A slider; its label and value in words stand above the rail, or before and after it.
+
+    Wheel and arrows step, Page Up and Page Down step ten times as far, Home and End go to the
+    ends, a double click goes back to the default.
+
+    Raises
+    ------
+    ValueError
+        When the ends or the step leave nothing to choose.
+    """
+
+    changed = Signal(float)
+    settled = Signal(float)
+
+    def __init__(
+        self,
+        name: str,
+        minimum: float,
+        maximum: float,
+        value: float,
+        step: float,
+        words: Callable[[float], str],
+        default: float | None = None,
+        inline: bool = False,
+    ) -> None:
+        super().__init__(Qt.Orientation.Horizontal)
+        if not (minimum < maximum and 0 < step <= maximum - minimum):
+            raise ValueError(f"no values between {minimum} and {maximum} by {step}")
+        self._low, self._step, self._words = minimum, step, words
+        self._default = value if default is None else default
+        self._inline = inline
+        self._wheel = 0
+        self.setRange(0, round((maximum - minimum) / step))
+        self.setAccessibleName(name)
+        self.setAttribute(Qt.WidgetAttribute.WA_Hover)
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        t = theme()
+        self._value_width = max(text_width(t.font(14), words(v)) for v in (minimum, maximum, value))
+        self.set_value(value)
+
+    @property
+    def amount(self) -> float:
+        """The value now."""
+        return self._low + self.value() * self._step
+
+    def set_value(self, value: float) -> None:
+        """Move the knob without telling anybody."""
+        if not self.isSliderDown() and math.isfinite(value):
+            self._put(round((value - self._low) / self._step))
+
+    def _put(self, position: int) -> bool:
+        before = self.value()
+        self.setValue(position)
+        words = self._words(self.amount)
+        self.setAccessibleDescription(words)
+        self._value_width = max(self._value_width, text_width(theme().font(14), words))
+        self.update()
+        return self.value() != before
+
+    def _move(self, position: int, settle: bool = True) -> None:
+        """Move the knob for the user."""
+        if self._put(position):
+            self.changed.emit(self.amount)
+            if settle:
+                self.settled.emit(self.amount)
+
+    def reset(self) -> None:
+        """Go back to the default and tell everybody."""
+        self._move(round((self._default - self._low) / self._step))
+
+    def sizeHint(self) -> QSize:
+        """Room for label, rail and value."""
+        t = theme()
+        label = text_width(t.font(14), self.accessibleName())
+        if self._inline:
+            return QSize(label + self._value_width + t.px(168), t.px(_HIT))
+        return QSize(max(label + self._value_width + t.px(_GAP), t.px(120)), t.px(44))
+
+    def minimumSizeHint(self) -> QSize:
+        """Give the smallest useful size."""
+        hint = self.sizeHint()
+        return QSize(hint.width() - theme().px(88), hint.height()) if self._inline else hint
+
+    def _rail(self) -> QRectF:
+        """Give the rail between the outermost edges of the knob."""
+        t = theme()
+        left, right = 0.0, float(self.width())
+        if self._inline:
+            left = text_width(t.font(14), self.accessibleName()) + t.px(_GAP)
+            right -= self._value_width + t.px(_GAP)
+        middle = self.height() / 2 if self._inline else t.px(_CENTRE)
+        return QRectF(left, middle - t.px(_RAIL) / 2, max(right - left, 1.0), t.px(_RAIL))
+
+    def _knob(self) -> QRectF:
+        rail, side = self._rail(), float(theme().px(_KNOB))
+        share = self.value() / self.maximum()
+        left = rail.left() + share * (rail.width() - side)
+        return QRectF(left, rail.center().y() - side / 2, side, side)
+
+    def focus_shape(self) -> tuple[QRect, int]:
+        """Give the knob: that is what the keys move."""
+        knob = self._knob().toAlignedRect()
+        return knob, knob.height() // 2
+
+    def _position_at(self, x: float) -> int:
+        rail, side = self._rail(), theme().px(_KNOB)
+        share = (x - rail.left() - side / 2) / max(rail.width() - side, 1.0)
+        return round(min(max(share, 0.0), 1.0) * self.maximum())
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Take the knob, or bring it here when the rail is pressed."""
+        rail, reach = self._rail(), theme().px(_HIT) / 2
+        here = event.position()
+        outside = abs(here.y() - rail.center().y()) > reach
+        if event.button() != Qt.MouseButton.LeftButton or outside:
+            event.ignore()
+            return
+        self.setSliderDown(True)
+        if not self._knob().contains(here):
+            self._move(self._position_at(here.x()), settle=False)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Follow a drag."""
+        if self.isSliderDown():
+            self._move(self._position_at(event.position().x()), settle=False)
+
+    def mouseReleaseEvent(self, _event: QMouseEvent) -> None:
+        """End a click or drag."""
+        if self.isSliderDown():
+            self.setSliderDown(False)
+            self.settled.emit(self.amount)
+
+    def mouseDoubleClickEvent(self, _event: QMouseEvent) -> None:
+        """Go back to the default."""
+        self.reset()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Step once per notch; finer wheels are added up."""
+        self._wheel += event.angleDelta().y() or event.angleDelta().x()
+        steps = int(self._wheel / _WHEEL_STEP)
+        self._wheel -= steps * _WHEEL_STEP
+        if steps:
+            self._move(self.value() + steps)
+        event.accept()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Step with arrows, page keys, Home and End."""
+        key = Qt.Key(event.key())
+        fast = max(1, min(_FAST, self.maximum() // 4))
+        jumps = {Qt.Key.Key_PageDown: -fast, Qt.Key.Key_PageUp: fast}
+        if key in _DOWN or key in _UP:
+            step = fast if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else 1
+            self._move(self.value() + (step if key in _UP else -step))
+        elif key in jumps:
+            self._move(self.value() + jumps[key])
+        elif key in (Qt.Key.Key_Home, Qt.Key.Key_End):
+            self._move(0 if key == Qt.Key.Key_Home else self.maximum())
+        else:
+            event.ignore()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        on = self.isEnabled()
+        top = QRectF(0, 0, self.width(), self.height() if self._inline else t.px(_LABEL))
+        ink = t.c.text if on else t.c.dis
+        put_text(painter, top, self.accessibleName(), t.font(14), t.c.dim if on else t.c.dis)
+        put_text(painter, top, self._words(self.amount), t.font(14), ink, RIGHT)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        rail, knob = self._rail(), self._knob()
+        radius = rail.height() / 2
+        painter.setBrush(t.c.track)
+        painter.drawRoundedRect(rail, radius, radius)
+        painter.setBrush(ink)
+        rail.setRight(knob.center().x())
+        painter.drawRoundedRect(rail, radius, radius)
+        if on and (self.underMouse() or self.isSliderDown()):
+            grow = t.px(1) * (2 if self.isSliderDown() else 1)
+            knob.adjust(-grow, -grow, grow, grow)
+        painter.drawEllipse(knob)
+
+
+Item: TypeAlias = "tuple[str, str] | tuple[str, str, str]"
+
+_INSET: Final = 3
+_PADDING: Final = 12
+_BACK: Final = frozenset({Qt.Key.Key_Left, Qt.Key.Key_Up})
+_ON: Final = frozenset({Qt.Key.Key_Right, Qt.Key.Key_Down})
+
+
+class _Part(Pressable):
+    """One of the parts."""
+
+    def __init__(self, text: str, second: str) -> None:
+        super().__init__(text, tip="")
+        self.second = second
+        self.setCheckable(True)
+        self.setText(text)
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Expanding)
+        self._describe()
+
+    def set_words(self, text: str, second: str) -> None:
+        self.second = second
+        self.setText(text)
+        self._describe()
+        self.updateGeometry()
+        self.update()
+
+    def _describe(self) -> None:
+        describe(self, f"{self.text()}, {self.second}" if self.second else self.text(), tip="")
+
+    def sizeHint(self) -> QSize:
+        """Give the size as designed."""
+        t = theme()
+        # The chosen part is bolder; none may change its width when it is chosen.
+        width = max(text_width(t.font(14, 600), self.text()), text_width(t.font(12), self.second))
+        height = 48 if self.second else 32
+        return QSize(width + 2 * t.px(_PADDING), t.px(height))
+
+    def minimumSizeHint(self) -> QSize:
+        """Give the smallest useful size: the words whole, with less around them."""
+        t, full = theme(), self.sizeHint()
+        # Half of the padding, and what a wider edge takes.
+        return full - QSize(t.px(_PADDING), 2 * (t.line_width - 1))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Say in a tool tip what is cut off."""
+        super().resizeEvent(event)
+        cut = self.width() < self.minimumSizeHint().width()
+        describe(self, self.accessibleName(), tip=None if cut else "")
+
+    def focus_shape(self) -> tuple[QRect, int]:
+        """Give what the focus ring goes around."""
+        return self.rect(), theme().px(5)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        ink, second_ink = t.c.dim, t.c.dim
+        if self.isChecked():
+            ink = t.c.panel if t.contrast else t.c.text
+            second_ink = ink if t.contrast else t.c.dim
+            fill = t.c.text if t.contrast else t.c.raised
+            width = selected_edge(t) if self.isDown() else t.line_width
+            edge = t.c.ctl if self.isEnabled() else t.c.line
+            box(painter, self.rect(), t.px(5), fill, edge, width)
+        elif self.isDown():
+            box(painter, self.rect(), t.px(5), hover_fill(t), t.c.ctl, selected_edge(t))
+        elif self.hovered():
+            box(painter, self.rect(), t.px(5), hover_fill(t))
+        if not self.isEnabled():
+            ink = second_ink = t.c.dis
+        font = t.font(14, 600 if self.isChecked() else 400)
+        area = QRectF(self.rect())
+        if not self.second:
+            put_text(painter, area, self.text(), font, ink, MIDDLE)
+            return
+        first = QRectF(0, area.height() / 2 - t.px(19), area.width(), t.px(20))
+        below = QRectF(0, first.bottom(), area.width(), t.px(16))
+        put_text(painter, first, self.text(), font, ink, MIDDLE)
+        put_text(painter, below, self.second, t.font(12), second_ink, MIDDLE)
+
+
+class Segmented(QWidget):
+    """A choice of one among a few, one stop for Tab; arrows move inside it.
+
+    The first of the items, (key, text) or (key, text, second line), is chosen. With `equal` all
+    parts are equally wide and fill the width there is.
+    """
+
+    chosen = Signal(str)
+
+    def __init__(self, items: Sequence[Item], name: str = "", equal: bool = False) -> None:
+        super().__init__()
+        t = theme()
+        self.setAccessibleName(name)
+        self._group = QButtonGroup(self)
+        self._parts: dict[str, _Part] = {}
+        inset = t.px(_INSET) + t.line_width
+        row = QHBoxLayout(self)
+        row.setContentsMargins(inset, inset, inset, inset)
+        row.setSpacing(0)
+        for key, text, *rest in items:
+            part = _Part(text, rest[0] if rest else "")
+            part.clicked.connect(lambda _on=False, key=key: self.chosen.emit(key))
+            self._parts[key] = part
+            self._group.addButton(part)
+            row.addWidget(part, 1 if equal else 0)
+        across = QSizePolicy.Policy.Expanding if equal else QSizePolicy.Policy.Fixed
+        self.setSizePolicy(across, QSizePolicy.Policy.Fixed)
+        self.setFixedHeight(t.px(56 if any(p.second for p in self._parts.values()) else 40))
+        self.choose(next(iter(self._parts)))
+
+    @property
+    def key(self) -> str:
+        """Key of the part that is chosen."""
+        return next(key for key, part in self._parts.items() if part.isChecked())
+
+    def choose(self, key: str) -> None:
+        """Choose a part without a signal; KeyError when there is none."""
+        self._parts[key].setChecked(True)
+        for other, part in self._parts.items():
+            alone = other == key
+            part.setFocusPolicy(Qt.FocusPolicy.StrongFocus if alone else Qt.FocusPolicy.ClickFocus)
+
+    def set_text(self, key: str, text: str, second: str | None = None) -> None:
+        """Change the words of a part; None keeps its second line."""
+        part = self._parts[key]
+        words = part.second if second is None else second
+        if (part.text(), part.second) != (text, words):
+            part.set_words(text, words)
+
+    def part(self, key: str) -> Pressable:
+        """Give the button of a part, for example to disable it."""
+        return self._parts[key]
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Arrows choose the neighbour, Home and End the first and the last."""
+        keys = [key for key, part in self._parts.items() if part.isEnabled()]
+        here = keys.index(self.key) if self.key in keys else 0
+        there = self._target(Qt.Key(event.key()), here, len(keys))
+        if there is None or not keys:
+            event.ignore()
+            return
+        if there != here:
+            self.choose(keys[there])
+            self._parts[keys[there]].setFocus(Qt.FocusReason.OtherFocusReason)
+            self.chosen.emit(keys[there])
+
+    @staticmethod
+    def _target(key: Qt.Key, here: int, count: int) -> int | None:
+        if key in _BACK:
+            return max(here - 1, 0)
+        if key in _ON:
+            return min(here + 1, count - 1)
+        return {Qt.Key.Key_Home: 0, Qt.Key.Key_End: count - 1}.get(key)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        fill = t.c.panel if t.contrast else None
+        edge = t.c.ctl if self.isEnabled() else t.c.line
+        box(QPainter(self), self.rect(), t.px(8), fill, edge, t.line_width)

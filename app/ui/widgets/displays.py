@@ -1,0 +1,348 @@
+"""What shows something and is never pressed: pictures, meters, and how far work has come."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+
+import numpy as np
+from PySide6.QtCore import QEvent, QObject, QPointF, QRect, QRectF, QSize, Qt, QTimer
+from PySide6.QtGui import (
+    QColor,
+    QImage,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QPixmap,
+)
+from PySide6.QtWidgets import QProgressBar, QSizePolicy, QWidget
+from shiboken6 import isValid
+
+from app.ui.theme import theme
+from app.ui.widgets.paint import Anchor, box, draw_tag, mix, tag_size
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+_STEPS: Final = 1000
+_TICK_MS: Final = 40
+_TURN_DEG: Final = 16
+_SPAN_DEG: Final = 100
+
+
+def draw_ring(painter: QPainter, rect: QRect | QRectF, colour: QColor, phase_deg: float) -> None:
+    """Paint the ring of something busy; its moving part starts clockwise from the top."""
+    painter.save()
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    width = max(2.0, rect.width() / 8)
+    area = QRectF(rect).adjusted(width / 2, width / 2, -width / 2, -width / 2)
+    faint = QColor(colour)
+    faint.setAlphaF(0.25)
+    painter.setPen(QPen(faint, width))
+    painter.drawEllipse(area)
+    pen = QPen(colour, width)
+    pen.setCapStyle(Qt.PenCapStyle.RoundCap)
+    painter.setPen(pen)
+    painter.drawArc(area, round((90 - phase_deg) * 16), -_SPAN_DEG * 16)
+    painter.restore()
+
+
+class Beat(QObject):
+    """A timer that repaints a widget while it is busy and can be seen."""
+
+    def __init__(self, widget: QWidget) -> None:
+        super().__init__()
+        self._widget = widget
+        self.phase_deg = 0.0
+        self._wanted = False
+        self._timer: QTimer | None = None
+
+    def run(self, wanted: bool) -> None:
+        """Start or stop."""
+        self._wanted = wanted
+        if wanted and self._timer is None:
+            # Every button has a beat, and few are ever busy.
+            self._timer = QTimer(self._widget, interval=_TICK_MS)
+            self._timer.timeout.connect(self._advance)
+            self._widget.installEventFilter(self)
+        self._follow()
+
+    def eventFilter(self, _watched: QObject, event: QEvent) -> bool:
+        """Let nothing move while it cannot be seen."""
+        if event.type() in (QEvent.Type.Show, QEvent.Type.Hide):
+            self._follow()
+        return False
+
+    def _follow(self) -> None:
+        if self._timer is not None and isValid(self._timer):
+            moving = self._wanted and self._widget.isVisible()
+            if moving != self._timer.isActive():
+                self._timer.start() if moving else self._timer.stop()
+
+    def _advance(self) -> None:
+        self.phase_deg = (self.phase_deg + _TURN_DEG) % 360
+        self._widget.update()
+
+
+class Spinner(QWidget):
+    """A ring that turns while something is under way."""
+
+    def __init__(self, name: str = "Working", size: int = 16) -> None:
+        super().__init__()
+        side = theme().px(size)
+        self.setFixedSize(side, side)
+        self.setAccessibleName(name)
+        self._beat = Beat(self)
+        self._beat.run(True)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        draw_ring(QPainter(self), self.rect(), theme().c.text, self._beat.phase_deg)
+
+
+class Bar(QProgressBar):
+    """A bar of 160 x 4 in neutral colours."""
+
+    def __init__(self, name: str = "Progress") -> None:
+        super().__init__()
+        t = theme()
+        self.setFixedSize(t.px(160), t.px(4))
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.setRange(0, _STEPS)
+        self.setTextVisible(False)
+        self.setAccessibleName(name)
+        self._unknown = False
+        self._beat = Beat(self)
+
+    def set(self, fraction: float | None) -> None:
+        """Show how much is done, 0 to 1; None shows a part that moves along."""
+        self._unknown = fraction is None
+        self._beat.run(self._unknown)
+        # Qt would paint it at once, and all else in the window that waits to be painted.
+        self.setUpdatesEnabled(False)
+        self.setValue(0 if fraction is None else round(min(max(fraction, 0.0), 1.0) * _STEPS))
+        self.setUpdatesEnabled(True)
+
+    def sizeHint(self) -> QSize:
+        """160 x 4 at the theme's scale."""
+        return QSize(theme().px(160), theme().px(4))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(Qt.PenStyle.NoPen)
+        c, area = theme().c, QRectF(self.rect())
+        radius = area.height() / 2
+        painter.setBrush(c.track2)
+        painter.drawRoundedRect(area, radius, radius)
+        part = QRectF(area)
+        part.setWidth(area.width() * self.value() / _STEPS)
+        if self._unknown:
+            part.setWidth(area.width() / 4)
+            part.moveLeft(area.width() * (self._beat.phase_deg / 360 * 1.25 - 0.25))
+            painter.setClipRect(area)
+        if part.width() > 0:
+            part.setWidth(max(part.width(), area.height()))
+            painter.setBrush(c.text)
+            painter.drawRoundedRect(part, radius, radius)
+
+
+_RAIL: Final = 4
+_TICK: Final = 8
+_GAIN_TONE: Final = 0.45
+_FULL: Final = 100.0
+
+
+def draw_meter(
+    painter: QPainter,
+    rect: QRect | QRectF,
+    value: float,
+    limit: float | None = 45,
+    before: float | None = None,
+    fill: QColor | None = None,
+) -> None:
+    """Paint a meter of 0 to 100 into the middle of a rectangle; a limit of None has no tick."""
+    t = theme()
+    ink = fill or t.c.text
+    area, high = QRectF(rect), float(t.px(_RAIL))
+    top = round(area.center().y() - high / 2)
+    rail = QRectF(area.left(), top, area.width(), high)
+    box(painter, rail, high / 2, t.c.track2)
+    own = value if before is None else min(before, value)
+    if before is not None and value > before:
+        _part(painter, rail, value, mix(t.c.track2, ink, _GAIN_TONE))
+    _part(painter, rail, own, ink)
+    if limit is not None:
+        wide, tall = t.px(2), t.px(_TICK)
+        x = round(area.left() + area.width() * limit / _FULL - wide / 2)
+        tick = QRectF(x, top - (tall - high) / 2, wide, tall)
+        # A gap in the colour underneath keeps the tick visible on the filled part.
+        painter.fillRect(tick.adjusted(-t.px(1), 0, t.px(1), 0), t.c.panel)
+        painter.fillRect(tick, t.c.dim)
+
+
+def _part(painter: QPainter, rail: QRectF, value: float, colour: QColor) -> None:
+    share = min(max(value, 0.0), _FULL) / _FULL
+    if share > 0:
+        part = QRectF(rail)
+        part.setWidth(max(rail.width() * share, rail.height()))
+        box(painter, part, rail.height() / 2, colour)
+
+
+class Meter(QWidget):
+    """A meter 4 high."""
+
+    def __init__(self, name: str = "Match") -> None:
+        super().__init__()
+        self._name = name
+        self._shown: tuple[float, float | None, float | None] = (0.0, 45, None)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self._describe()
+
+    def set(self, value: float, limit: float | None = 45, before: float | None = None) -> None:
+        """Show a value of 0 to 100; a limit of None has no tick."""
+        if (value, limit, before) != self._shown:
+            self._shown = (value, limit, before)
+            self._describe()
+            self.update()
+
+    def _describe(self) -> None:
+        value, _limit, before = self._shown
+        words = f"{self._name} {int(value)} of 100"
+        self.setAccessibleName(words if before is None else f"{words}, before {int(before)}")
+
+    def sizeHint(self) -> QSize:
+        """Give the size as designed."""
+        return QSize(theme().px(120), theme().px(_TICK))
+
+    def minimumSizeHint(self) -> QSize:
+        """Give the smallest useful size."""
+        return QSize(theme().px(24), theme().px(_TICK))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        value, limit, before = self._shown
+        draw_meter(QPainter(self), self.rect(), value, limit, before)
+
+
+Corner: TypeAlias = Literal["tl", "tr", "bl", "br"]
+
+_TAG_INSET: Final = 8
+
+
+def to_image(picture: NDArray[np.uint8]) -> QImage:
+    """Copy an sRGB array, (h, w, 3) uint8 with row 0 on top, into an image that Qt can paint.
+
+    Raises
+    ------
+    ValueError
+        When the array has another shape or type.
+    """
+    if picture.ndim != 3 or picture.shape[2] != 3 or picture.dtype != np.uint8:
+        raise ValueError(f"not an (h, w, 3) uint8 picture: {picture.shape} {picture.dtype}")
+    rows = np.ascontiguousarray(picture)
+    height, width = rows.shape[:2]
+    shared = QImage(rows.data, width, height, 3 * width, QImage.Format.Format_RGB888)
+    return shared.copy()
+
+
+class Picture(QWidget):
+    """A picture, cropped to fill the place it has."""
+
+    def __init__(self, name: str, radius: int = 6) -> None:
+        super().__init__()
+        self.setAccessibleName(name)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self._radius = theme().px(radius)
+        self._array: NDArray[np.uint8] | None = None
+        self._image: QImage | None = None
+        self._ready: tuple[tuple[Any, ...], QPixmap] | None = None
+        self._tags: dict[Corner, str] = {}
+
+    def set_picture(self, picture: NDArray[np.uint8] | None) -> None:
+        """Show an sRGB array, (h, w, 3) uint8, not to be changed later; None leaves the well empty.
+
+        Raises
+        ------
+        ValueError
+            When the array has another shape or type.
+        """
+        if picture is not None and picture is self._array:
+            return
+        self._image = None if picture is None else to_image(picture)
+        self._array = picture
+        self._changed()
+
+    def set_tag(self, text: str, corner: Corner = "bl") -> None:
+        """Put a label into a corner."""
+        if self._tags.get(corner, "") != text:
+            self._tags[corner] = text
+            self.update()
+
+    def sizeHint(self) -> QSize:
+        """Give the size as designed."""
+        return QSize(theme().px(94), theme().px(68))
+
+    def minimumSizeHint(self) -> QSize:
+        """Give the smallest useful size."""
+        return QSize(theme().px(24), theme().px(16))
+
+    def _changed(self) -> None:
+        self._ready = None
+        self.update()
+
+    def _prepare(self, dpr: float) -> QPixmap | None:
+        """Crop, scale and round the picture once for this size."""
+        if self._image is None or self._array is None or self.size().isEmpty():
+            return None
+        wide, high = round(self.width() * dpr), round(self.height() * dpr)
+        key = (wide, high)
+        if self._ready is not None and self._ready[0] == key:
+            return self._ready[1]
+        fitted = self._image.scaled(
+            wide,
+            high,
+            Qt.AspectRatioMode.KeepAspectRatioByExpanding,
+            Qt.TransformationMode.SmoothTransformation,
+        )
+        left, top = (fitted.width() - wide) // 2, (fitted.height() - high) // 2
+        pixmap = self._rounded(fitted.copy(QRect(left, top, wide, high)), self._radius * dpr)
+        pixmap.setDevicePixelRatio(dpr)
+        self._ready = (key, pixmap)
+        return pixmap
+
+    @staticmethod
+    def _rounded(image: QImage, radius: float) -> QPixmap:
+        # Clipping to a path leaves jagged corners; a painted mask does not.
+        mask = QImage(image.size(), QImage.Format.Format_ARGB32_Premultiplied)
+        mask.fill(Qt.GlobalColor.transparent)
+        painter = QPainter(mask)
+        box(painter, mask.rect(), radius, QColor(Qt.GlobalColor.white))
+        painter.setCompositionMode(QPainter.CompositionMode.CompositionMode_SourceIn)
+        painter.drawImage(QPointF(0, 0), image)
+        painter.end()
+        return QPixmap.fromImage(mask)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        box(painter, self.rect(), self._radius, t.c.well)
+        pixmap = self._prepare(painter.deviceTransform().m11())
+        if pixmap is not None:
+            painter.drawPixmap(QPointF(0, 0), pixmap)
+        self._paint_tags(painter)
+
+    def _paint_tags(self, painter: QPainter) -> None:
+        usual = theme().px(_TAG_INSET)
+        for corner, text in self._tags.items():
+            if text:
+                # A long tag on a small picture comes nearer to the edge before it is cut.
+                inset = max(min(usual, (self.width() - tag_size(text)[0]) // 2), 0)
+                area = QRectF(self.rect()).adjusted(inset, usual, -inset, -usual)
+                x = area.left() if "l" in corner else area.right()
+                y = area.top() if "t" in corner else area.bottom()
+                anchor: Anchor = corner
+                draw_tag(painter, x, y, text, anchor)

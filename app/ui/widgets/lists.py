@@ -1,0 +1,351 @@
+"""The list that drops down from a field or chip, and tables as lists of rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from PySide6.QtCore import (
+    QEvent,
+    QModelIndex,
+    QObject,
+    QPersistentModelIndex,
+    QPoint,
+    QRect,
+    QRectF,
+    QSize,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPalette
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QFrame,
+    QListWidget,
+    QListWidgetItem,
+    QSizePolicy,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.ui.theme import theme
+from app.ui.theme.icons import draw_icon
+from app.ui.theme.style import dress_bars
+from app.ui.widgets.buttons import Pressable
+from app.ui.widgets.paint import MIDDLE, box, hover_fill, put_text, selected_edge
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+_ROW: Final = 44
+_HEAD: Final = 28
+_LETTER: Final = 24
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A column of a table; its title stands in the head, and names the cell when a row is read."""
+
+    title: str
+    width: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """What stands in one place of a row."""
+
+    text: str
+    icon: str = ""
+    letter: str = ""
+    strong: bool = False
+
+
+def places(columns: Sequence[Column], width: int) -> list[tuple[int, int]]:
+    """Give left edge and width of each column of a table so wide, logical pixels."""
+    t = theme()
+    fixed = sum(t.px(column.width) for column in columns)
+    free = sum(1 for column in columns if not column.width)
+    rest = max(width - fixed, 0) // max(free, 1)
+    result, left = [], 0
+    for column in columns:
+        own = t.px(column.width) if column.width else rest
+        result.append((left, own))
+        left += own
+    return result
+
+
+def draw_letter(painter: QPainter, rect: QRect | QRectF, letter: str, on_picture: bool) -> None:
+    """Paint a letter in a ring, as it stands in the table and on the panorama."""
+    t = theme()
+    area = QRectF(rect)
+    fill, ink = (t.c.tag, t.c.ontag) if on_picture else (None, t.c.text)
+    box(painter, area, area.width() / 2, fill, ink, max(1.5, t.line_width))
+    put_text(painter, area, letter, t.font(12, 600), ink, MIDDLE)
+
+
+class TableHead(QWidget):
+    """The titles of the columns, over a line."""
+
+    def __init__(self, columns: Sequence[Column]) -> None:
+        super().__init__()
+        self._columns = tuple(columns)
+        self.setFixedHeight(theme().px(_HEAD))
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.setAccessibleName(", ".join(c.title for c in self._columns if c.title))
+
+    def sizeHint(self) -> QSize:
+        """Give room for all columns."""
+        t = theme()
+        return QSize(sum(t.px(c.width or 120) for c in self._columns), t.px(_HEAD))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        for column, (left, width) in zip(
+            self._columns, places(self._columns, self.width()), strict=True
+        ):
+            area = QRect(left, 0, width - t.px(8), self.height() - t.px(4))
+            put_text(painter, area, column.title, t.font(12), t.c.dim)
+        line = t.line_width
+        painter.fillRect(0, self.height() - line, self.width(), line, t.c.line)
+
+
+class TableRow(Pressable):
+    """A row of 44 that can be chosen."""
+
+    def __init__(self, columns: Sequence[Column], cells: Sequence[Cell] = ()) -> None:
+        super().__init__("", tip="")
+        self._columns = tuple(columns)
+        self._cells: tuple[Cell, ...] = ()
+        self._selected = False
+        self.setFixedHeight(theme().px(_ROW))
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.set(cells)
+
+    def set(self, cells: Sequence[Cell]) -> None:
+        """Change what it says: as many cells as there are columns."""
+        if tuple(cells) == self._cells:
+            return
+        self._cells = tuple(cells)
+        pairs = zip(self._columns, self._cells, strict=True)
+        words = (" ".join(x for x in (c.title, cell.letter, cell.text) if x) for c, cell in pairs)
+        self.setAccessibleName(", ".join(words))
+        self.update()
+
+    def set_selected(self, selected: bool) -> None:
+        """Show whether it is the chosen one."""
+        if selected != self._selected:
+            self._selected = selected
+            self.setAccessibleDescription("chosen" if selected else "")
+            self.update()
+
+    def sizeHint(self) -> QSize:
+        """Give the size as designed."""
+        t = theme()
+        return QSize(sum(t.px(c.width or 120) for c in self._columns), t.px(_ROW))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        line = t.line_width
+        inner = self.rect().adjusted(0, 0, 0, -line)
+        painter.fillRect(0, self.height() - line, self.width(), line, t.c.line)
+        if self.isDown() or self.hovered():
+            painter.fillRect(inner, hover_fill(t))
+        if self._selected:
+            box(painter, inner, t.px(4), t.c.raised, t.c.sel, selected_edge(t))
+        if self.isDown():
+            box(painter, inner, t.px(4), None, t.c.ctl, selected_edge(t))
+        for cell, (left, width) in zip(
+            self._cells, places(self._columns, self.width()), strict=True
+        ):
+            self._paint_cell(painter, cell, QRect(left, 0, width - t.px(8), inner.height()))
+
+    def _paint_cell(self, painter: QPainter, cell: Cell, area: QRect) -> None:
+        t = theme()
+        ink = t.c.text if self.isEnabled() else t.c.dis
+        if cell.letter:
+            side = t.px(_LETTER)
+            top = area.center().y() - side / 2 + 0.5
+            draw_letter(painter, QRectF(area.left(), top, side, side), cell.letter, False)
+            area.setLeft(area.left() + side + t.px(16))
+        if cell.icon:
+            side = t.px(16)
+            spot = QRect(area.left(), area.top(), side, area.height())
+            draw_icon(painter, cell.icon, spot, side, ink)
+            area.setLeft(area.left() + side + t.px(6))
+        put_text(painter, area, cell.text, t.font(14, 600 if cell.strong else 400), ink)
+
+
+_KEY: Final = Qt.ItemDataRole.UserRole
+_SECOND: Final = Qt.ItemDataRole.UserRole + 1
+_ICON: Final = Qt.ItemDataRole.UserRole + 2
+_MOST_ROWS: Final = 8
+
+
+class Entry(NamedTuple):
+    """One line of a list."""
+
+    key: str
+    text: str
+    second: str = ""
+    icon: str = ""
+
+
+class _Rows(QStyledItemDelegate):
+    """Paints the lines."""
+
+    def __init__(self, parent: QListWidget, height: int) -> None:
+        super().__init__(parent)
+        self._height = height
+        self.chosen = ""
+
+    def sizeHint(
+        self, _option: QStyleOptionViewItem, _index: QModelIndex | QPersistentModelIndex
+    ) -> QSize:
+        """Give the size as designed."""
+        return QSize(0, self._height)
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> None:
+        t = theme()
+        rect: QRect = option.rect
+        state: QStyle.StateFlag = option.state
+        ink = second_ink = t.c.text
+        if state & QStyle.StateFlag.State_Selected:
+            fill = t.c.text if t.contrast else t.c.raised
+            box(painter, rect, t.px(5), fill, t.c.ctl, t.line_width)
+            ink = second_ink = t.c.panel if t.contrast else t.c.text
+        elif state & QStyle.StateFlag.State_MouseOver:
+            box(painter, rect, t.px(5), hover_fill(t))
+        if not t.contrast:
+            second_ink = t.c.dim
+        inner = rect.adjusted(t.px(12), 0, -t.px(12), 0)
+        if icon := index.data(_ICON):
+            spot = QRect(inner.left(), inner.top(), t.px(20), inner.height())
+            draw_icon(painter, icon, spot, t.px(20), ink)
+            inner.setLeft(inner.left() + t.px(32))
+        if index.data(_KEY) == self.chosen:
+            spot = QRect(inner.right() - t.px(16), inner.top(), t.px(16), inner.height())
+            draw_icon(painter, "check", spot, t.px(16), ink)
+        inner.setRight(inner.right() - t.px(24))
+        second = index.data(_SECOND)
+        first = QRect(inner)
+        if second:
+            first = QRect(inner.left(), inner.center().y() - t.px(18), inner.width(), t.px(20))
+            below = QRect(first.left(), first.bottom() + 1, first.width(), t.px(16))
+            put_text(painter, below, second, t.font(12), second_ink)
+        weight = 600 if second else 400
+        put_text(painter, first, index.data(Qt.ItemDataRole.DisplayRole), t.font(14, weight), ink)
+
+
+class ListPopup(QFrame):
+    """A list that closes when something is chosen, and on Esc."""
+
+    chosen = Signal(str)
+
+    def __init__(self, parent: QWidget, name: str) -> None:
+        flags = Qt.WindowType.Popup | Qt.WindowType.FramelessWindowHint
+        super().__init__(parent, flags | Qt.WindowType.NoDropShadowWindowHint)
+        self.setAttribute(Qt.WidgetAttribute.WA_TranslucentBackground)
+        self.setProperty("focusHost", True)
+        self._list = QListWidget()
+        self._list.setAccessibleName(name)
+        self._list.setFrameShape(QFrame.Shape.NoFrame)
+        self._list.setMouseTracking(True)
+        self._list.setProperty("noFocusRing", True)
+        self._list.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        dress_bars(self._list)
+        self._list.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self._list.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        see_through = self._list.palette()
+        see_through.setColor(QPalette.ColorRole.Base, Qt.GlobalColor.transparent)
+        self._list.setPalette(see_through)
+        self._list.itemClicked.connect(self._take)
+        self._list.itemEntered.connect(self._list.setCurrentItem)
+        margin = theme().px(4) + theme().line_width
+        column = QVBoxLayout(self)
+        column.setContentsMargins(margin, margin, margin, margin)
+        column.addWidget(self._list)
+        self._list.installEventFilter(self)
+
+    def drop(self, under: QWidget, entries: Sequence[Entry], chosen: str, width: int = 0) -> None:
+        """Open under a widget, or above it where there is no room; at least so wide."""
+        t = theme()
+        height = t.px(56 if any(entry.second for entry in entries) else 40)
+        rows = _Rows(self._list, height)
+        rows.chosen = chosen
+        self._list.setItemDelegate(rows)
+        self._list.clear()
+        for entry in entries:
+            item = QListWidgetItem(entry.text)
+            item.setData(_KEY, entry.key)
+            item.setData(_SECOND, entry.second)
+            item.setData(_ICON, entry.icon)
+            words = f"{entry.text}, {entry.second}" if entry.second else entry.text
+            item.setData(Qt.ItemDataRole.AccessibleTextRole, words)
+            self._list.addItem(item)
+            if entry.key == chosen:
+                self._list.setCurrentItem(item)
+        if self._list.currentRow() < 0:
+            self._list.setCurrentRow(0)
+        margin = 2 * (t.px(4) + t.line_width)
+        tall = height * min(len(entries), _MOST_ROWS) + margin
+        self.resize(max(under.width(), width), tall)
+        self._place(under, tall)
+        self.show()
+        self._list.setFocus(Qt.FocusReason.PopupFocusReason)
+        self._list.scrollToItem(self._list.currentItem())
+
+    def _place(self, under: QWidget, tall: int) -> None:
+        gap = theme().px(4)
+        below = under.mapToGlobal(QPoint(0, under.height() + gap))
+        space = under.screen().availableGeometry()
+        left = max(space.left(), min(below.x(), space.right() - self.width()))
+        top = below.y()
+        if top + tall > space.bottom():
+            top = max(space.top(), under.mapToGlobal(QPoint(0, 0)).y() - gap - tall)
+        self.move(left, top)
+
+    def _take(self, item: QListWidgetItem) -> None:
+        key = item.data(_KEY)
+        self.close()
+        self.chosen.emit(key)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Close on Esc."""
+        if event.key() == Qt.Key.Key_Escape:
+            self.close()
+        else:
+            super().keyPressEvent(event)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Enter, Space and Tab take the current line."""
+        if isinstance(event, QKeyEvent) and event.type() == QKeyEvent.Type.KeyPress:
+            taking = (Qt.Key.Key_Return, Qt.Key.Key_Enter, Qt.Key.Key_Space, Qt.Key.Key_Tab)
+            item = self._list.currentItem()
+            if event.key() in taking and item is not None:
+                self._take(item)
+                return True
+        return False
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Close on a click elsewhere."""
+        if not self.rect().contains(event.position().toPoint()):
+            self.close()
+        super().mousePressEvent(event)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        box(QPainter(self), self.rect(), t.px(8), t.c.panel, t.c.ctl, t.line_width)

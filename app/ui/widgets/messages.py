@@ -1,0 +1,422 @@
+"""Messages that come and go at the lower right, advice with its button, and empty places."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import shiboken6
+from PySide6.QtCore import QEvent, QObject, QRect, Qt, QTimer, Signal
+from PySide6.QtGui import (
+    QAccessible,
+    QAccessibleEvent,
+    QEnterEvent,
+    QKeyEvent,
+    QPainter,
+    QPaintEvent,
+)
+from PySide6.QtWidgets import (
+    QAbstractButton,
+    QApplication,
+    QBoxLayout,
+    QHBoxLayout,
+    QSizePolicy,
+    QVBoxLayout,
+    QWidget,
+)
+
+from app.ui.theme import theme
+from app.ui.widgets.buttons import Button, IconButton
+from app.ui.widgets.labels import Icon, Role, Text
+from app.ui.widgets.paint import box
+from app.ui.widgets.surfaces import Frame
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+
+class Banner(Frame):
+    """A framed box: icon, bold sentence, text, and buttons."""
+
+    pressed = Signal(int)
+
+    def __init__(
+        self,
+        icon: str,
+        title: str,
+        text: str = "",
+        actions: Sequence[str] = (),
+        role: Role = "text",
+    ) -> None:
+        super().__init__("none", "ctl")
+        t = theme()
+        self._icon = Icon(icon, 24, role)
+        self._title = Text(title, 14, 600, wrap=True)
+        self._text = Text(text, 14, role="dim", wrap=True)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(t.px(12), t.px(12), t.px(16), t.px(12))
+        row.setSpacing(t.px(12))
+        row.addWidget(self._icon, 0, Qt.AlignmentFlag.AlignTop)
+        column = QVBoxLayout()
+        column.setSpacing(0)
+        column.addWidget(self._title)
+        column.addWidget(self._text)
+        self._buttons = QHBoxLayout()
+        self._buttons.setContentsMargins(0, t.px(8), 0, 0)
+        self._buttons.setSpacing(t.px(8))
+        column.addLayout(self._buttons)
+        row.addLayout(column, 1)
+        self._words: tuple[str, ...] = ()
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
+        self.set(icon, title, text, actions, role)
+
+    def set(
+        self,
+        icon: str,
+        title: str,
+        text: str = "",
+        actions: Sequence[str] = (),
+        role: Role = "text",
+    ) -> None:
+        """Change what it says; parameters as of the class."""
+        self._icon.set(icon, role)
+        self._title.set_text(title)
+        self._text.set_text(text)
+        self._text.setVisible(bool(text))
+        self.setAccessibleName(f"{title} {text}".strip())
+        if tuple(actions) != self._words:
+            self._words = tuple(actions)
+            _refill(self._buttons, self._words, self.pressed)
+        self._buttons.setContentsMargins(0, theme().px(8) if actions else 0, 0, 0)
+
+    def button(self, number: int = 0) -> Button:
+        """Give one of its buttons, for example to show that it is busy."""
+        return _buttons_in(self._buttons)[number]
+
+
+class Empty(QWidget):
+    """One sentence in an empty place, and one or two buttons that fill it."""
+
+    pressed = Signal(int)
+
+    def __init__(self, sentence: str, action: str = "", icon: str = "", second: str = "") -> None:
+        super().__init__()
+        t = theme()
+        self._words: tuple[str, ...] = ()
+        middle = Qt.AlignmentFlag.AlignHCenter
+        self._icon = Icon(icon or "info", 28, "dim")
+        # Hidden only: what is shown before it has a parent opens as a window.
+        if not icon:
+            self._icon.hide()
+        self._sentence = Text(sentence, 14, role="dim", wrap=True, align=middle)
+        self._sentence.setMaximumWidth(t.px(440))
+        column = QVBoxLayout(self)
+        column.setContentsMargins(t.px(24), t.px(24), t.px(24), t.px(24))
+        column.setSpacing(t.px(12))
+        column.addStretch(1)
+        column.addWidget(self._icon, 0, middle)
+        line = QHBoxLayout()
+        line.addStretch(1)
+        line.addWidget(self._sentence, 100)
+        line.addStretch(1)
+        column.addLayout(line)
+        self._buttons = QHBoxLayout()
+        self._buttons.setSpacing(t.px(8))
+        column.addLayout(self._buttons)
+        column.addStretch(1)
+        self.set(sentence, action, second)
+
+    def set(self, sentence: str, action: str = "", second: str = "") -> None:
+        """Change what it says."""
+        self._sentence.set_text(sentence)
+        self.setAccessibleName(sentence)
+        words = tuple(each for each in (action, second) if each)
+        if words != self._words:
+            self._words = words
+            _refill(self._buttons, words, self.pressed, centred=True, small=False)
+
+    def button(self, number: int = 0) -> Button:
+        """Give one of its buttons."""
+        return _buttons_in(self._buttons)[number]
+
+
+def _buttons_in(row: QBoxLayout) -> list[Button]:
+    items = (row.itemAt(place) for place in range(row.count()))
+    widgets = (item.widget() for item in items if item is not None)
+    return [widget for widget in widgets if isinstance(widget, Button)]
+
+
+def _refill(
+    row: QBoxLayout,
+    words: tuple[str, ...],
+    pressed: object,
+    centred: bool = False,
+    small: bool = True,
+) -> None:
+    """Replace the buttons of a row."""
+    while (item := row.takeAt(0)) is not None:
+        if (old := item.widget()) is not None:
+            old.hide()
+            old.deleteLater()
+    if centred:
+        row.addStretch(1)
+    for number, label in enumerate(words):
+        button = Button(label, size="small" if small else "normal")
+        button.clicked.connect(lambda _on=False, n=number: pressed.emit(n))  # type: ignore[attr-defined]
+        row.addWidget(button)
+    row.addStretch(1)
+
+
+MessageKind: TypeAlias = Literal["info", "done", "warning", "error"]
+
+_ICONS: Final[dict[str, tuple[str, Role]]] = {
+    "info": ("info", "text"),
+    "done": ("check", "ok"),
+    "warning": ("warning", "text"),
+    "error": ("error", "err"),
+}
+_WIDTH: Final = 360
+_EDGE: Final = 16
+_GAP: Final = 8
+_MOST_ACTIONS: Final = 2
+_MOST_SHOWN: Final = 3
+_PICTURE: Final = 160  # what is as high may be covered
+_COLUMNS: Final = 3  # from the right, where a place is looked for
+_STAY_MS: Final = 6000
+
+
+class _Toast(QWidget):
+    """One message on screen."""
+
+    gone = Signal(object)
+    closed = Signal()
+    """The user closed it, or took one of its actions."""
+
+    def __init__(
+        self,
+        parent: QWidget,
+        text: str,
+        kind: MessageKind,
+        actions: Sequence[tuple[str, Callable[[], None]]],
+        stay_ms: int | None,
+    ) -> None:
+        super().__init__(parent)
+        t = theme()
+        self.stays = stay_ms is None
+        self.setAccessibleName(text)
+        self.setFixedWidth(t.px(_WIDTH))
+        row = QHBoxLayout(self)
+        row.setContentsMargins(t.px(12), t.px(8), t.px(4), t.px(8))
+        row.setSpacing(t.px(12))
+        top = Qt.AlignmentFlag.AlignTop
+        name, role = _ICONS[kind]
+        mark = Icon(name, 20, role, says=kind)
+        lead = QVBoxLayout()
+        lead.setContentsMargins(0, t.px(6), 0, 0)
+        lead.addWidget(mark)
+        lead.addStretch(1)
+        row.addLayout(lead)
+        column = QVBoxLayout()
+        column.setContentsMargins(0, t.px(6), 0, t.px(6))
+        column.setSpacing(t.px(8))
+        column.addWidget(Text(text, 14, wrap=True))
+        if actions:
+            column.addLayout(self._buttons(actions))
+        row.addLayout(column, 1)
+        close = IconButton("close", "Close this message", kind="quiet", size="small")
+        close.clicked.connect(self._close)
+        row.addWidget(close, 0, top)
+        self._timer = QTimer(self, singleShot=True, interval=stay_ms or 0)
+        self._timer.timeout.connect(self._maybe_leave)
+        self.wait()
+
+    def _buttons(self, actions: Sequence[tuple[str, Callable[[], None]]]) -> QHBoxLayout:
+        line = QHBoxLayout()
+        line.setSpacing(theme().px(8))
+        for label, do in actions[:_MOST_ACTIONS]:
+            button = Button(label, size="small")
+            button.clicked.connect(lambda _on=False, do=do: self._act(do))
+            line.addWidget(button)
+        line.addStretch(1)
+        return line
+
+    def _act(self, do: Callable[[], None]) -> None:
+        self._close()
+        do()
+
+    def _close(self) -> None:
+        self.leave()
+        self.closed.emit()
+
+    def _held(self) -> bool:
+        focus = QApplication.focusWidget()
+        return self.underMouse() or (focus is not None and self.isAncestorOf(focus))
+
+    def _maybe_leave(self) -> None:
+        if self._held():
+            self.wait()
+        else:
+            self.leave()
+
+    def leave(self) -> None:
+        self._timer.stop()
+        self.gone.emit(self)
+
+    def wait(self) -> None:
+        """Start its time anew; one that stays has none."""
+        if not self.stays:
+            self._timer.start()
+
+    def enterEvent(self, event: QEnterEvent) -> None:
+        """Notice that the mouse came."""
+        self._timer.stop()
+        super().enterEvent(event)
+
+    def leaveEvent(self, event: QEvent) -> None:
+        """Notice that the mouse left."""
+        self.wait()
+        super().leaveEvent(event)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Take the keys that it understands."""
+        if event.key() == Qt.Key.Key_Escape:
+            self._close()
+        else:
+            super().keyPressEvent(event)
+
+    def wanted_height(self) -> int:
+        layout = self.layout()
+        return layout.totalHeightForWidth(self.width()) if layout is not None else 0
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        box(QPainter(self), self.rect(), t.px(8), t.c.raised, t.c.ctl, t.line_width)
+
+
+class Toasts(QObject):
+    """Tells messages: stacked at the lower right of a window, 360 wide, for six seconds.
+
+    A message stays while the mouse or the keyboard is on it, and an error until it is closed. It
+    is read out. It never lies over a button: it moves up until it is clear.
+    """
+
+    def __init__(self, parent: QWidget, bottom: int = 40, stay_ms: int = _STAY_MS) -> None:
+        super().__init__(parent)
+        self._parent, self._bottom, self._stay_ms = parent, theme().px(bottom), stay_ms
+        self._shown: list[_Toast] = []
+        parent.installEventFilter(self)
+        application = QApplication.instance()
+        self._had = QApplication.focusWidget()
+        if isinstance(application, QApplication):
+            application.focusChanged.connect(self._focus_moved)
+
+    @property
+    def shown(self) -> int:
+        """How many are on screen."""
+        return len(self._shown)
+
+    def tell(
+        self,
+        message: str,
+        *,
+        kind: MessageKind = "info",
+        actions: Sequence[tuple[str, Callable[[], None]]] = (),
+        stay: bool = False,
+        closed: Callable[[], None] | None = None,
+    ) -> None:
+        """Show a message and read it out; of its actions, two at most, each closes it."""
+        # Said again, it is not stacked upon itself.
+        self.drop(message)
+        toast = _Toast(self._parent, message, kind, actions, None if stay else self._stay_ms)
+        toast.gone.connect(self._drop)
+        if closed is not None:
+            toast.closed.connect(closed)
+        self._shown.append(toast)
+        while len(self._shown) > _MOST_SHOWN:
+            # What would go by itself gives way first.
+            passing = [one for one in self._shown[:-1] if not one.stays]
+            self._drop((passing or self._shown)[0])
+        self._lay()
+        toast.show()
+        toast.raise_()
+        QAccessible.updateAccessibility(QAccessibleEvent(toast, QAccessible.Event.Alert))
+
+    def drop(self, message: str) -> None:
+        """Take one message off the screen."""
+        for same in [one for one in self._shown if one.accessibleName() == message]:
+            self._drop(same)
+
+    def clear(self) -> None:
+        """Take all messages off the screen; they stay in the list."""
+        for toast in tuple(self._shown):
+            self._drop(toast)
+
+    def _focus_moved(self) -> None:
+        """Give back a focus that fell here because its owner was hidden or disabled.
+
+        What Qt says had it is not taken: it may be half destroyed, and must not be touched.
+        """
+        old, new = self._had, QApplication.focusWidget()
+        self._had = new
+        if new is None or not any(toast.isAncestorOf(new) for toast in self._shown):
+            return
+        left = old is None or not shiboken6.isValid(old) or not old.isVisibleTo(self._parent)
+        if left or (old is not None and not old.isEnabled()):
+            self._parent.setFocus(Qt.FocusReason.OtherFocusReason)
+
+    def _drop(self, toast: _Toast) -> None:
+        if toast in self._shown:
+            self._shown.remove(toast)
+            toast.hide()
+            toast.deleteLater()
+            self._lay()
+
+    def lay(self) -> None:
+        """Find places anew, as after another screen came to the front."""
+        self._lay()
+
+    def _lay(self) -> None:
+        """Place them from the lower right upwards, the newest lowest."""
+        t = theme()
+        edge, gap = t.px(_EDGE), t.px(_GAP)
+        floor = self._parent.height() - self._bottom - edge
+        taken = self._controls() if self._shown else []
+        for toast in reversed(self._shown):
+            high = toast.wanted_height()
+            left = self._parent.width() - edge - toast.width()
+            place = self._clear(QRect(left, floor - high, toast.width(), high), taken, gap)
+            toast.setGeometry(place)
+            taken.append(place)
+
+    def _controls(self) -> list[QRect]:
+        """Everything that can be pressed or typed into, in the window's pixels; no pictures."""
+        tab, high = Qt.FocusPolicy.TabFocus, theme().px(_PICTURE)
+        return [
+            QRect(one.mapTo(self._parent, one.rect().topLeft()), one.size())
+            for one in self._parent.findChildren(QWidget)
+            if (isinstance(one, QAbstractButton) or one.focusPolicy() & tab)
+            and one.height() < high
+            and not one.testAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+            and one.isVisible()
+            and not any(toast.isAncestorOf(one) for toast in self._shown)
+        ]
+
+    def _clear(self, place: QRect, taken: list[QRect], gap: int) -> QRect:
+        """Move a place up until nothing lies under it; further left where that is much less."""
+        found: list[tuple[int, QRect]] = []
+        for column in range(_COLUMNS):
+            here = place.translated(-column * (place.width() + gap), 0)
+            while (under := [b for b in taken if b.intersects(here)]) and here.top() > 0:
+                here.moveTop(min(b.top() for b in under) - gap - here.height())
+            if here.top() >= 0 and here.left() >= 0:
+                up = place.top() - here.top()
+                found.append((up + column * place.width() // 2, here))
+        # A window full of controls has no free place: then rather over one than out of sight.
+        return min(found, key=lambda each: each[0])[1] if found else place
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Follow the window's size and layout."""
+        moved = event.type() in (QEvent.Type.Resize, QEvent.Type.LayoutRequest)
+        if moved and self._shown and watched is self._parent:
+            self._lay()
+        return False

@@ -1,0 +1,254 @@
+"""Panoramas on pyqtgraph, whose import takes a quarter of a second: imported with the first one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import cv2
+import numpy as np
+import pyqtgraph as pg
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import (
+    QBrush,
+    QColor,
+    QImage,
+    QPainter,
+    QPainterPath,
+    QPen,
+    QPixmap,
+    QPolygonF,
+    QTransform,
+)
+from PySide6.QtWidgets import QGraphicsItem
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
+
+    from app.ui.widgets.plots.mapping import Viewport
+
+Bytes: TypeAlias = NDArray[np.uint8]
+
+_SMALLEST: Final = 512  # columns below which no smaller copy is made
+_GAP: Final = 1 / 340  # of the width, half of the widest gap: 3 texels of 1,024
+_CLIPPED: Final = 0.02  # share of a texel from which it counts as clipped
+_PERIOD: Final = 8.0  # of the hatching, logical pixels along a row
+_INK: Final = QColor(16, 16, 16)
+_PAPER: Final = QColor(245, 245, 245)
+
+
+class PanoramaPanel(pg.GraphicsView):  # type: ignore[misc]
+    """The part of a plot that shows a panorama: azimuth to the right, elevation up, in degrees.
+
+    The plot keeps mouse and keyboard. `look` shows a part; azimuths wrap, since every layer holds
+    half a turn more on both sides. `over` paints what lies over the layers.
+    """
+
+    def __init__(self, plot: QWidget, over: Callable[[QPainter], None]) -> None:
+        super().__init__(plot, background=None)
+        self._over = over
+        self.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        for widget in (self, self.viewport()):
+            widget.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+            widget.setAutoFillBackground(False)
+        self.setCacheMode(self.CacheModeFlag.CacheNone)
+        self.setViewportUpdateMode(self.ViewportUpdateMode.FullViewportUpdate)
+        self.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        self.box = pg.ViewBox(enableMouse=False, enableMenu=False, invertY=True, defaultPadding=0.0)
+        self.box.disableAutoRange()
+        self.setCentralItem(self.box)
+
+    def add_layer(self) -> PanoramaLayer:
+        """Put an empty layer on top of the others."""
+        layer = PanoramaLayer()
+        self.box.addItem(layer, ignoreBounds=True)
+        return layer
+
+    def add_hatching(self) -> Hatching:
+        """Put hatching on top of the layers."""
+        hatching = Hatching()
+        self.box.addItem(hatching, ignoreBounds=True)
+        return hatching
+
+    def look(self, view: Viewport) -> None:
+        """Show a part of the panorama."""
+        across, up = view.width / 2.0 / view.scale, view.height / 2.0 / view.scale
+        x, y = view.azimuth_deg, -view.elevation_deg
+        self.box.setRange(xRange=(x - across, x + across), yRange=(y - up, y + up), padding=0.0)
+
+    def drawForeground(self, painter: QPainter, _rect: QRectF) -> None:
+        """Paint what lies over the layers."""
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        self._over(painter)
+
+
+class PanoramaLayer(pg.ImageItem):  # type: ignore[misc]
+    """An image of a whole panorama, sampled from a smaller copy where it is shown smaller."""
+
+    def __init__(self) -> None:
+        super().__init__(axisOrder="row-major")
+        self._copies: list[Bytes] = []
+        self._images: dict[int, QImage] = {}
+
+    def set_pixels(self, pixels: Bytes | None) -> None:
+        """Show other pixels.
+
+        Parameters
+        ----------
+        pixels : (h, w), (h, w, 3) or (h, w, 4) uint8, or None
+            Grey; sRGB; or blue, green, red, opacity with colours multiplied by opacity. Azimuth
+            −180° to 180°, moved by `setX`.
+        """
+        self._images = {}
+        self._copies = [] if pixels is None else [pixels]
+        if pixels is None:
+            self.clear()
+            return
+        rows, columns = pixels.shape[:2]
+        self._around = QRectF(-(columns // 2), 0.0, columns + columns // 2 * 2, rows)
+        self.setImage(pixels, autoLevels=False)
+        self.setRect(QRectF(-180.0, -90.0, 360.0, 180.0))
+
+    def boundingRect(self) -> QRectF:
+        """Return the panorama and half a turn more on both sides, in its pixels."""
+        return self._around if self._copies else QRectF()
+
+    def paint(self, painter: QPainter, *_args: object) -> None:
+        """Paint the smallest copy that has at least as many pixels as are shown."""
+        if not self._copies:
+            return
+        index, shown = 0, painter.deviceTransform().m11()
+        while shown <= 0.5 and self._copy(index).shape[1] >= 2 * _SMALLEST:
+            index, shown = index + 1, 2.0 * shown
+        if index not in self._images:
+            self._images[index] = _image_around(self._copy(index))
+        painter.drawImage(self._around, self._images[index])
+
+    def _copy(self, index: int) -> Bytes:
+        """Halve the pixels so many times."""
+        while len(self._copies) <= index:
+            rows, columns = self._copies[-1].shape[:2]
+            size = (columns // 2, max(rows // 2, 1))
+            half = cv2.resize(self._copies[-1], size, interpolation=cv2.INTER_AREA)
+            self._copies.append(np.asarray(half, np.uint8))
+        return self._copies[index]
+
+
+def _image_around(pixels: Bytes) -> QImage:
+    """Give pixels to Qt, with half a turn more on both sides, in the format it paints fastest."""
+    half = pixels.shape[1] // 2
+    around = np.concatenate([pixels[:, -half:], pixels, pixels[:, :half]], axis=1)
+    formats = QImage.Format
+    kinds = {3: formats.Format_RGB888, 4: formats.Format_ARGB32_Premultiplied}
+    kind = formats.Format_Grayscale8 if pixels.ndim == 2 else kinds[pixels.shape[2]]
+    image = QImage(around.data, around.shape[1], around.shape[0], around.strides[0], kind)
+    if pixels.ndim == 3 and pixels.shape[2] == 4:
+        return image.copy()
+    return image.convertToFormat(formats.Format_RGB32)
+
+
+class Hatching(QGraphicsItem):
+    """Black and white lines with a black edge over what is clipped, equally wide at every zoom."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._outlines: list[tuple[QRectF, QPainterPath]] = []
+        self.setFlag(self.GraphicsItemFlag.ItemUsesExtendedStyleOption)
+
+    def set_clipped(self, clipped: NDArray[Any] | None) -> None:
+        """Hatch something else.
+
+        Parameters
+        ----------
+        clipped : (h, w) bool or float, or None
+            True, or the clipped share of each texel, 0 to 1; any size.
+        """
+        self._outlines = [] if clipped is None else _outlines(clipped)
+        self.update()
+
+    def boundingRect(self) -> QRectF:
+        """Return the panorama and half a turn more on both sides."""
+        return QRectF(-360.0, -90.0, 720.0, 180.0)
+
+    def paint(
+        self, painter: QPainter, option: QStyleOptionGraphicsItem, _widget: QWidget | None = None
+    ) -> None:
+        """Paint edge and lines; what is thinner than a pixel still gets lines."""
+        path = QPainterPath()
+        for area, outline in self._outlines:
+            if area.intersects(option.exposedRect):
+                path.addPath(outline)
+        if path.isEmpty():
+            return
+        transform = painter.deviceTransform()
+        ratio = self._ratio(painter)
+        lines = QBrush(_tile(max(round(_PERIOD * ratio), 4)))
+        lines.setTransform(QTransform.fromScale(1.0 / transform.m11(), 1.0 / transform.m22()))
+        # Soft edges would take ten times as long.
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, False)
+        for brush, width in ((QBrush(_INK), 3.0), (lines, 1.0)):
+            pen = QPen(brush, width * ratio, j=Qt.PenJoinStyle.BevelJoin)
+            pen.setCosmetic(True)
+            painter.strokePath(path, pen)
+        painter.fillPath(path, lines)
+
+    def _ratio(self, painter: QPainter) -> float:
+        """Device pixels per logical one: what is on top of the scene's own scale."""
+        return painter.deviceTransform().m11() / max(self.sceneTransform().m11(), 1e-9)
+
+
+def _outlines(clipped: NDArray[Any]) -> list[tuple[QRectF, QPainterPath]]:
+    """Outline what is clipped, in degrees, with half a turn more on both sides.
+
+    Returns
+    -------
+    list of (QRectF, QPainterPath)
+        Each piece with its holes, and around it what its edge may cover.
+    """
+    mask = np.asarray(np.asarray(clipped, np.float32) > _CLIPPED, np.uint8)
+    if not mask.any():
+        return []
+    mask = _joined(mask)
+    rows, columns = mask.shape
+    half = columns // 2
+    around = np.concatenate([mask[:, -half:], mask, mask[:, :half]], axis=1)
+    # Contours lead through the middles of pixels: of fourths of a texel, so that none is empty.
+    large = cv2.resize(around, None, fx=2, fy=2, interpolation=cv2.INTER_NEAREST)
+    contours, tree = cv2.findContours(large, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_TC89_L1)
+    unit, corner = (180.0 / columns, 90.0 / rows), (180.0 + half * 360.0 / columns, 90.0)
+    found: dict[int, QPainterPath] = {}
+    for index, contour in enumerate(contours):
+        parent = int(tree[0, index, 3])
+        path = found.setdefault(index if parent < 0 else parent, QPainterPath())
+        points = ((contour[:, 0] + 0.5) * unit - corner).tolist()
+        path.addPolygon(QPolygonF([QPointF(*point) for point in points]))
+        path.closeSubpath()
+    return [(path.boundingRect().adjusted(-1, -1, 1, 1), path) for path in found.values()]
+
+
+def _joined(mask: Bytes) -> Bytes:
+    """Close the gaps between specks that lie close together: hatched one by one they are noise."""
+    reach = round(mask.shape[1] * _GAP)
+    if reach < 1:
+        return mask
+    size = 2 * reach + 1
+    round_ = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    around = np.concatenate([mask[:, -size:], mask, mask[:, :size]], axis=1)
+    closed = cv2.morphologyEx(around, cv2.MORPH_CLOSE, round_)
+    return np.ascontiguousarray(closed[:, size:-size], np.uint8)
+
+
+def _tile(side: int) -> QPixmap:
+    """One period of slanted white lines on black, device pixels."""
+    tile = QPixmap(side, side)
+    tile.fill(_INK)
+    painter = QPainter(tile)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.setPen(QPen(_PAPER, side / 2.0 * 0.5**0.5))
+    for start in (-side, 0, side):
+        painter.drawLine(QPointF(start - side, 2.0 * side), QPointF(start + 2.0 * side, -side))
+    painter.end()
+    return tile

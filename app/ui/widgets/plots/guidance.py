@@ -1,0 +1,193 @@
+"""What to do now, readable from three metres: the curved arrow and the degrees to go."""
+
+from __future__ import annotations
+
+import math
+from typing import Final, Literal, TypeAlias
+
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QFont, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF
+from PySide6.QtWidgets import QSizePolicy
+
+from app.ui.theme import theme
+from app.ui.widgets.plots.base import Plot, polygon
+from app.ui.widgets.plots.geometry import arrow_shape
+
+_FIGURE: Final = 224
+_LINE: Final = 176
+_WORDS: Final = 32
+_WORDS_LINE: Final = 36
+_LEAST: Final = 48
+_SIGN: Final = "°"
+_SIGN_SIZE: Final = 0.54  # of the number's size: the sign is read at a glance, the number counts
+
+
+class BigDegrees(Plot):
+    """A large number with its degree sign in the middle, and words at its foot.
+
+    Everything shrinks together where it is wider than the widget.
+    """
+
+    policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def __init__(self, size: int = _FIGURE) -> None:
+        super().__init__("")
+        self._size = size
+        self._number: int | None = None
+        self._words: tuple[str, ...] = ()
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+
+    def sizeHint(self) -> QSize:
+        """Return the size that the design asks for, at the scale of the theme."""
+        t = theme()
+        return QSize(t.px(432), t.px(_LINE * self._size / _FIGURE))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return a size at which the number is still large."""
+        return QSize(theme().px(160), self.sizeHint().height())
+
+    def set_value(self, degrees: int | None, words: str = "to go") -> None:
+        """Show another number, not negative; None shows nothing, while the heading is lost.
+
+        Words such as "to go" and "too far"; more than two of them take two lines.
+        """
+        self._number = degrees
+        parts = words.split()
+        half = (len(parts) + 1) // 2
+        lines = [words] if len(parts) < 3 else [" ".join(parts[:half]), " ".join(parts[half:])]
+        self._words = tuple(line for line in lines if line)
+        self.setAccessibleName("" if degrees is None else f"{degrees}° {words}".strip())
+        self.update()
+
+    def figure_font(self) -> QFont:
+        """Give the font of the number: as designed, or smaller so that it fits."""
+        size, need = self._size, self._extent(self._size)
+        if need > self.width():
+            # Widths grow as the size does: begin close by, each size is a font of its own.
+            steps = int(size * (1.0 - self.width() / need) / 2.0)
+            size = max(size - 2 * steps, _LEAST)
+            while size + 2 <= self._size and self._extent(size + 2) <= self.width():
+                size += 2
+            while size > _LEAST and self._extent(size) > self.width():
+                size -= 2
+        return theme().font(size, 700)
+
+    def _extent(self, size: int) -> float:
+        """Width that is needed: twice the farther half, since the number is centred."""
+        digits, number = self._widths(theme().font(size, 700), size)
+        return max(number, 2.0 * (digits + self._side(size) - number / 2.0))
+
+    def _widths(self, font: QFont, size: int) -> tuple[float, float]:
+        """Width of the digits alone, and with their sign."""
+        digits = QFontMetricsF(font).horizontalAdvance(str(self._number))
+        return digits, digits + QFontMetricsF(self._sign_font(size)).horizontalAdvance(_SIGN)
+
+    def _sign_font(self, size: int) -> QFont:
+        return theme().font(round(size * _SIGN_SIZE), 700)
+
+    def _side(self, size: int) -> float:
+        """Width that the words need right of the number's last digit."""
+        font = self._words_font(size)
+        widths = [QFontMetricsF(font).horizontalAdvance(line) for line in self._words]
+        return max(widths, default=0.0) + theme().px(10)
+
+    def _words_font(self, size: int) -> QFont:
+        return theme().font(max(round(_WORDS * size / _FIGURE), 14), 600)
+
+    def draw(self, painter: QPainter, ratio: float) -> None:
+        """Paint the number, its sign and the words."""
+        if self._number is None:
+            return
+        t = theme()
+        font = self.figure_font()
+        size = round(font.pixelSize() / t.scale)
+        tall = QFontMetricsF(font).capHeight()
+        digits, number = self._widths(font, size)
+        left = round((self.width() - number) / 2.0 * ratio) / ratio
+        base = round((self.height() + tall) / 2.0 * ratio) / ratio
+        painter.setPen(t.c.text)
+        painter.setFont(font)
+        painter.drawText(QPointF(left, base), str(self._number))
+        sign = self._sign_font(size)
+        painter.setFont(sign)
+        # The sign's ring stands a little over the top of the digits.
+        ring = QFontMetricsF(sign).tightBoundingRect(_SIGN).top()
+        top = max(base - tall - size / 50.0, 1.0) - ring
+        painter.drawText(QPointF(left + digits, top), _SIGN)
+        small = self._words_font(size)
+        painter.setFont(small)
+        line = t.px(_WORDS_LINE) * small.pixelSize() / t.px(_WORDS)
+        for index, words in enumerate(reversed(self._words)):
+            painter.drawText(QPointF(left + digits + t.px(10), base - index * line), words)
+
+
+Sign: TypeAlias = Literal["clockwise", "counter-clockwise", "check", "none"]
+"""What the arrow shows; "none" shows nothing, while the heading is lost."""
+
+_NAMES = {
+    "clockwise": "Turn clockwise",
+    "counter-clockwise": "Turn counter-clockwise",
+    "check": "You are in the light",
+    "none": "No direction now",
+}
+
+
+class TurnArrow(Plot):
+    """A thick curved arrow in amber, or a green check."""
+
+    wanted = (320, 104)
+    policies = (QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+
+    def __init__(self) -> None:
+        super().__init__("")
+        self._sign: Sign = "none"
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.set_sign("none")
+
+    @property
+    def sign(self) -> Sign:
+        """What it shows."""
+        return self._sign
+
+    def set_sign(self, sign: Sign) -> None:
+        """Show another sign."""
+        self._sign = sign
+        self.setAccessibleName(_NAMES[sign])
+        self.update()
+
+    def draw(self, painter: QPainter, ratio: float) -> None:
+        """Paint the sign."""
+        if self._sign == "check":
+            self._draw_check(painter)
+        elif self._sign != "none":
+            self._draw_arrow(painter, clockwise=self._sign == "clockwise")
+
+    def _draw_arrow(self, painter: QPainter, *, clockwise: bool) -> None:
+        shape = arrow_shape(self.width(), self.height(), clockwise=clockwise)
+        centre = QPointF(*shape.centre)
+        # Qt counts angles from the right, counter-clockwise.
+        start, sweep = 90.0 - shape.start_deg, shape.start_deg - shape.stop_deg
+        path = QPainterPath()
+        outer, inner = _circle(centre, shape.outer), _circle(centre, shape.inner)
+        path.arcMoveTo(outer, start)
+        path.arcTo(outer, start, sweep)
+        path.arcTo(inner, start + sweep, -sweep)
+        path.closeSubpath()
+        head = QPainterPath()
+        head.addPolygon(polygon(shape.head))
+        head.closeSubpath()
+        painter.fillPath(path.united(head), theme().c.amber)
+
+    def _draw_check(self, painter: QPainter) -> None:
+        unit = min(self.width() / 320.0, self.height() / 104.0)
+        middle = QPointF(self.width() / 2.0, self.height() / 2.0)
+        corners = ((-44.0, 2.0), (-12.0, 34.0), (44.0, -30.0))
+        line = QPolygonF([middle + QPointF(x, y) * unit for x, y in corners])
+        join = Qt.PenJoinStyle.RoundJoin
+        cap = Qt.PenCapStyle.RoundCap
+        painter.setPen(QPen(theme().c.ok, math.ceil(22 * unit), Qt.PenStyle.SolidLine, cap, join))
+        painter.drawPolyline(line)
+
+
+def _circle(centre: QPointF, radius: float) -> QRectF:
+    return QRectF(centre.x() - radius, centre.y() - radius, 2.0 * radius, 2.0 * radius)

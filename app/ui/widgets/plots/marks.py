@@ -1,0 +1,271 @@
+"""Marks over a panorama, its scale, and the grip of the photographer’s marker."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from PySide6.QtCore import QPoint, QPointF, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPainterPath, QPen
+from PySide6.QtWidgets import QWidget
+
+from app.core.base.angles import difference
+from app.core.text.turns import signed
+from app.ui.theme import theme
+from app.ui.theme.icons import draw_icon
+from app.ui.widgets.plots.base import arrow_step, disc, draw_text, outlined_line, polygon, snap
+from app.ui.widgets.plots.mapping import label_step
+
+if TYPE_CHECKING:
+    from PySide6.QtGui import QFocusEvent, QKeyEvent, QMouseEvent, QPaintEvent
+
+    from app.ui.widgets.plots.mapping import Viewport
+
+
+_HEIGHT: Final = 36
+_ICON: Final = 16
+_PADDING: Final = 15
+_GAP: Final = 8
+
+
+class MarkerGrip(QWidget):
+    """An amber pill with a person, words, and the sign that it can be dragged.
+
+    Arrows step by 1°, with Shift by 10°; Enter keeps the new place, Esc takes the old one.
+    """
+
+    dragged = Signal(QPoint)
+    """The pointer moved while it holds the grip; in the parent's coordinates."""
+
+    dropped = Signal()
+    """The pointer let go, or Enter was pressed."""
+
+    stepped = Signal(float)
+    """An arrow was pressed: by so many degrees, positive clockwise."""
+
+    home = Signal()
+    """Home or Esc was pressed: back to where it was."""
+
+    left = Signal()
+    """The keyboard went elsewhere."""
+
+    def __init__(self, words: str, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._words = words
+        self._moving = ""
+        self._held = False
+        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+        self.setCursor(Qt.CursorShape.SizeHorCursor)
+        self.setToolTip("Drag it to where you stand (M). Arrows 1°, Shift 10°, Enter keeps it")
+        self.set_words(words)
+
+    def set_words(self, words: str) -> None:
+        """Say "Photographer stands here" or "You face this way now" while it does not move."""
+        self._words = words
+        self.setAccessibleName(words)
+        self.resize(self.sizeHint())
+        self.update()
+
+    def set_moving(self, words: str) -> None:
+        """Say how far it has moved; empty while it does not move."""
+        if words != self._moving:
+            self._moving = words
+            self.setAccessibleDescription(words)
+            self.update()
+
+    @property
+    def text(self) -> str:
+        """What stands on the grip now."""
+        return self._moving or self._words
+
+    @property
+    def held(self) -> bool:
+        """Whether the mouse holds it."""
+        return self._held
+
+    def sizeHint(self) -> QSize:
+        """Return the size for its words; it keeps it while it moves."""
+        t = theme()
+        text = QFontMetricsF(t.font(14, 600)).horizontalAdvance(self._words)
+        parts = 2 * _PADDING + 2 * _ICON + 2 * _GAP
+        return QSize(t.px(parts) + round(text), t.px(_HEIGHT))
+
+    def focus_shape(self) -> tuple[QRect, int]:
+        """Rectangle and corner radius that the focus ring goes around."""
+        return self.rect(), self.height() // 2
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the pill."""
+        t = theme()
+        painter = QPainter(self)
+        try:
+            painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+            area = QRectF(self.rect())
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(t.c.amberfill)
+            if t.contrast:
+                painter.setPen(t.c.onamber)
+                area.adjust(0.5, 0.5, -0.5, -0.5)
+            painter.drawRoundedRect(area, area.height() / 2.0, area.height() / 2.0)
+            side, pad = t.px(_ICON), t.px(_PADDING)
+            top = (self.height() - side) / 2.0
+            draw_icon(painter, "person", QRectF(pad, top, side, side), side, t.c.onamber)
+            middle = (self.width() / 2.0, self.height() / 2.0)
+            draw_text(painter, middle, self.text, t.font(14, 600), t.c.onamber)
+            dots = QRectF(self.width() - pad - side, top, side, side)
+            draw_icon(painter, "grip", dots, side, t.c.onamber)
+        finally:
+            painter.end()
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Take it."""
+        if event.button() == Qt.MouseButton.LeftButton:
+            self._held = True
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Lead it."""
+        if self._held:
+            self.dragged.emit(self.mapToParent(event.position().toPoint()))
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Let go of it."""
+        if self._held and event.button() == Qt.MouseButton.LeftButton:
+            self._held = False
+            self.dropped.emit()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Step, keep or take back."""
+        key = Qt.Key(event.key())
+        if (step := arrow_step(event)) and step[0]:
+            self.stepped.emit(step[0])
+        elif key in (Qt.Key.Key_Return, Qt.Key.Key_Enter) and self._moving:
+            self.dropped.emit()
+        elif key == Qt.Key.Key_Home or (key == Qt.Key.Key_Escape and self._moving):
+            self.home.emit()
+        else:
+            super().keyPressEvent(event)
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        """Report that the keyboard went elsewhere."""
+        super().focusOutEvent(event)
+        self.left.emit()
+
+
+_RADIUS: Final = 6
+_LABEL_ROOM: Final = 72
+
+
+@dataclass(frozen=True, slots=True)
+class SceneLamp:
+    """A lamp found in the panorama, with the direction of its middle as captured."""
+
+    letter: str
+    azimuth_deg: float
+    elevation_deg: float
+
+
+@dataclass(frozen=True, slots=True)
+class Marks:
+    """What lies over the picture; the scale counts from the front."""
+
+    front_deg: float
+    marker_deg: float | None
+    lamps: tuple[SceneLamp, ...]
+    grid: bool
+
+
+def draw_marks(painter: QPainter, ratio: float, view: Viewport, marks: Marks) -> None:
+    """Paint grid, lamps and the marker's line; antialiased, in the panorama's coordinates."""
+    if marks.grid:
+        _draw_grid(painter, ratio, view, marks.front_deg)
+    for lamp in marks.lamps:
+        _draw_lamp(painter, view, lamp)
+    if marks.marker_deg is not None:
+        t = theme()
+        for place in view.xs_of(marks.marker_deg, 3.0):
+            x = snap(place, ratio, 2.0)
+            ends = ((x, 0.0), (x, view.height))
+            outlined_line(painter, *ends, t.c.amberfill, t.c.tag, 2.0)
+
+
+def _draw_grid(painter: QPainter, ratio: float, view: Viewport, front_deg: float) -> None:
+    """Paint lines every 45° around and every 30° up, the horizon stronger."""
+    dark, light = QColor(0, 0, 0, 80), QColor(255, 255, 255, 130)
+    lines: list[tuple[QPointF, QPointF, float]] = []
+    for turn in range(-180, 180, 45):
+        for place in view.xs_of(front_deg + turn):
+            x = snap(place, ratio)
+            lines.append((QPointF(x, 0.0), QPointF(x, view.height), 1.0))
+    for elevation in range(-60, 61, 30):
+        y, width = view.y_of(elevation), 2.0 if elevation == 0 else 1.0
+        if 0.0 <= y <= view.height:
+            y = snap(y, ratio, width)
+            lines.append((QPointF(0.0, y), QPointF(view.width, y), width))
+    flat = Qt.PenCapStyle.FlatCap
+    for colour, wider in ((dark, 2.0), (light, 0.0)):
+        for start, stop, width in lines:
+            painter.setPen(QPen(colour, width + wider, Qt.PenStyle.SolidLine, flat))
+            painter.drawLine(start, stop)
+
+
+def _draw_lamp(painter: QPainter, view: Viewport, lamp: SceneLamp) -> None:
+    t = theme()
+    radius = t.px(13)
+    for x in view.xs_of(lamp.azimuth_deg, radius):
+        y = min(max(view.y_of(lamp.elevation_deg), radius), view.height - radius)
+        # A tag at the panorama's seam stays whole.
+        middle = (min(max(x, radius), view.width - radius), y)
+        disc(painter, middle, radius + 1.0, t.c.tag)
+        disc(painter, middle, radius - 1.0, t.c.tag, t.c.ontag, 2.0)
+        draw_text(painter, middle, lamp.letter, t.font(14, 700), t.c.ontag)
+
+
+def draw_corners(painter: QPainter, size: QSize, ground: QColor) -> None:
+    """Round the corners of a panorama that lies on some ground: cheaper than to clip it."""
+    t, outer = theme(), QRectF(QPointF(), size)
+    path = QPainterPath()
+    path.addRect(outer)
+    path.addRoundedRect(outer, t.px(_RADIUS), t.px(_RADIUS))
+    painter.fillPath(path, ground)
+
+
+def draw_scale(painter: QPainter, ratio: float, area: QRect, view: Viewport, marks: Marks) -> None:
+    """Paint the scale of azimuths under the picture, with the marker's place in amber."""
+    t = theme()
+    left, top = area.left(), float(area.bottom() + 1)
+    amber = [] if marks.marker_deg is None else view.xs_of(marks.marker_deg)
+    labelled = label_step(view.scale, t.px(_LABEL_ROOM))
+    step = max(labelled // 3, 1)
+    pen = QPen(t.c.ctl, t.line_width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
+    font = t.font(12)
+    metrics = QFontMetricsF(font)
+    for tick in view.ticks(marks.front_deg, step, labelled):
+        half = t.line_width / 2.0
+        x = left + min(max(snap(tick.x, ratio, t.line_width), half), view.width - half)
+        painter.setPen(pen)
+        painter.drawLine(QPointF(x, top), QPointF(x, top + t.px(8 if tick.label else 4)))
+        width = metrics.horizontalAdvance(tick.label)
+        near = any(abs(place - tick.x) < width / 2.0 + t.px(22) for place in amber)
+        if tick.label and not near:
+            middle = min(max(tick.x, width / 2.0), view.width - width / 2.0)
+            draw_text(painter, (left + middle, top + t.px(18)), tick.label, font, t.c.dim)
+    if marks.marker_deg is not None:
+        words = signed(difference(marks.marker_deg, marks.front_deg))
+        for place in amber:
+            _draw_pointer(painter, (left + place, top), area, words)
+
+
+def _draw_pointer(painter: QPainter, place: tuple[float, float], area: QRect, words: str) -> None:
+    """Paint the triangle and the number under the marker."""
+    t = theme()
+    x, top = place
+    half, height = t.px(7), t.px(9)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(t.c.amber)
+    painter.drawPolygon(
+        polygon([(x - half, top + height + 1), (x, top), (x + half, top + height + 1)])
+    )
+    font = t.font(12, 700)
+    room = QFontMetricsF(font).horizontalAdvance(words) / 2.0
+    middle = min(max(x, area.left() + room), area.right() + 1 - room)
+    draw_text(painter, (middle, top + t.px(20)), words, font, t.c.amber)

@@ -1,0 +1,327 @@
+"""What a style asks of a place: weights over the panorama, and the key to their colours."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final, Literal, TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRectF, QSize, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QLinearGradient, QPainter, QPen
+from PySide6.QtWidgets import QSizePolicy
+
+from app.core.base.angles import wrap
+from app.core.text.turns import turn_words
+from app.ui.theme import theme
+from app.ui.widgets.paint import box
+from app.ui.widgets.plots.base import Plot, TurnPlot, draw_label, draw_text, label_area, snap
+from app.ui.widgets.plots.mapping import Viewport
+from app.ui.widgets.plots.marks import draw_corners
+
+if TYPE_CHECKING:
+    from PySide6.QtGui import QMouseEvent, QResizeEvent
+
+    from app.ui.widgets.plots.geometry import Point
+    from app.ui.widgets.plots.graphics import PanoramaLayer
+
+
+WeightSign: TypeAlias = Literal["plus", "minus"]
+
+_GREY: Final = QColor(0x6E, 0x6E, 0x6E)
+_GAP: Final = 12
+
+
+def draw_sign(painter: QPainter, area: QRectF, sign: WeightSign) -> None:
+    """Draw the tile of a weight on whole pixels: orange with a plus, or blue with a minus."""
+    t = theme()
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(t.c.plus if sign == "plus" else t.c.minus)
+    painter.drawRoundedRect(area, t.px(3), t.px(3))
+    arm = area.width() * 0.22
+    ratio = max(painter.deviceTransform().m11(), 0.25)
+    width = max(area.width() / 10.0, 1.5)
+    x, y = snap(area.center().x(), ratio, width), snap(area.center().y(), ratio, width)
+    painter.setPen(QPen(Qt.GlobalColor.black, width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
+    painter.drawLine(QPointF(x - arm, y), QPointF(x + arm, y))
+    if sign == "plus":
+        painter.drawLine(QPointF(x, y - arm), QPointF(x, y + arm))
+
+
+class WeightScale(Plot):
+    """A bar from blue over grey to orange, with words and tiles at its ends."""
+
+    policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def __init__(
+        self,
+        less: str = "should be darker",
+        more: str = "should be brighter",
+    ) -> None:
+        super().__init__(f"Weights: blue and minus {less}, orange and plus {more}")
+        self._words = (less, more)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+
+    def sizeHint(self) -> QSize:
+        """Return the size that the design asks for, at the scale of the theme."""
+        return QSize(680, theme().px(20))
+
+    def minimumSizeHint(self) -> QSize:
+        """Return the width at which the bar is still seen."""
+        t = theme()
+        metrics = QFontMetricsF(t.font(12))
+        words = sum(metrics.horizontalAdvance(each) for each in self._words)
+        return QSize(round(words) + t.px(2 * 20 + 4 * _GAP + 48), t.px(20))
+
+    def draw(self, painter: QPainter, ratio: float) -> None:
+        """Paint tiles, words and the bar."""
+        t = theme()
+        side, gap = float(t.px(20)), float(t.px(_GAP))
+        y, middle = (self.height() - side) / 2.0, self.height() / 2.0
+        draw_sign(painter, QRectF(0.0, round(y), side, side), "minus")
+        draw_sign(painter, QRectF(self.width() - side, round(y), side, side), "plus")
+        font = t.font(12)
+        left = side + gap
+        left += draw_text(painter, (left, middle), self._words[0], font, t.c.dim, 0.0) + gap
+        right = self.width() - side - gap
+        right -= draw_text(painter, (right, middle), self._words[1], font, t.c.dim, 1.0) + gap
+        height = t.px(12)
+        bar = QRectF(left, round(middle - height / 2.0), max(right - left, 0.0), height)
+        gradient = QLinearGradient(bar.topLeft(), bar.topRight())
+        for place, colour in ((0.0, t.c.minus), (0.5, _GREY), (1.0, t.c.plus)):
+            gradient.setColorAt(place, colour)
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(gradient)
+        painter.drawRoundedRect(bar, height / 2.0, height / 2.0)
+
+
+class WeightLegend(Plot):
+    """Two tiles with words: what orange and blue on a panorama mean."""
+
+    policies = (QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+
+    def __init__(
+        self,
+        helps: str = "light helps",
+        harms: str = "light harms",
+    ) -> None:
+        super().__init__(f"Orange and plus: {helps}. Blue and minus: {harms}")
+        self._words: tuple[tuple[WeightSign, str], ...] = (("plus", helps), ("minus", harms))
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+
+    def sizeHint(self) -> QSize:
+        """Return the size of its words."""
+        t = theme()
+        metrics = QFontMetricsF(t.font(12))
+        words = sum(metrics.horizontalAdvance(each) for _, each in self._words)
+        return QSize(round(words) + t.px(2 * (16 + 6) + 16) + 2, t.px(16))
+
+    def draw(self, painter: QPainter, ratio: float) -> None:
+        """Paint tiles and words."""
+        t = theme()
+        side, x = float(t.px(16)), 0.0
+        top = round((self.height() - side) / 2.0)
+        for sign, words in self._words:
+            draw_sign(painter, QRectF(round(x), top, side, side), sign)
+            x = round(x) + side + t.px(6)
+            place = (x, self.height() / 2.0)
+            x += draw_text(painter, place, words, t.font(12), t.c.dim, 0.0) + t.px(16)
+
+
+Bytes: TypeAlias = NDArray[np.uint8]
+
+_RADIUS: Final = 6
+_SHADE: Final = 0.72  # how bright the grey panorama stays: weights are what is to be seen
+_STRONGEST: Final = 0.80  # opacity of the largest weight: the place still shows through
+_GAMMA: Final = 0.8
+_DOTS: Final = (2.0, 2.0)
+
+
+def dimmed(picture: Bytes) -> Bytes:
+    """Make a panorama (h, w, 3) grey and darker: (h, w), sRGB bytes."""
+    grey = cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY)
+    table = np.round(np.arange(256) * _SHADE).astype(np.uint8)
+    return np.asarray(cv2.LUT(grey, table), np.uint8)
+
+
+def tinted(
+    target: NDArray[np.floating[Any]], plus: tuple[int, ...], minus: tuple[int, ...]
+) -> Bytes:
+    """Colour a pre-integrated target: more opaque where light counts more.
+
+    Parameters
+    ----------
+    target : (H, W) float
+        F of eq. 3 for turn 0, any scale; positive where light helps.
+    plus, minus : tuple of int
+        sRGB of positive and negative weights.
+
+    Returns
+    -------
+    (H, W, 4) uint8
+        Blue, green, red, opacity; colours multiplied by opacity, as Qt blends them fastest.
+    """
+    values = np.nan_to_num(np.asarray(target, np.float32), posinf=0.0, neginf=0.0)
+    largest = float(np.abs(values).max(initial=0.0))
+    share = np.abs(values) / largest if largest > 0.0 else np.zeros_like(values)
+    opacity = _STRONGEST * share**_GAMMA
+    colours = np.array([(*plus[::-1], 255), (*minus[::-1], 255)], np.float32)
+    chosen = colours[(values < 0.0).astype(np.intp)]
+    return np.asarray(chosen * opacity[..., np.newaxis] + 0.5, np.uint8)
+
+
+class WeightPanorama(TurnPlot):
+    """The panorama of a place with the weights of a style, turned as the sitter is.
+
+    Its middle is where the photographer stands at turn 0. A solid line marks where the sitter
+    faces, a dotted one what is behind them. Dragging moves the sitter; arrows 1°, Shift 10°.
+    """
+
+    policies = (QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+
+    def __init__(
+        self,
+        name: str = "What the style asks of this place",
+        size: tuple[int, int] = (272, 136),
+        sitter: str = "Sitter",
+        behind: str = "Behind",
+    ) -> None:
+        super().__init__(name)
+        self._size = size
+        self._words = (sitter, behind)
+        self._picture: Bytes | None = None
+        self._front = 0.0
+        self._weights: PanoramaLayer | None = None
+        self._tint: Bytes | None = None
+        self.describe()
+
+    def sizeHint(self) -> QSize:
+        """Return the size that the design asks for, at the scale of the theme."""
+        return QSize(theme().px(self._size[0]), theme().px(self._size[1]))
+
+    def set_picture(self, picture: Bytes | None, front_deg: float = 0.0) -> None:
+        """Show another place, sRGB (h, w, 3) uint8, with an azimuth of it in the middle."""
+        if picture is self._picture and front_deg == self._front:
+            return
+        self._picture, self._front = picture, front_deg
+        if picture is not None and self._weights is None:
+            self._place = self.panel.add_layer()
+            self._weights = self.panel.add_layer()
+            self._weights.set_pixels(self._tint)
+            self._weights.setX(self.needle)
+            self.panel.look(self.view)
+        if self._weights is not None:
+            self._place.set_pixels(None if picture is None else dimmed(picture))
+            self._place.setX(-wrap(front_deg))
+            self.panel.setVisible(picture is not None)
+        self.update()
+
+    def set_target(self, target: NDArray[np.floating[Any]] | None) -> None:
+        """Show other weights: the pre-integrated F (eq. 3) of turn 0, (H, W) at any scale."""
+        c = theme().c
+        plus, minus = ((each.red(), each.green(), each.blue()) for each in (c.plus, c.minus))
+        self._tint = None if target is None else tinted(target, plus, minus)
+        if self._weights is not None:
+            self._weights.set_pixels(self._tint)
+        self.update()
+
+    def set_needle(self, turn_deg: float) -> None:
+        """Turn the sitter and their weights, without a signal."""
+        super().set_needle(turn_deg)
+        if self._weights is not None:
+            self._weights.setX(self.needle)
+
+    def set_turn(self, turn_deg: float, best_deg: float | None = None) -> None:
+        """Turn the sitter without a signal: the weights of azimuth a are then shown at a + turn."""
+        if best_deg is not None:
+            self._best = wrap(best_deg)
+        self.set_needle(turn_deg)
+
+    def describe(self) -> None:
+        """Put into words where the sitter faces."""
+        self.say(
+            f"The sitter faces {turn_words(self._needle)}, the background is "
+            f"{turn_words(self._needle + 180.0)}. Orange: light helps. Blue: light harms."
+            if self._needle
+            else "The sitter faces the photographer’s first place. "
+            "Orange: light helps. Blue: light harms."
+        )
+
+    @property
+    def view(self) -> Viewport:
+        """The whole panorama, its middle at turn 0."""
+        return Viewport(float(self.width()))
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Show the whole panorama at every size."""
+        super().resizeEvent(event)
+        if self._weights is not None:
+            self.panel.look(self.view)
+
+    def draw(self, painter: QPainter, _ratio: float) -> None:
+        """Paint the well while there is no place."""
+        if self._picture is None:
+            box(painter, self.rect(), theme().px(_RADIUS), theme().c.well)
+
+    def draw_over(self, painter: QPainter, ratio: float) -> None:
+        """Paint the two lines."""
+        self._draw_lines(painter, ratio)
+        draw_corners(painter, self.size(), theme().c.panel)
+
+    def _draw_lines(self, painter: QPainter, ratio: float) -> None:
+        sitter, behind = self._words
+        taken = self._draw_line(painter, ratio, self._needle, sitter, QRectF(), dotted=False)
+        self._draw_line(painter, ratio, self._needle + 180.0, behind, taken, dotted=True)
+
+    def _draw_line(
+        self,
+        painter: QPainter,
+        ratio: float,
+        turn_deg: float,
+        words: str,
+        taken: QRectF,
+        *,
+        dotted: bool,
+    ) -> QRectF:
+        """Draw a line and its tag, below the other tag where they would meet."""
+        if not words:
+            return QRectF()
+        t = theme()
+        for place in self.view.xs_of(turn_deg, 2.0):
+            x = snap(place, ratio, 2.0)
+            ends = (QPointF(x, 0.0), QPointF(x, float(self.height())))
+            flat = Qt.PenCapStyle.FlatCap
+            painter.setPen(QPen(t.c.tag, 4.0, Qt.PenStyle.SolidLine, flat))
+            painter.setOpacity(0.7)
+            painter.drawLine(*ends)
+            painter.setOpacity(1.0)
+            pen = QPen(t.c.ontag, 2.0, Qt.PenStyle.SolidLine, flat)
+            if dotted:
+                pen.setDashPattern(list(_DOTS))
+            painter.setPen(pen)
+            painter.drawLine(*ends)
+        area = self._tag_area(self.view.x_of(turn_deg), words, taken)
+        draw_label(painter, (area.x(), area.y()), words)
+        return area
+
+    def _tag_area(self, x: float, words: str, taken: QRectF) -> QRectF:
+        """Place a tag beside its line: to the right where there is room, else to the left."""
+        t = theme()
+        gap = t.px(6)
+        area = label_area((x + gap, gap), words)
+        if area.right() > self.width() - gap:
+            area.moveRight(round(x - gap))
+        if area.intersects(taken.adjusted(-gap, 0, gap, 0)):
+            area.moveTop(taken.bottom() + t.px(4))
+        return area
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Turn the sitter toward the pointer."""
+        if event.button() == Qt.MouseButton.LeftButton and self._picture is not None:
+            self.begin_drag(self.turn_under((event.position().x(), 0.0)))
+        else:
+            super().mousePressEvent(event)
+
+    def turn_under(self, point: Point) -> float:
+        """Give the azimuth that a pointer means, deg."""
+        return self.view.azimuth_at(point[0])
