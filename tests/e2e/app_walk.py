@@ -170,7 +170,7 @@ class Walk:
         self.linger(1.0)
         self.mark("first: mask")
         presenter = robot.find("Light", LightScreen).presenter
-        presenter.keeping.ask_mask()
+        presenter.lamp_actions.ask_mask()
         robot.wait(lambda: self.sees("Where the lamp is"), "the mask", PATIENCE_S)
         robot.settle()
         self.mark("painting a mask")

@@ -17,10 +17,9 @@ from app.core.solver.place_light import PlaceLight
 from app.core.solver.solve import StyleResult
 from app.ui.screens.light import jobs
 from app.ui.screens.light.mask import MaskEdit
-from app.ui.screens.light.pictures import View
+from app.ui.screens.light.pictures import Answers, Held, InHand, Question, View
 from app.ui.screens.light.presenter import LightPresenter
 from app.ui.screens.light.state import CaptureAsk, LightState, WordsAsk
-from app.ui.screens.light.work import Answers, Held, InHand, Question
 from tests.helpers.styles_screen import HoldingRunner, Table, head, scene_light
 
 __all__ = ["LightRig", "Watching", "placed"]

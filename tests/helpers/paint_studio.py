@@ -93,8 +93,13 @@ def studio(home: Path, lamp_deg: float | None = 0.0, runner: Any = None) -> Stud
         devices=MagicMock(),
         folders=Folders(home, home / "places", home / "styles", home / "drafts", home / "demo"),
     )
-    desk = PlaceController(services)
+    place_controller = PlaceController(services)
     model.update(head=_head(), light=None if lamp_deg is None else lamp_light(lamp_deg))
     return Studio(
-        services, model, told, PaintPresenter(services, desk), home / "drafts", home / "styles"
+        services,
+        model,
+        told,
+        PaintPresenter(services, place_controller),
+        home / "drafts",
+        home / "styles",
     )

@@ -172,8 +172,8 @@ class Rig:
             head=self.head, light=light, results=results, chosen=style, step=Step.TURN
         )
         self.view = MagicMock(spec=TurnView)
-        self.desk = MagicMock(spec=PlaceController)
-        self.presenter = TurnPresenter(self.services, self.desk)
+        self.place_controller = MagicMock(spec=PlaceController)
+        self.presenter = TurnPresenter(self.services, self.place_controller)
 
     def _index(self, *_: Any) -> object:
         if self.blank:

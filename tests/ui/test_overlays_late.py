@@ -14,7 +14,8 @@ from pytestqt.qtbot import QtBot
 
 from app.ui.overlays.find import FindBody
 from app.ui.presenters.places_list import _thumbnail
-from app.ui.screens.paint.view.screen import NameSheet, PaintScreen
+from app.ui.screens.paint.view.screen import PaintScreen
+from app.ui.widgets.line_sheet import LineSheet
 from tests.helpers.paint_studio import studio
 
 
@@ -44,7 +45,7 @@ def test_the_sheet_for_a_name_goes_with_its_screen(qtbot: QtBot, tmp_path: Path)
     screen.setParent(window)
     room.presenter.attach(screen)
     screen.ask_name("save", "Mine")
-    (sheet,) = window.findChildren(NameSheet)
+    (sheet,) = window.findChildren(LineSheet)
     # As the window does when the theme changes.
     room.presenter.detach()
     screen.deleteLater()

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
 from app.core.solver.head_shape import HeadShape
-from app.ui.screens.light.resolve import sky_of
+from app.ui.screens.light.pictures import sky_of
 from app.ui.screens.light.state import HeadsState
 from app.ui.theme import set_theme
 from app.ui.widgets.plots.head_views import AboveView, SideView

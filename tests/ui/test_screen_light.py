@@ -14,10 +14,11 @@ from pytestqt.qtbot import QtBot
 
 from app.core.second_light.captured import make_lamp
 from app.ui.screens.light.state import DISTANCES_M
-from app.ui.screens.light.view.asking import CaptureSheet, WordsSheet
-from app.ui.screens.light.view.screen import LightScreen, MaskSheet, column_widths
+from app.ui.screens.light.view.screen import LightScreen, column_widths
+from app.ui.screens.light.view.sheets import CaptureSheet, MaskSheet
 from app.ui.theme import set_theme, theme
 from app.ui.widgets.buttons import Button
+from app.ui.widgets.line_sheet import LineSheet
 from tests.helpers.light_rig import BEST, LightRig
 from tests.helpers.styles_screen import scene_light
 from tests.ui.test_window_reach import cut_off, overlapping
@@ -107,7 +108,7 @@ def test_the_power_is_stepped_by_buttons_and_keys(qtbot: QtBot, rig: LightRig) -
 
 def own_on(qtbot: QtBot, rig: LightRig, tmp_path: Path) -> LightScreen:
     view = screen_of(qtbot, rig)
-    rig.presenter.take_pictures([own_lamp(tmp_path / "mine.exr", known=True)])
+    rig.presenter.lamps.take([own_lamp(tmp_path / "mine.exr", known=True)])
     qtbot.wait(10)
     assert view.lamp.more.isVisible()
     return view
@@ -117,9 +118,9 @@ def test_a_lamp_of_ones_own_is_renamed_in_a_sheet(
     qtbot: QtBot, rig: LightRig, tmp_path: Path
 ) -> None:
     view = own_on(qtbot, rig, tmp_path)
-    rig.presenter.keeping.ask("rename")
+    rig.presenter.lamp_actions.ask("rename")
     sheet = view.sheet
-    assert isinstance(sheet, WordsSheet)
+    assert isinstance(sheet, LineSheet)
     assert sheet.field.edit.hasFocus()
     QTest.keyClicks(sheet.field.edit, " ")
     QTest.keyClick(sheet.field.edit, KEY.Key_Return)
@@ -154,7 +155,7 @@ def test_capturing_shows_the_steps_and_a_wrong_distance_stays_open(
 
 def test_a_mask_is_painted_in_a_sheet(qtbot: QtBot, rig: LightRig, tmp_path: Path) -> None:
     view = own_on(qtbot, rig, tmp_path)
-    rig.presenter.keeping.ask_mask()
+    rig.presenter.lamp_actions.ask_mask()
     sheet = view.sheet
     assert isinstance(sheet, MaskSheet)
     assert sheet.canvas.hasFocus()
@@ -167,10 +168,10 @@ def test_a_mask_is_painted_in_a_sheet(qtbot: QtBot, rig: LightRig, tmp_path: Pat
     sheet.tool.part("not").click()
     QTest.keyClick(sheet.canvas, KEY.Key_Return)
     assert sheet.save.isEnabled()
-    before = rig.presenter.shelf.own
+    before = rig.presenter.lamps.own
     sheet.save.click()
     assert view.sheet is None
-    after = rig.presenter.shelf.own
+    after = rig.presenter.lamps.own
     assert before is not None
     assert after is not None
     assert after.alpha.sum() < before.alpha.sum()
@@ -181,15 +182,15 @@ def test_painting_a_mask_takes_little_of_the_screens_thread(
     qtbot: QtBot, rig: LightRig, tmp_path: Path
 ) -> None:
     view = own_on(qtbot, rig, tmp_path)
-    own = rig.presenter.shelf.own
+    own = rig.presenter.lamps.own
     assert own is not None
-    rig.presenter.shelf.own = make_lamp(
+    rig.presenter.lamps.own = make_lamp(
         own.name,
         np.repeat(np.repeat(own.radiance, 8, axis=0), 8, axis=1),
         np.repeat(np.repeat(own.alpha, 8, axis=0), 8, axis=1),
         white_cd_m2=1.0,
     )
-    rig.presenter.keeping.ask_mask()
+    rig.presenter.lamp_actions.ask_mask()
     sheet = view.sheet
     assert isinstance(sheet, MaskSheet)
     plain, left = Qt.KeyboardModifier.NoModifier, Qt.MouseButton.LeftButton

@@ -28,10 +28,11 @@ from app.core.painting.stroke import Tool
 from app.core.painting.user_style import load_draft
 from app.ui.screens.paint.state import Shown
 from app.ui.screens.paint.view import face as face_module
-from app.ui.screens.paint.view.screen import NameSheet, PaintScreen
+from app.ui.screens.paint.view.screen import PaintScreen
 from app.ui.screens.paint.view.tools import ToolColumn, ToolStrip
 from app.ui.shell.jobs import QtRunner
 from app.ui.theme import apply, set_theme
+from app.ui.widgets.line_sheet import LineSheet
 from app.ui.widgets.paint import draw_tag
 from app.ui.widgets.plots.polar import PolarPlot
 from app.ui.widgets.plots.weights import WeightPanorama
@@ -99,7 +100,7 @@ def booth(qtbot: QtBot, tmp_path: Path) -> Booth:
 
 
 def test_mouse_paints_where_it_is(booth: Booth) -> None:
-    booth.presenter.tools.set_strength(1.0)
+    booth.presenter.tools.change(strength=1.0)
     booth.drag((0.3, 0.4), (0.3, 0.5), (0.4, 0.5))
     assert booth.spot(0.3, 0.45) == pytest.approx(1.0, abs=1e-3)
     assert booth.spot(0.35, 0.5) == pytest.approx(1.0, abs=1e-3)
@@ -122,9 +123,9 @@ def test_left_half_of_the_picture_is_the_sitters_right_and_says_so(
     middle = booth.face.width() / 2
     assert tags["Sitter’s right (camera left)"] < middle < tags["Sitter’s left (camera right)"]
     # Brighter on the side called the sitter's left: they turn clockwise from a lamp in front.
-    booth.presenter.tools.set_strength(1.0)
+    booth.presenter.tools.change(strength=1.0)
     booth.drag((0.7, 0.3), (0.7, 0.6))
-    booth.presenter.tools.choose_tool(Tool.DARKER)
+    booth.presenter.tools.change(tool=Tool.DARKER)
     booth.drag((0.3, 0.3), (0.3, 0.6))
     live = booth.presenter.resolve().live
     assert (live.direction, live.turn_deg > 30) == ("clockwise", True)
@@ -140,17 +141,17 @@ def test_strokes_are_seen_in_orange_and_blue_and_ignored_areas_hatched(
 
     red, green, blue = colour(0.3, 0.5)
     assert max(red, green, blue) - min(red, green, blue) <= 3
-    booth.presenter.tools.set_strength(1.0)
-    booth.presenter.tools.set_mirror(True)
+    booth.presenter.tools.change(strength=1.0)
+    booth.presenter.tools.change(mirror=True)
     booth.drag((0.3, 0.5), (0.35, 0.5))
     for x in (0.3, 0.7):
         red, green, blue = colour(x, 0.5)
         assert red > green > blue
-    booth.presenter.tools.choose_tool(Tool.DARKER)
+    booth.presenter.tools.change(tool=Tool.DARKER)
     booth.drag((0.3, 0.5), (0.35, 0.5))
     red, green, blue = colour(0.3, 0.5)
     assert blue > green > red
-    booth.presenter.tools.choose_tool(Tool.IGNORE)
+    booth.presenter.tools.change(tool=Tool.IGNORE)
     booth.drag((0.3, 0.5), (0.35, 0.5))
     image = picture_of(booth.face, 1.0)
     here = booth.at(0.3, 0.5)
@@ -161,7 +162,7 @@ def test_strokes_are_seen_in_orange_and_blue_and_ignored_areas_hatched(
 def test_only_what_changed_is_coloured_anew_and_exactly(booth: Booth) -> None:
     """The buffer that followed the brush equals one that is made from nothing."""
     for tool in Tool:
-        booth.presenter.tools.choose_tool(tool)
+        booth.presenter.tools.change(tool=tool)
         booth.drag((0.2 + 0.1 * len(tool) / 8, 0.4), (0.5, 0.5), (0.6, 0.3))
     booth.room.services.undo.undo()
     colours = booth.face._face._colours
@@ -185,10 +186,10 @@ def test_moves_of_one_frame_are_taken_together(booth: Booth, qtbot: QtBot) -> No
 
 
 def test_pen_pressure_counts_and_its_other_end_restores(booth: Booth) -> None:
-    booth.presenter.tools.set_strength(1.0)
+    booth.presenter.tools.change(strength=1.0)
     _pen(booth, (0.4, 0.4), 0.25)
     assert booth.spot(0.4, 0.4) == pytest.approx(0.25, abs=0.02)
-    booth.presenter.tools.set_pen_pressure(False)
+    booth.presenter.tools.change(pen_pressure=False)
     _pen(booth, (0.6, 0.4), 0.25)
     assert booth.spot(0.6, 0.4) == pytest.approx(1.0, abs=1e-3)
     _pen(booth, (0.6, 0.4), 1.0, QPointingDevice.PointerType.Eraser)
@@ -198,7 +199,7 @@ def test_pen_pressure_counts_and_its_other_end_restores(booth: Booth) -> None:
 def test_keyboard_moves_the_brush_and_paints_dabs(booth: Booth) -> None:
     face = booth.face
     face.setFocus()
-    booth.presenter.tools.set_strength(1.0)
+    booth.presenter.tools.change(strength=1.0)
     QTest.keyClick(face, Qt.Key.Key_Return)
     first = np.argwhere(booth.canvas.weights > 0.99).mean(axis=0)
     booth.room.services.undo.undo()
@@ -274,14 +275,14 @@ def test_head_fits_again_when_the_window_changes(booth: Booth) -> None:
 
 
 def test_target_and_here_take_the_place_of_the_weights(booth: Booth) -> None:
-    booth.presenter.tools.set_strength(1.0)
+    booth.presenter.tools.change(strength=1.0)
     booth.drag((0.7, 0.3), (0.7, 0.6))
     weights = booth.face.grab().toImage()
     booth.presenter.show(Shown.TARGET)
     target = booth.face.grab().toImage()
     assert target != weights
     # Strokes go on while the target is shown, and show in it.
-    booth.presenter.tools.choose_tool(Tool.DARKER)
+    booth.presenter.tools.change(tool=Tool.DARKER)
     booth.drag((0.3, 0.3), (0.3, 0.6))
     assert booth.face.grab().toImage() != target
     booth.presenter.show(Shown.WEIGHTS)
@@ -341,8 +342,8 @@ def test_narrow_windows_have_icons_and_no_plot(qtbot: QtBot, tmp_path: Path) -> 
     assert wide.screen.findChildren(PolarPlot)
     assert not narrow.screen.findChildren(PolarPlot)
     for booth in (wide, narrow):
-        booth.presenter.tools.set_size(100)
-        assert booth.screen.sliders._size.amount == 100
+        booth.presenter.tools.change(diameter=100)
+        assert booth.screen.sliders._sliders["diameter"][0].amount == 100
 
 
 def test_saving_asks_for_a_name_and_takes_enter(qtbot: QtBot, tmp_path: Path) -> None:
@@ -356,7 +357,7 @@ def test_saving_asks_for_a_name_and_takes_enter(qtbot: QtBot, tmp_path: Path) ->
         shortcut = QShortcut(QKeySequence(keys), booth.window)
         shortcut.activated.connect(lambda keys=keys: taken.append(keys))
     QTest.mouseClick(save, LEFT)
-    sheet = booth.window.findChild(NameSheet)
+    sheet = booth.window.findChild(LineSheet)
     assert sheet is not None
     line = sheet.findChild(QLineEdit)
     assert line is not None
@@ -375,7 +376,7 @@ def test_saving_asks_for_a_name_and_takes_enter(qtbot: QtBot, tmp_path: Path) ->
 def test_escape_in_the_sheet_closes_the_sheet_alone(qtbot: QtBot, tmp_path: Path) -> None:
     booth = Booth(qtbot, tmp_path, "left-split")
     booth.presenter.files.ask_rename()
-    sheet = booth.window.findChild(NameSheet)
+    sheet = booth.window.findChild(LineSheet)
     assert sheet is not None
     left: list[bool] = []
     shortcut = QShortcut(QKeySequence("Escape"), booth.window)
@@ -385,7 +386,7 @@ def test_escape_in_the_sheet_closes_the_sheet_alone(qtbot: QtBot, tmp_path: Path
     QTest.keyClick(line, Qt.Key.Key_Escape)
     assert (sheet.isVisible(), left) == (False, [])
     booth.presenter.files.ask_rename()
-    assert any(one.isVisible() for one in booth.window.findChildren(NameSheet))
+    assert any(one.isVisible() for one in booth.window.findChildren(LineSheet))
 
 
 def test_without_light_the_column_says_so_and_leads_to_probe(qtbot: QtBot, tmp_path: Path) -> None:

@@ -22,9 +22,8 @@ from app.core.text.turns import whole
 from app.devices.webcam import SimulatedWebcam
 from app.ui.presenters.model import Step
 from app.ui.screens.turn import shots
-from app.ui.screens.turn.view.question import Question
+from app.ui.screens.turn.view.parts import Question, ShotsSheet
 from app.ui.screens.turn.view.screen import TurnScreen
-from app.ui.screens.turn.view.shots import ShotsSheet
 from app.ui.theme import set_theme, theme
 from app.ui.widgets.buttons import IconButton
 from app.ui.widgets.choices import Segmented
@@ -163,9 +162,9 @@ def test_lost_says_what_to_do_and_left_behind_too(make: Callable[..., Shown]) ->
     assert column._sentence.text() == "Point the camera past the sitter at the background."
     assert column._advice.text().startswith("Or go by eye until Live looks like Goal: ")
     shown.turn_to(20.0)
-    track = shown.rig.presenter._sight.track
+    track = shown.rig.presenter._tracker.track
     assert track is not None
-    shown.rig.presenter._sight.track = replace(track, left_behind=True)
+    shown.rig.presenter._tracker.track = replace(track, left_behind=True)
     shown.tick()
     assert column._sentence.text().startswith("The camera has not moved.")
     assert shown.screen.left.quality == "The camera has not moved."

@@ -30,7 +30,7 @@ from app.devices.webcam import SimulatedWebcam
 from app.ui.presenters.model import Step
 from app.ui.screens.paint.view.canvas import PaintCanvas
 from app.ui.screens.styles.view.card import DamagedCard, StyleCard
-from app.ui.screens.turn.view.well import Well
+from app.ui.screens.turn.view.parts import Well
 from app.ui.shell.screenshots import Robot
 from app.ui.shell.start import App
 from app.ui.theme import theme

@@ -153,12 +153,12 @@ def test_a_lamp_of_ones_own_is_on_the_side_that_is_said(
     path = tmp_path / "square.exr"
     write_exr(path, light, 1.0)
     assert mask.any()
-    presenter.take_pictures([path])
-    robot.wait(lambda: presenter.shelf.own is not None, "the lamp", 60)
+    presenter.lamps.take([path])
+    robot.wait(lambda: presenter.lamps.own is not None, "the lamp", 60)
 
     def placed() -> bool:
         answers = presenter.work.answers
-        return answers is not None and answers.hand.lamp is presenter.shelf.own
+        return answers is not None and answers.hand.lamp is presenter.lamps.own
 
     robot.wait(placed, "its places", 200)
     try:

@@ -19,7 +19,7 @@ from app.core.base.paths import resources
 from app.core.text.turns import whole
 from app.ui.frame.drop import DropVeil
 from app.ui.presenters.model import Step
-from app.ui.screens.turn.view.shots import ShotsLine, ShotsSheet
+from app.ui.screens.turn.view.parts import ShotsLine, ShotsSheet
 from app.ui.shell.screenshots import Robot
 from app.ui.shell.start import App
 from app.ui.widgets.labels import Text

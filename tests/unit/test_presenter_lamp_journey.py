@@ -16,11 +16,11 @@ from app.core.second_light.near import near_picture
 from app.core.solver.place_light import turned
 from app.core.solver.transport import render
 from app.core.text.turns import whole
-from app.ui.presenters.model import Step
+from app.ui.presenters.model import LampPlan, Step
 from app.ui.screens.light import jobs
-from app.ui.screens.light.pictures import LampPlan, portrait_with
+from app.ui.screens.light.jobs import take_in_hand
+from app.ui.screens.light.pictures import Answers, Held, InHand, portrait_with
 from app.ui.screens.light.presenter import LightPresenter
-from app.ui.screens.light.work import InHand, take_in_hand
 from app.ui.screens.registry import screen
 from app.ui.screens.turn.shots import _Asked
 from tests.helpers.light_rig import Watching
@@ -45,7 +45,7 @@ class Journey:
             lambda of, lamp, *_: _in_hand(lamp.kind, lamp.distance_m, lamp),
         )
         rig.model.update(head=head(), light=scene_light(), chosen="badger", step=Step.LIGHT)
-        self.light = LightPresenter(rig.services, rig.desk)
+        self.light = LightPresenter(rig.services, rig.place_controller)
         self.view = Watching()
         self.light.attach(self.view)
         self.light.take_lamp("panel")
@@ -57,6 +57,18 @@ class Journey:
         plan = self.turn.model.lamp_plan
         assert plan is not None
         return plan
+
+    @property
+    def answers(self) -> Answers:
+        answers = self.light.work.answers
+        assert answers is not None
+        return answers
+
+    @property
+    def held(self) -> Held:
+        held = self.light._now
+        assert held is not None
+        return held
 
     def go(self) -> None:
         """Press "Turn first", as the window does."""
@@ -96,7 +108,8 @@ def test_match_and_face_are_those_with_the_lamp(way: Journey) -> None:
     assert state.style.side == "with the LED panel"
     assert state.style.now_tag == "With the lamp"
     expected = portrait_with(
-        way.plan,
+        way.answers,
+        way.held,
         way.turn.model.azimuth_of(float(whole(goal))),
         way.turn.presenter._sizes.portrait,
     )
@@ -153,7 +166,7 @@ def test_match_at_other_turns_is_that_of_the_whole_picture(way: Journey) -> None
     """Truth: the face rendered whole, in colour, from the full panorama, and correlated here."""
     way.go()
     plan = way.plan
-    hand, question, held = plan.answers.hand, plan.answers.question, plan.held
+    hand, question, held = way.answers.hand, way.answers.question, way.held
     transport = hand.head.transport
     face = transport.face
     target = hand.head.pack.target("badger").reshape(-1, 3)[transport.pixels[face]]

@@ -267,7 +267,7 @@ def own_lamp(path: Path, *, known: bool) -> Path:
 
 def test_a_captured_lamp_is_taken_in_hand(rig: LightRig, tmp_path: Path) -> None:
     rig.start(lamp="")
-    rig.presenter.take_pictures([own_lamp(tmp_path / "mine.exr", known=True)])
+    rig.presenter.lamps.take([own_lamp(tmp_path / "mine.exr", known=True)])
     state = rig.state
     assert state.lamp.key == "own:mine"
     assert state.lamp.items[0][:3] == ("own:mine", "mine", "captured")
@@ -275,27 +275,27 @@ def test_a_captured_lamp_is_taken_in_hand(rig: LightRig, tmp_path: Path) -> None
     again = LightPresenter(rig.table.services, rig.table.desk)
     again.attach(Watching())
     again.take_lamp("own:mine")
-    assert again.shelf.own is not None
+    assert again.lamps.own is not None
     assert state.hold.hold.startswith("Hold “mine” ")
 
 
 def test_a_lamp_of_unknown_exposure_cannot_be_compared(rig: LightRig, tmp_path: Path) -> None:
     rig.start()
     count = len(rig.hands)
-    rig.presenter.take_pictures([own_lamp(tmp_path / "mine.exr", known=False)])
+    rig.presenter.lamps.take([own_lamp(tmp_path / "mine.exr", known=False)])
     assert rig.state.meter.startswith("The brightness of “mine” is not known")
     assert "Type its illuminance" in rig.state.meter
     assert len(rig.hands) == count
-    rig.presenter.keeping.answer("lux", "a lot")
+    rig.presenter.lamp_actions.answer("lux", "a lot")
     assert rig.state.meter_error.startswith("This is no number of lux.")
-    rig.presenter.take_pictures([own_lamp(tmp_path / "other.exr", known=False)])
+    rig.presenter.lamps.take([own_lamp(tmp_path / "other.exr", known=False)])
     assert rig.state.meter.startswith("The brightness of “other” is not known")
     assert not rig.state.meter_error, "that was said of another lamp"
     rig.presenter.take_lamp("own:mine")
-    rig.presenter.keeping.answer("lux", "640")
+    rig.presenter.lamp_actions.answer("lux", "640")
     assert not rig.state.meter
-    assert rig.presenter.shelf.own is not None
-    assert rig.presenter.shelf.own.lux == pytest.approx(640.0)
+    assert rig.presenter.lamps.own is not None
+    assert rig.presenter.lamps.own.lux == pytest.approx(640.0)
     assert len(rig.hands) == count + 1
 
 
@@ -303,7 +303,7 @@ def test_a_file_that_is_no_lamp_changes_nothing(rig: LightRig, tmp_path: Path) -
     rig.start()
     path = tmp_path / "mine.exr"
     path.write_bytes(b"no panorama")
-    rig.presenter.take_pictures([path])
+    rig.presenter.lamps.take([path])
     assert "mine" in rig.table.told.messages[-1]
     assert rig.state.lamp.key == "phone"
-    assert not rig.state.capturing.busy
+    assert not rig.state.capturing

@@ -21,13 +21,13 @@ from tests.unit.test_presenter_light import own_lamp
 @pytest.fixture
 def rig(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> LightRig:
     found = LightRig(tmp_path, monkeypatch).start(lamp="")
-    found.presenter.take_pictures([own_lamp(tmp_path / "mine.exr", known=True)])
-    assert found.presenter.shelf.own is not None
+    found.presenter.lamps.take([own_lamp(tmp_path / "mine.exr", known=True)])
+    assert found.presenter.lamps.own is not None
     return found
 
 
 def titles(rig: LightRig) -> list[str]:
-    return [entry.title for entry in list_lamps(rig.presenter.shelf.folder)[0]]
+    return [entry.title for entry in list_lamps(rig.presenter.lamps.folder)[0]]
 
 
 class Sheet:
@@ -45,41 +45,41 @@ class Sheet:
 
 
 def edit_of(rig: LightRig) -> tuple[MaskEdit, Sheet]:
-    rig.presenter.keeping.ask_mask()
+    rig.presenter.lamp_actions.ask_mask()
     edit, sheet = rig.view.masks[-1], Sheet()
     edit.attach(sheet)
     return edit, sheet
 
 
 def test_only_lamps_of_the_users_own_can_be_changed(rig: LightRig) -> None:
-    own = [one for one in rig.presenter.keeping.actions() if one.enabled()]
+    own = [one for one in rig.presenter.lamp_actions.actions() if one.enabled()]
     assert [one.key for one in own] == [
         "lamp-rename", "lamp-distance", "lamp-lux", "lamp-mask", "lamp-delete",
     ]  # fmt: skip
     assert rig.state.lamp.own
     rig.presenter.take_lamp("panel")
-    assert not any(one.enabled() for one in rig.presenter.keeping.actions())
+    assert not any(one.enabled() for one in rig.presenter.lamp_actions.actions())
     assert not rig.state.lamp.own
 
 
 def test_it_is_renamed(rig: LightRig) -> None:
-    rig.presenter.keeping.ask("rename")
+    rig.presenter.lamp_actions.ask("rename")
     assert rig.view.words[-1].text == "mine"
-    rig.presenter.keeping.answer("rename", "  ")
+    rig.presenter.lamp_actions.answer("rename", "  ")
     assert rig.view.said[-1].startswith("The lamp needs a name.")
-    rig.presenter.keeping.answer("rename", "Desk lamp")
+    rig.presenter.lamp_actions.answer("rename", "Desk lamp")
     assert rig.view.said[-1] == ""
     assert rig.state.lamp.items[0][1] == "Desk lamp"
     assert rig.state.hold.hold.startswith("Hold “Desk lamp” ")
 
 
 def test_its_distance_is_corrected_and_counts(rig: LightRig) -> None:
-    rig.presenter.keeping.ask("distance")
+    rig.presenter.lamp_actions.ask("distance")
     assert rig.view.words[-1].text == ""
     for text in ("far", "3 mm", "500 m"):
-        rig.presenter.keeping.answer("distance", text)
+        rig.presenter.lamp_actions.answer("distance", text)
         assert rig.view.said[-1]
-    rig.presenter.keeping.answer("distance", "80 cm")
+    rig.presenter.lamp_actions.answer("distance", "80 cm")
     assert rig.view.said[-1] == ""
     assert rig.state.lamp.distance_words == "80 cm"
     assert rig.state.lamp.distance_fixed
@@ -89,7 +89,7 @@ def test_its_distance_is_corrected_and_counts(rig: LightRig) -> None:
 
 
 def test_it_is_deleted_and_comes_back(rig: LightRig) -> None:
-    rig.presenter.keeping.delete()
+    rig.presenter.lamp_actions.delete()
     assert titles(rig) == []
     assert rig.state.lamp.key == ""
     assert rig.state.empty.startswith("No lamp chosen.")
@@ -100,7 +100,7 @@ def test_it_is_deleted_and_comes_back(rig: LightRig) -> None:
 
 
 def test_its_mask_is_painted_saved_and_brought_back(rig: LightRig) -> None:
-    before = rig.presenter.shelf.own
+    before = rig.presenter.lamps.own
     assert before is not None
     edit, sheet = edit_of(rig)
     assert not sheet.states[-1].changed
@@ -121,11 +121,11 @@ def test_its_mask_is_painted_saved_and_brought_back(rig: LightRig) -> None:
     assert sheet.states[-1].gives.endswith("where the camera stood.")
     edit.save()
     assert sheet.shuts == 1
-    kept = read_lamp(rig.presenter.shelf.folder, "mine")
+    kept = read_lamp(rig.presenter.lamps.folder, "mine")
     assert kept.alpha[32, 96] == 1.0
     assert len(rig.hands) == hands + 1, "it is placed anew"
     rig.table.told.buttons["Undo"]()
-    assert np.array_equal(read_lamp(rig.presenter.shelf.folder, "mine").alpha, before.alpha)
+    assert np.array_equal(read_lamp(rig.presenter.lamps.folder, "mine").alpha, before.alpha)
 
 
 def test_the_lamp_is_found_again_and_nothing_is_lost_by_it(rig: LightRig) -> None:
@@ -143,7 +143,7 @@ def test_the_lamp_is_found_again_and_nothing_is_lost_by_it(rig: LightRig) -> Non
     assert sheet.states[-1].error, "a lamp without light is no lamp"
     assert sheet.shuts == 0
     edit.find_again()
-    found, own = sheet.states[-1].alpha, rig.presenter.shelf.own
+    found, own = sheet.states[-1].alpha, rig.presenter.lamps.own
     assert own is not None
     both = (found > 0.5) & (own.alpha > 0.5)
     assert both.sum() / ((found > 0.5) | (own.alpha > 0.5)).sum() > 0.9
@@ -152,23 +152,23 @@ def test_the_lamp_is_found_again_and_nothing_is_lost_by_it(rig: LightRig) -> Non
 
 
 def test_capturing_says_how_and_takes_name_and_distance(rig: LightRig, tmp_path: Path) -> None:
-    rig.presenter.shelf.begin()
+    rig.presenter.lamps.begin()
     ask = rig.view.captures[-1]
     assert len(ask.guide) >= 5
     assert ask.place == "", "the place of this test is not kept"
-    rig.presenter.capture("files", "Panel", "around here")
+    rig.presenter.lamps.capture("files", "Panel", "around here")
     assert rig.view.said[-1].startswith("This is no distance.")
     assert rig.view.asked == 0
-    rig.presenter.capture("files", "Panel", "60 cm")
+    rig.presenter.lamps.capture("files", "Panel", "60 cm")
     assert rig.view.asked == 1
-    rig.presenter.take_pictures([own_lamp(tmp_path / "other.exr", known=True)])
-    own = rig.presenter.shelf.own
+    rig.presenter.lamps.take([own_lamp(tmp_path / "other.exr", known=True)])
+    own = rig.presenter.lamps.own
     assert own is not None
     assert (own.title, own.distance_m) == ("Panel", 0.6)
     # The next one is asked anew.
-    rig.presenter.take_pictures([own_lamp(tmp_path / "third.exr", known=True)])
-    assert rig.presenter.shelf.own is not None
-    assert rig.presenter.shelf.own.title == "third"
+    rig.presenter.lamps.take([own_lamp(tmp_path / "third.exr", known=True)])
+    assert rig.presenter.lamps.own is not None
+    assert rig.presenter.lamps.own.title == "third"
 
 
 def test_the_open_place_is_made_a_lamp(rig: LightRig, tmp_path: Path) -> None:
@@ -177,10 +177,10 @@ def test_the_open_place_is_made_a_lamp(rig: LightRig, tmp_path: Path) -> None:
     facts = CaptureFacts(camera="RICOH THETA V", white_cd_m2=850.0)
     place = replace(read_place(folder), environment="environment-0123456789ab.exr", capture=facts)
     rig.model.update(place_folder=folder, place=place)
-    rig.presenter.shelf.begin()
+    rig.presenter.lamps.begin()
     assert rig.view.captures[-1].place == "Take the place “Dark room”"
-    rig.presenter.capture("place", "", "0.5")
-    own = rig.presenter.shelf.own
+    rig.presenter.lamps.capture("place", "", "0.5")
+    own = rig.presenter.lamps.own
     assert own is not None
     assert (own.title, own.distance_m, own.white_cd_m2) == ("Dark room", 0.5, 850.0)
     assert own.camera == "RICOH THETA V"
@@ -189,7 +189,7 @@ def test_the_open_place_is_made_a_lamp(rig: LightRig, tmp_path: Path) -> None:
 def test_a_lamp_that_cannot_be_kept_is_tried_again_with_one_button(
     rig: LightRig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = {path: path.read_bytes() for path in rig.presenter.shelf.folder.rglob("*.*")}
+    before = {path: path.read_bytes() for path in rig.presenter.lamps.folder.rglob("*.*")}
 
     def full(path: Path) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -197,9 +197,9 @@ def test_a_lamp_that_cannot_be_kept_is_tried_again_with_one_button(
     picture = own_lamp(tmp_path / "second.exr", known=True)
     with monkeypatch.context() as patch:
         patch.setattr("app.core.base.files._flush", full)
-        rig.presenter.take_pictures([picture])
+        rig.presenter.lamps.take([picture])
     again = rig.table.told.buttons["Try again"]
     assert titles(rig) == ["mine"]
-    assert {path: path.read_bytes() for path in rig.presenter.shelf.folder.rglob("*.*")} == before
+    assert {path: path.read_bytes() for path in rig.presenter.lamps.folder.rglob("*.*")} == before
     again()
     assert titles(rig) == ["mine", "second"]

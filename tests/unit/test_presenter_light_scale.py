@@ -125,11 +125,11 @@ def test_another_camera_is_said(rig: LightRig, tmp_path: Path) -> None:
     place = Place("Here", rig.table.services.today(), capture=facts)
     rig.start(bright="")
     rig.model.update(place=place)
-    rig.presenter.take_pictures([own_lamp(tmp_path / "mine.exr", known=True)])
+    rig.presenter.lamps.take([own_lamp(tmp_path / "mine.exr", known=True)])
     assert "another camera" not in rig.state.note, "nobody knows which took the lamp"
-    own = rig.presenter.shelf.own
+    own = rig.presenter.lamps.own
     assert own is not None
-    rig.presenter.shelf.own = replace(own, camera="RICOH THETA Z1")
+    rig.presenter.lamps.own = replace(own, camera="RICOH THETA Z1")
     assert "another camera (RICOH THETA Z1)" in rig.state.note
     # What the user says comes from no camera.
     rig.presenter.scale.type("100")

@@ -13,7 +13,7 @@ from app.core.painting.canvas import NOTHING_PAINTED, ONE_SIDED
 from app.core.painting.stroke import Tool
 from app.core.painting.user_style import load_draft
 from app.ui.presenters.model import Step
-from app.ui.screens.paint.live import NO_LIGHT, NOTHING
+from app.ui.screens.paint.live import NO_LIGHT, NO_STROKES
 from app.ui.screens.paint.state import PaintState, PaintView, Shown
 from tests.helpers.paint_studio import Studio, lamp_light, studio
 
@@ -36,11 +36,11 @@ def _state(room: Studio) -> PaintState:
 
 
 def _two_sides(room: Studio, bright: object = LEFT, dark: object = RIGHT) -> None:
-    room.presenter.tools.set_strength(1.0)
-    room.presenter.tools.set_size(140)
-    room.presenter.tools.choose_tool(Tool.BRIGHTER)
+    room.presenter.tools.change(strength=1.0)
+    room.presenter.tools.change(diameter=140)
+    room.presenter.tools.change(tool=Tool.BRIGHTER)
     room.stroke(*bright)  # type: ignore[misc]
-    room.presenter.tools.choose_tool(Tool.DARKER)
+    room.presenter.tools.change(tool=Tool.DARKER)
     room.stroke(*dark)  # type: ignore[misc]
 
 
@@ -247,7 +247,7 @@ def test_full_disk_under_the_drafts_is_told_once(
     def full(*_args: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("app.ui.screens.paint.drafts.save_draft", full)
+    monkeypatch.setattr("app.ui.screens.paint.document.save_draft", full)
     room.enter()
     room.stroke(*LEFT)
     room.stroke(*RIGHT)
@@ -285,11 +285,11 @@ def test_starts_are_all_styles_and_nothing(room: Studio) -> None:
 def test_what_is_missing_is_said_before_saving(room: Studio) -> None:
     room.enter()
     assert _state(room).save_why == NOTHING_PAINTED
-    assert _state(room).live.sentence == NOTHING
+    assert _state(room).live.sentence == NO_STROKES
     room.stroke(*LEFT)
     assert _state(room).save_why == ONE_SIDED
     assert not room.presenter.save_works
-    room.presenter.tools.choose_tool(Tool.DARKER)
+    room.presenter.tools.change(tool=Tool.DARKER)
     room.stroke(*RIGHT)
     assert _state(room).save_why == ""
     assert room.presenter.save_works

@@ -73,7 +73,7 @@ def test_strokes_can_be_undone_after_saving_and_are_unsaved_then(room: Studio) -
 def test_changes_of_an_own_style_are_saved_in_place(room: Studio) -> None:
     view = _view(room)
     _saved(room)
-    room.presenter.tools.choose_tool(Tool.DARKER)
+    room.presenter.tools.change(tool=Tool.DARKER)
     room.stroke((0.3, 0.3))
     assert _state(room).save_words == "Save changes"
     view.ask_name.reset_mock()
@@ -226,7 +226,7 @@ def test_a_draft_that_the_disk_refuses_is_not_said_to_be_kept(
         raise OSError(28, "No space left on device")
 
     room.enter()
-    monkeypatch.setattr("app.ui.screens.paint.drafts.save_draft", full)
+    monkeypatch.setattr("app.ui.screens.paint.document.save_draft", full)
     room.stroke((0.5, 0.5), (0.6, 0.5))
     room.leave()
     assert "The draft cannot be saved: the disk is full." in room.told.messages[-1]
@@ -248,7 +248,7 @@ def test_a_stroke_never_waits_for_the_disk(
             written.append(draft)
 
     older, newer = MagicMock(), MagicMock()
-    monkeypatch.setattr("app.ui.screens.paint.drafts.save_draft", slow)
+    monkeypatch.setattr("app.ui.screens.paint.document.save_draft", slow)
     monkeypatch.setattr(keeper, "_start", lambda: None)
     keeper.keep(tmp_path / "d.npz", older)
     assert keeper.flush()

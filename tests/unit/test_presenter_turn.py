@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from app.core.base.angles import difference, wrap
 from app.core.base.paths import resources
 from app.core.guidance.guide import Phase
+from app.core.localization.tracking import track
 from app.core.solver.environment import read_environment
 from app.core.solver.place_light import prepare
 from app.core.solver.reach import Limits
@@ -261,17 +262,17 @@ def test_who_is_in_the_picture_of_a_camera_that_looks_back(
 
 def test_a_camera_left_behind_is_said_to_be(rig: Rig) -> None:
     rig.turn_to(20.0)
-    track = rig.presenter._sight.track
+    track = rig.presenter._tracker.track
     assert track is not None
-    rig.presenter._sight.track = replace(track, left_behind=True)
+    rig.presenter._tracker.track = replace(track, left_behind=True)
     state = rig.tick()
     assert state.guidance.phase is Phase.LEFT
     assert state.guidance.sentence.startswith("The camera has not moved.")
     assert state.tools.quality == "The camera has not moved."
     assert (state.guidance.number, state.scale.now_deg) == (None, None)
     # It is still asked to turn, so that whoever watches over it goes on.
-    assert rig.presenter._pilot.asked_deg is not None
-    rig.presenter._sight.track = track
+    assert rig.presenter._guidance.asked_deg is not None
+    rig.presenter._tracker.track = track
     assert rig.tick().guidance.number == whole(rig.goal) - 20
 
 
@@ -335,7 +336,7 @@ def test_the_camera_of_who_is_photographed_stands(monkeypatch: pytest.MonkeyPatc
     heading = wrap(10.0 + 180.0)
     phases = watch_the_walk(rig, heading, -20.0, 20.0)
     assert phases[-1] is Phase.LEFT
-    assert rig.presenter._pilot.asked_deg is not None
+    assert rig.presenter._guidance.asked_deg is not None
 
 
 def test_in_the_light_is_not_left_by_a_tremble(rig: Rig) -> None:
@@ -406,14 +407,14 @@ def test_another_webcam_is_taken_and_remembered(monkeypatch: pytest.MonkeyPatch)
 
 def test_the_newest_picture_wins(rig: Rig) -> None:
     looked: list[int] = []
-    real = heading_tracker.locate
+    real = track
 
-    def locate(picture: object, *rest: object) -> object:
+    def locate(picture: object, *rest: object, **named: object) -> object:
         looked.append(1)
-        return real(picture, *rest)  # type: ignore[arg-type]
+        return real(picture, *rest, **named)  # type: ignore[arg-type]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(heading_tracker, "locate", locate)
+        patch.setattr(heading_tracker, "track", locate)
         for turn in range(30):
             rig.webcam.send(frame_of(wrap(turn + 180.0)))
         assert rig.tick().scale.now_deg == 29.0

@@ -56,11 +56,11 @@ def test_a_known_turn_in_a_sentence(
     rig: Rig, photo: Path, place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert rig.presenter.drop_words == DROP_WORDS
-    assert rig.desk.photo_taker is not None
+    assert rig.place_controller.photo_taker is not None
     before = photo.read_bytes()
     goal = whole(rig.goal)
     taken_at(monkeypatch, goal - 3.0)
-    assert rig.desk.photo_taker([photo])
+    assert rig.place_controller.photo_taker([photo])
     (row,) = rig.state.shots.rows
     best = int(rig.model.result.match) if rig.model.result else -1
     assert row.sentence.startswith(f"Taken at {goal - 3}°, in the light, 3° short of the best: ")
@@ -115,7 +115,7 @@ def test_a_blank_room_is_unsure(rig: Rig, photo: Path, monkeypatch: pytest.Monke
     def blank(*_: object) -> None:
         raise CoreError("There is nothing in this panorama.")
 
-    rig.presenter._sight.index = None
+    rig.presenter._tracker.index = None
     monkeypatch.setattr(shots, "build_index", blank)
     rig.presenter.open_photos([photo])
     assert rig.state.shots.rows[0].icon == "help"
@@ -150,7 +150,7 @@ def test_the_place_opened_again_has_them(
     rig.model.update(place_folder=None)
     assert rig.state.shots.rows == ()
     rig.presenter.left()
-    assert rig.desk.photo_taker is None
+    assert rig.place_controller.photo_taker is None
     again = Rig(monkeypatch)
     again.model.update(place_folder=place)
     again.start()
@@ -164,10 +164,10 @@ def test_a_panorama_is_opened_as_a_place(rig: Rig, photo: Path, tmp_path: Path) 
     wide = tmp_path / "R0010001.jpg"
     assert cv2.imwrite(str(wide), np.zeros((512, 1024, 3), np.uint8))
     assert rig.presenter._shots.take([wide])
-    rig.desk.open_as_place.assert_called_once_with((wide,))
-    rig.desk.open_as_place.reset_mock()
+    rig.place_controller.open_as_place.assert_called_once_with((wide,))
+    rig.place_controller.open_as_place.reset_mock()
     assert rig.presenter._shots.take([photo, wide])
-    rig.desk.open_as_place.assert_called_once_with((photo, wide))
+    rig.place_controller.open_as_place.assert_called_once_with((photo, wide))
     assert rig.state.shots.rows == ()
     for other in ("studio.exr", "notes.txt", "folder"):
         assert not rig.presenter._shots.take([tmp_path / other])
@@ -179,7 +179,7 @@ def test_without_a_place_or_a_goal_nothing_is_taken(rig: Rig, photo: Path) -> No
     rig.model.update(chosen=None, goal_deg=None)
     assert not rig.presenter._shots.take([photo])
     rig.presenter.open_photos([photo])
-    rig.desk.open_paths.assert_called_once_with([photo])
+    rig.place_controller.open_paths.assert_called_once_with([photo])
     rig.model.update(place_folder=None)
     assert not rig.presenter._shots.take([photo])
 
@@ -214,19 +214,19 @@ def test_a_place_left_meanwhile_keeps_its_photo(
 
 
 def test_a_dropped_photo_goes_to_whoever_takes_photos(rig: Rig, photo: Path) -> None:
-    desk = PlaceController(rig.services)
+    place_controller = PlaceController(rig.services)
     given: list[object] = []
     opened: list[object] = []
-    desk.open_as_place = opened.append  # type: ignore[method-assign, assignment]
+    place_controller.open_as_place = opened.append  # type: ignore[method-assign, assignment]
 
     def take(paths: Sequence[Path]) -> bool:
         given.append(paths)
         return paths[0] == photo
 
-    desk.photo_taker = take
-    desk.open_paths([photo])
+    place_controller.photo_taker = take
+    place_controller.open_paths([photo])
     assert (given, opened) == ([[photo]], [])
-    desk.open_paths([photo.with_suffix(".exr")])
-    desk.photo_taker = None
-    desk.open_paths([photo])
+    place_controller.open_paths([photo.with_suffix(".exr")])
+    place_controller.photo_taker = None
+    place_controller.open_paths([photo])
     assert opened == [[photo.with_suffix(".exr")], [photo]]

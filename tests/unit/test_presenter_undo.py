@@ -20,7 +20,7 @@ from app.core.storage.places.store import create_place, list_places, read_place
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.places_list import PlacesListPresenter
 from app.ui.screens.light import lamps
-from app.ui.screens.light.lamp_actions import LampKeeping
+from app.ui.screens.light.lamps import LampActions
 from tests.helpers.paint_studio import Studio, studio
 from tests.unit.test_second_light_library import lamp
 
@@ -35,7 +35,7 @@ class World:
     def __init__(self, home: Path) -> None:
         self.room: Studio = studio(home)
         room, services = self.room, self.room.services
-        self.desk = room.presenter.files._desk
+        self.desk = room.presenter.files._place_controller
         for title in ("Mine", "Other"):
             room.enter("left-split")
             room.stroke(*LEFT)
@@ -51,7 +51,7 @@ class World:
         self.lamps = lamps.LampList(services, lambda: None, self._taken)
         for title in ("Desk lamp", "Torch"):
             add_lamp(self.lamps.folder, lamp(), title)
-        self.keeping = LampKeeping(services, self.desk, self.lamps)
+        self.lamp_actions = LampActions(services, self.desk, self.lamps)
         self.places = PlacesListPresenter(services, self.desk)
         self.places.attach(MagicMock())
         room.model.update(chosen="mine", needle_deg=12.0, goal_deg=34.0)
@@ -269,13 +269,13 @@ class Sequences(RuleBasedStateMachine):
         if names[number] in [one.name for one in list_lamps(world.lamps.folder)[0]]:
             world.lamp_in_hand(names[number])
             told = {"rename": f"Lamp {number}", "distance": "70 cm", "lux": "321"}
-            self.act(world.keeping.answer, what, told[what])
+            self.act(world.lamp_actions.answer, what, told[what])
 
     @rule(name=st.sampled_from(("desk-lamp", "torch")))
     def delete_a_lamp(self, name: str) -> None:
         if name in [one.name for one in list_lamps(self.world.lamps.folder)[0]]:
             self.world.lamp_in_hand(name)
-            self.act(self.world.keeping.delete)
+            self.act(self.world.lamp_actions.delete)
 
     @precondition(lambda self: self.done)
     @rule()

@@ -23,8 +23,8 @@ from app.ui.overlays.help import key_lines
 from app.ui.presenters.actions import SEARCHED, Action, nothing_words
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.services import Silence
-from app.ui.screens.light.words import go_words, turn_title, way_icon
-from app.ui.screens.paint.actions import paint_actions
+from app.ui.screens.light.resolve import go_words, turn_title, way_icon
+from app.ui.screens.paint.presenter import PaintPresenter
 from app.ui.screens.probe.words import plan_parts
 from app.ui.screens.styles.gallery import verdict_of
 from app.ui.screens.turn.camera import LiveCamera
@@ -146,9 +146,11 @@ def test_a_best_of_nothing_is_not_offered_as_a_turn() -> None:
 def test_each_key_in_help_has_its_own_words() -> None:
     presenter: Any = MagicMock()
     presenter.files.actions.return_value = ()
-    undo: Any = MagicMock()
-    undo.undo_words = "stroke on Mine"
-    actions = [*paint_actions(presenter, undo), Action("undo", "Undo", MagicMock(), "", "Ctrl+Z")]
+    presenter._services.undo.undo_words = "stroke on Mine"
+    actions = [
+        *PaintPresenter.actions(presenter),
+        Action("undo", "Undo", MagicMock(), "", "Ctrl+Z"),
+    ]
     lines = dict(key_lines(actions))
     assert lines["B"] == "Brush: brighter"
     assert lines["D"] == "Brush: darker"

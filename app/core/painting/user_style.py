@@ -9,7 +9,9 @@ damaged, or were made by a newer version.
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
@@ -43,6 +45,10 @@ _MAX_BYTES: Final = 4 * len(_LAYERS) * MAX_SIZE**2 + 65_536
 _TEXTS: Final = ("title", "origin", "style", "head")
 _LONGEST: Final = 400
 _HINT: Final = "The draft's file is untouched; painting starts from the style itself."
+
+
+_MOST_DRAFTS: Final = 20
+_AWAY: Final = "draft.npz"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -298,3 +304,45 @@ def read_user_style(path: Path) -> UserStyle:
 def _lines(values: Mapping[str, object]) -> str:
     # A JSON text in quotes is a TOML text in quotes: the same escapes, and UTF-8 as it is.
     return "".join(f"{key} = {json.dumps(v, ensure_ascii=False)}\n" for key, v in values.items())
+
+
+def find_draft(folder: Path, key: str) -> tuple[Path, Draft | None, tuple[str, ...]]:
+    """Look for the draft that was begun from a style.
+
+    A file that cannot be read is left as it is; the next free name is taken beside it.
+
+    Returns
+    -------
+    path : Path
+        Where the draft is to be kept from now on.
+    notes : tuple of str
+        What was wrong with files that are left as they are.
+    """
+    notes: list[str] = []
+    stem = f"paint-{key}" if key else "paint"
+    for number in range(1, _MOST_DRAFTS + 1):
+        path = folder / (f"{stem}.npz" if number == 1 else f"{stem}.{number}.npz")
+        if not path.exists():
+            return path, None, tuple(notes)
+        try:
+            return path, load_draft(path), tuple(notes)
+        except StyleError as error:
+            notes.append(str(error))
+    return folder / f"{stem}.{_MOST_DRAFTS + 1}.npz", None, tuple(notes)
+
+
+def put_draft_away(folder: Path, key: str, trash: Path) -> None:
+    """Move the draft of a deleted style to it: a new one of that name is not to begin with it."""
+    path, draft, _ = find_draft(folder, key)
+    if draft is not None:
+        # Where it cannot be moved it stays where the style will look for it.
+        with contextlib.suppress(OSError):
+            os.replace(path, trash / _AWAY)
+
+
+def bring_draft_back(folder: Path, key: str, trash: Path) -> None:
+    """Bring the draft of a restored style back, under the name that the style has now."""
+    path, other, _ = find_draft(folder, key)
+    if other is None and (trash / _AWAY).exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        os.replace(trash / _AWAY, path)

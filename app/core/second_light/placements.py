@@ -5,6 +5,7 @@ Floor and arm limit the placements; words say one to whoever holds the lamp.
 
 from __future__ import annotations
 
+import math
 import re
 from typing import TYPE_CHECKING, Final
 
@@ -59,6 +60,19 @@ def placement_words(
     if skin_m is not None:
         parts.append(f"about {metres(skin_m, rough=True)} from the skin")
     return ", ".join(parts)
+
+
+def lux_words(lux: float) -> str:
+    """Write an illuminance with two figures.
+
+    Examples
+    --------
+    >>> lux_words(213.4), lux_words(61234.0), lux_words(4.87)
+    ('210 lx', '61,000 lx', '4.9 lx')
+    """
+    digits = 1 - math.floor(math.log10(max(lux, 1e-3)))
+    value = round(lux, digits)
+    return f"{value:,.0f} lx" if value == round(value) else f"{value:.{digits}f} lx"
 
 
 def metres(distance_m: float, *, rough: bool = False) -> str:

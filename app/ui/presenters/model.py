@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from app.core.base.angles import difference, wrap
+from app.core.solver.portraits import framing, portraits
 from app.core.storage.settings import Settings
 from app.ui.presenters.event import Event
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
+    from app.core.base.colour import FloatImage
     from app.core.painting.user_style import UserStyle
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.solve import StyleResult
@@ -21,7 +27,8 @@ if TYPE_CHECKING:
     from app.core.storage.library import Damaged
     from app.core.storage.places.place import Place
     from app.devices.theta.found import FoundCamera
-    from app.ui.screens.light.pictures import LampPlan
+
+Bytes: TypeAlias = NDArray[np.uint8]
 
 _SAME_DEG: Final = 1e-6
 
@@ -44,6 +51,13 @@ class Head:
     pack: StylePack = field(repr=False)
     transport: Transport = field(repr=False)
 
+    def portrait(self, linear: FloatImage, size: tuple[int, int]) -> Bytes:
+        """Develop a picture of the head, (N, N, 3) linear, in rows and columns; sRGB."""
+        coverage = self.pack.coverage.astype(np.float32)
+        frame = framing(self.transport.size, size)
+        shown: Bytes = portraits(linear[np.newaxis], coverage, frame)[0]
+        return shown
+
 
 @dataclass(frozen=True, slots=True)
 class CameraSeen:
@@ -59,6 +73,28 @@ class CameraSeen:
     battery: float | None = None
     free_bytes: int | None = None
     busy: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LampPlan:
+    """The lamp that belongs to a turn: one value for every screen on the way there.
+
+    Attributes
+    ----------
+    hold, where : str
+        "Hold the LED panel in front, raised 28°, at full power", and how far from head and skin.
+    portrait : callable
+        Draws (rows, columns, 3) uint8 sRGB with the lamp in its place: takes the azimuth of the
+        panorama that the sitter faces, deg, and rows and columns.
+    """
+
+    head: Head
+    light: PlaceLight
+    lamp: str
+    hold: str
+    where: str
+    result: StyleResult = field(repr=False)
+    portrait: Callable[[float, tuple[int, int]], Bytes] = field(repr=False)
 
 
 class Model:
@@ -158,9 +194,8 @@ class Model:
         plan = self.plan
         if plan is None or self.goal_deg is None or plan.result.name != self.chosen:
             return None
-        hand, question = plan.answers.hand, plan.answers.question
         off = difference(self.azimuth_of(self.goal_deg), plan.result.turn_refined_deg)
-        same = hand.head is self.head and question.light is self.light and abs(off) < _SAME_DEG
+        same = plan.head is self.head and plan.light is self.light and abs(off) < _SAME_DEG
         return plan if same else None
 
     @property

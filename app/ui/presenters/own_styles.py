@@ -14,10 +14,14 @@ from app.core.painting.library import (
     rename,
     restore,
 )
-from app.core.painting.user_style import read_user_style, text_path
+from app.core.painting.user_style import (
+    bring_draft_back,
+    put_draft_away,
+    read_user_style,
+    text_path,
+)
 from app.ui.presenters.event import Event
 from app.ui.presenters.file_changes import FileChange
-from app.ui.screens.paint.drafts import bring_draft_back, put_draft_away
 
 if TYPE_CHECKING:
     from collections.abc import Callable

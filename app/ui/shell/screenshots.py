@@ -15,8 +15,8 @@ from app.core.base.errors import CoreError
 from app.core.base.files import atomic_write_bytes
 from app.core.second_light.lamp_presets import NumbersLamp
 from app.ui.presenters.model import Step
+from app.ui.screens.light.resolve import rescued
 from app.ui.screens.light.view.screen import LightScreen
-from app.ui.screens.light.words import rescued
 from app.ui.screens.turn.view.screen import TurnScreen
 
 if TYPE_CHECKING:
@@ -318,13 +318,13 @@ class Walk:
         self._shoot("light-capture")
         robot.write("Window")
         robot.click("Take the place")
-        robot.wait(lambda: presenter.shelf.own is not None, "the lamp", _CAPTURE_S)
+        robot.wait(lambda: presenter.lamps.own is not None, "the lamp", _CAPTURE_S)
         self._linger()
-        presenter.keeping.ask("distance")
+        presenter.lamp_actions.ask("distance")
         self._linger()
         self._shoot("light-distance")
         robot.press(Qt.Key.Key_Escape)
-        presenter.keeping.ask_mask()
+        presenter.lamp_actions.ask_mask()
         robot.wait(lambda: self._sees("Where the lamp is"), "the mask", _CAPTURE_S)
         self._linger()
         robot.press(Qt.Key.Key_Right)
@@ -345,7 +345,7 @@ class Walk:
 
     def _held(self, presenter: LightPresenter) -> None:
         """Wait until the lamp in hand is where it belongs, with its pictures."""
-        wanted = presenter.shelf.own or presenter.shelf.key
+        wanted = presenter.lamps.own or presenter.lamps.key
 
         def there() -> bool:
             answers = presenter.work.answers

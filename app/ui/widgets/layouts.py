@@ -1,75 +1,91 @@
-"""Rows and columns of widgets in one call."""
+"""Rows and columns in one call: what stands in them, in its order."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
-from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QBoxLayout, QHBoxLayout, QLayout, QVBoxLayout, QWidget
+
+from app.ui.theme import theme
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from types import EllipsisType
 
-    from PySide6.QtWidgets import QLayout
+    from PySide6.QtCore import Qt
 
-    Part: TypeAlias = "QWidget | QLayout | tuple[QWidget | QLayout, int] | int | None"
-    """What stands in a row: a widget or a layout, alone or with its stretch; a space of so many
-    logical pixels; or None for whatever room is left."""
+Part: TypeAlias = "QWidget | QLayout"
+Item: TypeAlias = (
+    "Part | float | EllipsisType | tuple[Part, int] | tuple[Part, int, Qt.AlignmentFlag]"
+)
+"""A widget or layout, maybe with its stretch and alignment; a gap in pixels at scale 1; or
+`...` for room that stretches."""
 
-B = TypeVar("B", bound=QBoxLayout)
-Margins: TypeAlias = tuple[int, int, int, int]
-
-
-def hbox(
-    *parts: Part, on: QWidget | None = None, gap: int | None = None, margins: Margins | None = None
-) -> QHBoxLayout:
-    """Put widgets beside each other; see `vbox`."""
-    return _filled(QHBoxLayout(), parts, on, gap, margins)
+Margins: TypeAlias = "float | tuple[float, float, float, float] | None"
+_Box = TypeVar("_Box", bound=QBoxLayout)
 
 
-def vbox(
-    *parts: Part, on: QWidget | None = None, gap: int | None = None, margins: Margins | None = None
+def column(
+    *items: Item, into: QWidget | None = None, gap: float | None = 0, margins: Margins = 0
 ) -> QVBoxLayout:
-    """Put widgets under each other.
+    """Stack items, the uppermost first.
 
     Parameters
     ----------
-    on : QWidget, optional
-        The widget that they fill, without margins; else the layout is to be added to another.
-    gap : int, optional
-        Between two of them, logical pixels; None is the style's.
-    margins : tuple of int, optional
-        Left, top, right and bottom, logical pixels.
+    into : QWidget, optional
+        Gets the layout.
+    gap : float, optional
+        Between two items, pixels at scale 1; None leaves it to the layout around or the style.
+    margins : float or tuple of float, optional
+        Left, top, right and bottom, pixels at scale 1; None leaves them to the style.
     """
-    return _filled(QVBoxLayout(), parts, on, gap, margins)
+    return _filled(QVBoxLayout(), items, into, gap, margins)
+
+
+def row(
+    *items: Item, into: QWidget | None = None, gap: float | None = 0, margins: Margins = 0
+) -> QHBoxLayout:
+    """Put items side by side, the leftmost first; see `column`."""
+    return _filled(QHBoxLayout(), items, into, gap, margins)
 
 
 def boxed(layout: QLayout) -> QWidget:
-    """Give a layout a widget of its own."""
+    """Give a row or column a widget of its own."""
     box = QWidget()
     box.setLayout(layout)
-    layout.setContentsMargins(0, 0, 0, 0)
     return box
 
 
-def _filled(
-    layout: B, parts: Iterable[Part], on: QWidget | None, gap: int | None, margins: Margins | None
-) -> B:
-    if on is not None:
-        on.setLayout(layout)
-    if on is not None or margins is not None:
-        layout.setContentsMargins(*(margins or (0, 0, 0, 0)))
-    if gap is not None:
-        layout.setSpacing(gap)
-    for part in parts:
-        stretch = 0
-        if isinstance(part, tuple):
-            part, stretch = part
-        if part is None:
+def add(layout: QBoxLayout, *items: Item) -> None:
+    """Add items to the end of a row or column."""
+    for item in items:
+        if item is ...:
             layout.addStretch(1)
-        elif isinstance(part, int):
-            layout.addSpacing(part)
-        elif isinstance(part, QWidget):
-            layout.addWidget(part, stretch)
+        elif isinstance(item, (int, float)):
+            layout.addSpacing(theme().px(item))
         else:
-            layout.addLayout(part, stretch)
+            part, stretch, *where = item if isinstance(item, tuple) else (item, 0)
+            if isinstance(part, QLayout):
+                layout.addLayout(part, stretch)
+            elif where:
+                layout.addWidget(part, stretch, where[0])
+            else:
+                layout.addWidget(part, stretch)
+
+
+def _filled(
+    layout: _Box,
+    items: tuple[Item, ...],
+    into: QWidget | None,
+    gap: float | None,
+    margins: Margins,
+) -> _Box:
+    t = theme()
+    if into is not None:
+        into.setLayout(layout)
+    if margins is not None:
+        around = margins if isinstance(margins, tuple) else (margins,) * 4
+        layout.setContentsMargins(*(t.px(side) for side in around))
+    if gap is not None:
+        layout.setSpacing(t.px(gap))
+    add(layout, *items)
     return layout

@@ -2,16 +2,55 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
+from app.core.base.progress import span
+from app.core.second_light import added as added_lights
+from app.core.second_light.captured import placed
+from app.core.second_light.contrast import prepare_face
+from app.core.second_light.lamp_presets import NumbersLamp
+from app.core.second_light.near import prepare_near
+from app.core.second_light.placements import COUNT, above_floor, within_arm
+from app.core.second_light.search import place_all
+from app.core.second_light.search_kernel import lamp_tables
+from app.core.solver.head_shape import load_shape_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from app.core.base.progress import Report, Token
+    from app.core.second_light.search import Placed
+    from app.ui.presenters.model import Head
+
+
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
 from app.core.base.errors import CoreError
-from app.core.second_light.lamp_presets import NEAREST_M, NumbersLamp
+from app.core.second_light.lamp_presets import NEAREST_M
+from app.ui.presenters.model import LampPlan
 from app.ui.screens.light.lamps import nearest_stop
-from app.ui.screens.light.pictures import LampPlan, look, result_with, targets
+from app.ui.screens.light.pictures import (
+    Answers,
+    Held,
+    InHand,
+    Lamp,
+    Nearer,
+    Question,
+    View,
+    lamp_powers,
+    look,
+    portrait_with,
+    result_with,
+    targets,
+)
+from app.ui.screens.light.resolve import lamp_name, rescued
 from app.ui.screens.light.state import DISTANCES_M
-from app.ui.screens.light.words import lamp_name, rescued
-from app.ui.screens.light.work import ask, closer, take_in_hand
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,10 +58,9 @@ if TYPE_CHECKING:
     from app.core.second_light.search import Placed
     from app.ui.presenters.model import Head
     from app.ui.presenters.services import Services
-    from app.ui.screens.light.pictures import View
+    from app.ui.screens.light.pictures import Held, Lamp, Question, View
     from app.ui.screens.light.resolve import Shown
     from app.ui.screens.light.state import Bytes, HoldState, Size
-    from app.ui.screens.light.work import Answers, Held, InHand, Lamp, Question
 
 _LAMP: Final = "light-lamp"
 _PLACES: Final = "light-places"
@@ -33,24 +71,83 @@ _PLAN: Final = "light-plan"
 _LITTLE_M: Final = 0.02
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Nearer:
-    """What a lamp that rescues nothing does from nearer by."""
+def take_in_hand(
+    head: Head, lamp: Lamp, known: InHand | None, token: Token, report: Report
+) -> InHand:
+    """Get a lamp ready; the head's part is taken over where it is known.
 
-    answers: Answers
-    one: Placed
-    distance_m: float
+    Raises
+    ------
+    CoreError
+        If the head's shape is missing, or the lamp cannot be used.
+    Cancelled
+        When the token says so.
+    """
+    if known is not None and known.head is head:
+        shape, near, face = known.shape, known.near, known.face
+    else:
+        shape = load_shape_of(head.transport, head.name)
+        token.check()
+        near = prepare_near(head.transport, shape)
+        token.check()
+        face = prepare_face(head.transport)
+    token.check()
+    if isinstance(lamp, NumbersLamp):
+        added = added_lights.from_numbers(
+            head.transport, shape, lamp, token, report, near=near, face=face
+        )
+    else:
+        around = placed(lamp, token=token, report=span(report, 0.0, 0.3))
+        added = added_lights.from_captured(head.transport, around, token, report, face=face)
+    tables = lamp_tables(head.pack, head.transport, added)
+    return InHand(head, shape, near, face, lamp, added, tables)
+
+
+def ask(hand: InHand, question: Question, styles: Sequence[str] | None = None) -> Answers:
+    """Place a lamp for every style, or for some."""
+    allowed = _allowed(question)
+    found = place_all(
+        hand.head.pack,
+        hand.head.transport,
+        question.light.searched * np.float32(question.gain),
+        hand.added,
+        question.objective,
+        styles=styles,
+        allowed=allowed,
+        powers=lamp_powers(hand.lamp, question.objective),
+        limits=question.limits,
+        front_deg=question.front_deg,
+        tables=hand.tables,
+    )
+    return Answers(hand, question, tuple(found), allowed)
+
+
+def _allowed(question: Question) -> NDArray[np.bool_]:
+    distance = question.distance_m
+    allowed = np.ones(COUNT, bool)
+    if question.arm:
+        allowed &= within_arm(distance)
+    if question.floor:
+        allowed &= above_floor(distance)
+    return allowed
+
+
+def closer(
+    answers: Answers, lamp: NumbersLamp, names: Sequence[str], token: Token, report: Report
+) -> Placed | None:
+    """Find what a lamp would rescue from nearer by.
+
+    Returns the style that comes out best; None without any.
+    """
+    hand = take_in_hand(answers.hand.head, lamp, answers.hand, token, report)
+    found = ask(hand, answers.question, names).placed
+    return max(found, key=lambda one: (one.attainable, one.match), default=None)
 
 
 class LightWork:
     """Tries lamps, places them and makes pictures; nothing is asked for twice.
 
-    Attributes
-    ----------
-    rows : dict of str to uint8
-        Target portraits for the list.
-    version : int
-        Of `rows`.
+    `rows` are the target portraits for the list, `version` counts how often they were made.
     """
 
     def __init__(
@@ -70,18 +167,13 @@ class LightWork:
         self._asked_lamp: tuple[object, ...] = ()
         self._asked_places: tuple[object, ...] = ()
         self._wanted: tuple[Answers, str, Held, Size] | None = None
-        self._looking = False
+        self.looking = False
 
     @property
     def busy(self) -> bool:
         """Whether new answers are on their way."""
         runner = self._services.runner
         return runner.running(_LAMP) or runner.running(_PLACES)
-
-    @property
-    def looking(self) -> bool:
-        """Whether pictures are being made."""
-        return self._looking
 
     @property
     def coming_closer(self) -> bool:
@@ -210,8 +302,9 @@ class LightWork:
 
         def work() -> LampPlan:
             result = result_with(answers, name, held, match)
-            lamp = lamp_name(answers.hand.lamp)
-            return LampPlan(answers, held, lamp, hold.hold, hold.hold_line, result)
+            head, light, lamp = answers.hand.head, answers.question.light, answers.hand.lamp
+            words = (lamp_name(lamp), hold.hold, hold.hold_line)
+            return LampPlan(head, light, *words, result, partial(portrait_with, answers, held))
 
         self._services.runner.submit(_PLAN, lambda token, report: work(), done=done)
 
@@ -225,9 +318,9 @@ class LightWork:
         self._wanted = (answers, name, held, size)
         view = self.view
         known = view and (view.answers, view.name, view.held, view.size)
-        if self._looking or known == self._wanted:
+        if self.looking or known == self._wanted:
             return
-        self._looking = True
+        self.looking = True
         self._services.runner.submit(
             _VIEW,
             lambda token, report: look(answers, name, held, size, view),
@@ -237,14 +330,14 @@ class LightWork:
         )
 
     def _looked(self, view: View) -> None:
-        self._looking, self.view = False, view
+        self.looking, self.view = False, view
         if self._wanted is not None:
             self.look_at(*self._wanted)
         self._changed()
 
     def _not_looked(self, error: Exception) -> None:
-        self._looking = False
+        self.looking = False
         self._failed(error)
 
     def _looked_away(self) -> None:
-        self._looking = False
+        self.looking = False

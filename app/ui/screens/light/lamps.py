@@ -2,15 +2,31 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from app.core.base.errors import CoreError
 from app.core.second_light.dark_room import GUIDE, capture_lamp
 from app.core.second_light.lamp_presets import KINDS
-from app.core.second_light.library import MAX_TITLE, add_lamp, check_distance, list_lamps, read_lamp
+from app.core.second_light.library import (
+    MAX_TITLE,
+    add_lamp,
+    check_distance,
+    delete_lamp,
+    list_lamps,
+    read_lamp,
+    rename_lamp,
+    restate_lamp,
+    restore_lamp,
+    update_lamp,
+)
 from app.core.second_light.placements import metres, read_metres
-from app.ui.screens.light.state import DISTANCES_M, CaptureAsk, CapturingState
+from app.core.second_light.scale import read_lux
+from app.ui.presenters.actions import Action
+from app.ui.presenters.file_changes import FileChange
+from app.ui.screens.light.mask import MaskEdit, MaskLook, look_at_mask
+from app.ui.screens.light.state import DISTANCES_M, CaptureAsk, WordsAsk
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -20,8 +36,178 @@ if TYPE_CHECKING:
     from app.core.second_light.captured import CapturedLamp
     from app.core.second_light.lamp_presets import Kind
     from app.core.second_light.library import LampEntry
-    from app.ui.presenters.services import Action, Folders, Services
-    from app.ui.screens.light.state import LightView
+    from app.core.storage.library import Trashed
+    from app.ui.presenters.place_controller import PlaceController
+    from app.ui.presenters.services import Action as Answer
+    from app.ui.presenters.services import Folders, Services
+    from app.ui.screens.light.state import LightView, WordsWish
+
+
+_ASKED: Final[dict[WordsWish, tuple[str, str, str, str]]] = {
+    "rename": ("Rename the lamp", "Name", "Rename", "My panel"),
+    "distance": (
+        "Distance of the lamp",
+        "From the camera to the lamp, as it was captured",
+        "Correct",
+        "40 cm",
+    ),
+    "lux": (
+        "Brightness of the lamp",
+        "Light meter where the camera stood, facing the lamp, lux",
+        "Set",
+        "640",
+    ),
+}
+
+
+class LampActions:
+    """Changes the files of the lamp in hand; files are changed one after the other."""
+
+    def __init__(
+        self, services: Services, place_controller: PlaceController, lamps: LampList
+    ) -> None:
+        self._services = services
+        self._place_controller = place_controller
+        self._lamps = lamps
+        self.view: LightView | None = None
+        self._trouble = ("", "")
+
+    @property
+    def trouble(self) -> str:
+        """What was wrong with the last answer that was given for the lamp in hand."""
+        about, sentence = self._trouble
+        own = self._lamps.own
+        return sentence if own is not None and own.name == about else ""
+
+    def actions(self) -> Sequence[Action]:
+        """List what can be done with a lamp of the user's own."""
+        own = self._has_own
+        return (
+            Action("lamp-rename", "Rename the lamp…", lambda: self.ask("rename"), "edit", "", own),
+            Action("lamp-distance", "Correct its distance…", lambda: self.ask("distance"),
+                   "lamp", "", own),
+            Action("lamp-lux", "Correct its brightness…", lambda: self.ask("lux"), "sun", "", own),
+            Action("lamp-mask", "Paint where the lamp is…", self.ask_mask, "brush", "", own),
+            Action("lamp-delete", "Delete the lamp", self.delete, "trash", "", own),
+        )  # fmt: skip
+
+    def _has_own(self) -> bool:
+        return self._lamps.own is not None
+
+    # -- a line --------------------------------------------------------------------------------
+
+    def ask(self, wish: WordsWish) -> None:
+        """Ask for another name, distance or brightness of the lamp in hand."""
+        lamp = self._lamps.own
+        if lamp is None or self.view is None:
+            return
+        title, label, button, example = _ASKED[wish]
+        text = lamp.title
+        if wish == "distance":
+            text = "" if lamp.distance_m is None else metres(lamp.distance_m)
+        elif wish == "lux":
+            text = "" if lamp.lux is None else f"{lamp.lux:.3g}"
+        self.view.ask_words(WordsAsk(wish, title, label, button, text, example))
+
+    def answer(self, wish: WordsWish, text: str) -> None:
+        """Take the line; what is wrong with it is said beside it."""
+        lamp, folder = self._lamps.own, self._lamps.folder
+        if lamp is None:
+            return
+        try:
+            if wish == "rename":
+                self._change(lamp, "rename", lambda: rename_lamp(folder, lamp.name, text))
+            elif wish == "distance":
+                far = check_distance(read_metres(text))
+                make = partial(restate_lamp, folder, lamp.name, distance_m=far)
+                self._change(lamp, "correct the distance of", make)
+            else:
+                lux = read_lux(text)
+                make = partial(restate_lamp, folder, lamp.name, lux=lux)
+                self._change(lamp, "correct the brightness of", make)
+        except CoreError as error:
+            self._say(str(error))
+
+    def _change(self, lamp: CapturedLamp, what: str, make: Callable[[], object]) -> None:
+        def done(_: object) -> None:
+            self._say("")
+            self._lamps.read_again(lamp.name)
+
+        def failed(error: Exception) -> None:
+            if isinstance(error, CoreError):
+                self._say(str(error))
+            else:
+                self._services.notify.tell_error(error)
+
+        FileChange(
+            self._services.undo,
+            self._place_controller.file_work,
+            f"{what} {lamp.title}",
+            make,
+            lambda _: update_lamp(self._lamps.folder, lamp),
+            made=done,
+            undone=done,
+            failed=failed,
+        ).begin()
+
+    def _say(self, sentence: str) -> None:
+        own = self._lamps.own
+        self._trouble = ("" if own is None else own.name, sentence)
+        if self.view is not None:
+            self.view.say_words(sentence)
+        self._lamps.changed()
+
+    # -- all of it -----------------------------------------------------------------------------
+
+    def ask_mask(self) -> None:
+        """Let the user paint where the lamp is."""
+        lamp, lamps = self._lamps.own, self._lamps
+        if lamp is None or self.view is None:
+            return
+        name = lamp.name
+
+        def ready(look: MaskLook) -> None:
+            if self.view is None or lamps.own is not lamp:
+                return
+            services, place_controller = self._services, self._place_controller
+            again = partial(lamps.read_again, name)
+            self.view.ask_mask(
+                MaskEdit(services, place_controller, lamps.folder, lamp, look, again)
+            )
+
+        self._services.runner.submit(
+            "light-mask-look", lambda token, report: look_at_mask(lamp), done=ready
+        )
+
+    def delete(self) -> None:
+        """Put the lamp in hand away; undo, or the message that tells so, brings it back."""
+        lamp, lamps = self._lamps.own, self._lamps
+        if lamp is None:
+            return
+        folder, tell, name = lamps.folder, self._services.notify.tell, lamp.name
+
+        def deleted(trashed: Trashed) -> None:
+            lamps.gone(trashed.name)
+            tell(f"{trashed.title} deleted", kind="done", actions=(("Undo", change.take_back),))
+
+        def returned(back: CapturedLamp) -> None:
+            nonlocal name
+            name = back.name
+            lamps.take_own(name)
+            tell(f"{back.title} is back.", kind="done")
+
+        change = FileChange(
+            self._services.undo,
+            self._place_controller.file_work,
+            f"delete {lamp.title}",
+            lambda: delete_lamp(folder, name),
+            lambda trashed: restore_lamp(folder, trashed),
+            made=deleted,
+            undone=returned,
+            failed=self._services.notify.tell_error,
+        )
+        change.begin()
+
 
 Source: TypeAlias = Literal["files", "place"]
 """What a lamp is made of: pictures, or the place that is open."""
@@ -49,14 +235,6 @@ def nearest_stop(distance_m: float) -> int:
     return min(range(len(DISTANCES_M)), key=lambda stop: abs(DISTANCES_M[stop] - distance_m))
 
 
-@dataclass(frozen=True, slots=True)
-class _Wanted:
-    """What is said of a lamp before its pictures are chosen."""
-
-    title: str = ""
-    distance_m: float | None = None
-
-
 def lamps_of(folders: Folders) -> Path:
     """Where the user's lamps are kept."""
     return folders.home / _FOLDER
@@ -74,19 +252,15 @@ class LampList:
         self, services: Services, changed: Callable[[], None], taken: Callable[[str], None]
     ) -> None:
         self._services = services
-        self._changed = changed
+        self.changed = changed
         self._taken = taken
-        self._view: LightView | None = None
+        self.view: LightView | None = None
         self.key = ""
         self.own: CapturedLamp | None = None
         self._entries: tuple[LampEntry, ...] = ()
         self.folder = lamps_of(services.folders)
-        self.capturing = CapturingState()
-        self._wanted = _Wanted()
-
-    def attach(self, view: LightView | None) -> None:
-        """Ask `view` for files from now on."""
-        self._view = view
+        self.capturing = False
+        self._wanted: tuple[str, float | None] = ("", None)
 
     @property
     def items(self) -> tuple[tuple[str, str, str, str], ...]:
@@ -131,11 +305,7 @@ class LampList:
         if self.key == f"{_OWN}{name}":
             self.key, self.own = "", None
         self._entries = tuple(one for one in self._entries if one.name != name)
-        self._changed()
-
-    def tell(self) -> None:
-        """Show what was said."""
-        self._changed()
+        self.changed()
 
     def _read(self, key: str) -> None:
         name = key.removeprefix(_OWN)
@@ -143,7 +313,7 @@ class LampList:
         def done(lamp: CapturedLamp) -> None:
             if self.key == key:
                 self.own = lamp
-                self._changed()
+                self.changed()
 
         self._services.runner.submit(
             _READ,
@@ -160,31 +330,31 @@ class LampList:
 
     def _listed(self, entries: tuple[LampEntry, ...]) -> None:
         self._entries = entries
-        self._changed()
+        self.changed()
 
     # -- a lamp of one's own -------------------------------------------------------------------
 
     def begin(self) -> None:
         """Say how a lamp is captured, and ask for what there is of it."""
-        if self._view is None or self.capturing.busy:
+        if self.view is None or self.capturing:
             return
         place = self._services.model.place
         words = f"Take the place “{place.name}”" if self._place_file() and place else ""
-        self._view.ask_capture(CaptureAsk(GUIDE, _PLACE, words))
+        self.view.ask_capture(CaptureAsk(GUIDE, _PLACE, words))
 
     def capture(self, source: Source, title: str, distance: str) -> None:
         """Make a lamp of pictures that are asked for next, or of the open place."""
-        if self._view is None:
+        if self.view is None:
             return
         try:
             far = check_distance(read_metres(distance)) if distance.strip() else None
         except CoreError as error:
-            self._view.say_capture(str(error))
+            self.view.say_capture(str(error))
             return
-        self._wanted = _Wanted(title.strip(), far)
+        self._wanted = (title.strip(), far)
         path = self._place_file()
         if source == "files":
-            self._view.ask_pictures()
+            self.view.ask_pictures()
         elif path is not None:
             self.take((path,))
 
@@ -198,21 +368,19 @@ class LampList:
     def take(self, paths: Sequence[Path]) -> None:
         """Make a lamp of pictures from a dark room, keep it, and take it in hand.
 
-        Parameters
-        ----------
-        paths : sequence of Path
-            Exposures, or one linear panorama.
+        `paths`: exposures, or one linear panorama.
         """
         head, place = self._services.model.head, self._services.model.place
         if head is None or not paths:
             return
-        if self._view is not None:
-            self._view.say_capture("")
+        if self.view is not None:
+            self.view.say_capture("")
         folder, given, wanted = self.folder, tuple(paths), self._wanted
-        self._wanted = _Wanted()
+        said, distance_m = wanted
+        self._wanted = ("", None)
         facts = place.capture if place is not None and given == (self._place_file(),) else None
         named = given[0].stem if len(given) == 1 else given[0].parent.name
-        title = wanted.title or (place.name if place and facts else named)[:MAX_TITLE]
+        title = said or (place.name if place and facts else named)[:MAX_TITLE]
 
         def work(
             token: Token, report: Report
@@ -221,7 +389,7 @@ class LampList:
                 given,
                 head.pack,
                 title=title,
-                distance_m=wanted.distance_m,
+                distance_m=distance_m,
                 token=token,
                 report=report,
             )
@@ -234,7 +402,7 @@ class LampList:
 
         def done(found: tuple[str, tuple[LampEntry, ...], tuple[str, ...]]) -> None:
             name, self._entries, said = found
-            self.capturing = CapturingState()
+            self.capturing = False
             for words in said:
                 self._services.notify.tell(words, kind="warning")
             self._services.notify.mended(_TAKE)
@@ -244,7 +412,7 @@ class LampList:
             self._wanted = wanted
             self.take(given)
 
-        self.capturing = CapturingState(busy=True)
+        self.capturing = True
         self._services.runner.submit(
             _TAKE,
             work,
@@ -253,15 +421,15 @@ class LampList:
             failed=lambda error: self._failed(error, [("Try again", again)]),
             cancelled=lambda: self._failed(None),
         )
-        self._changed()
+        self.changed()
 
-    def _failed(self, error: Exception | None, actions: Sequence[Action] = ()) -> None:
-        self.capturing = CapturingState()
+    def _failed(self, error: Exception | None, actions: Sequence[Answer] = ()) -> None:
+        self.capturing = False
         if error is not None:
             self._services.notify.tell_error(error, actions=actions, about=_TAKE)
         if self.key.startswith(_OWN) and self.own is None:
             self.key = ""
-        self._changed()
+        self.changed()
 
 
 def _captured(lamp: LampEntry) -> str:

@@ -13,8 +13,8 @@ from app.core.base.errors import CoreError
 from app.core.second_light.captured import CapturedLamp, centroid, make_lamp
 from app.core.second_light.library import update_lamp
 from app.core.second_light.mask import find_mask, stroke
+from app.core.second_light.placements import lux_words
 from app.ui.presenters.file_changes import FileChange
-from app.ui.screens.light.words import lux_words
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -78,10 +78,7 @@ class MaskView(Protocol):
 class MaskLook(NamedTuple):
     """What the sheet of a lamp's mask begins with, from `look_at_mask`.
 
-    Attributes
-    ----------
-    picture : (H, 2 H, 3) uint8
-        See `MaskState`.
+    `picture`, (H, 2 H, 3) uint8: see `MaskState`.
     """
 
     picture: Bytes
@@ -108,14 +105,14 @@ class MaskEdit:
     def __init__(
         self,
         services: Services,
-        desk: PlaceController,
+        place_controller: PlaceController,
         folder: Path,
         lamp: CapturedLamp,
         look: MaskLook,
         saved: Callable[[], None],
     ) -> None:
         self._services = services
-        self._desk = desk
+        self._place_controller = place_controller
         self._folder = folder
         self._lamp = lamp
         self._saved = saved
@@ -234,7 +231,7 @@ class MaskEdit:
 
         change = FileChange(
             self._services.undo,
-            self._desk.file_work,
+            self._place_controller.file_work,
             f"new mask of {lamp.title}",
             work,
             lambda _: update_lamp(folder, lamp),

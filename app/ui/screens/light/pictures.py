@@ -1,10 +1,10 @@
-"""Pictures of a face with a lamp anywhere around it, fast enough to follow a hand."""
+"""A lamp at a place: what is known of it, pictures of a face with it, and the map around it."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,29 +12,157 @@ from numpy.typing import NDArray
 from app.core.base.angles import TURNS, direction, wrap
 from app.core.base.colour import LUMINANCE_WEIGHTS, luminance
 from app.core.second_light.captured import CapturedLamp, placed_at
-from app.core.second_light.near import near_picture
-from app.core.second_light.placements import ALTITUDES_DEG
+from app.core.second_light.lamp_presets import FULL, NumbersLamp, powers_of
+from app.core.second_light.near import NearField, near_picture
+from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
+from app.core.solver.environment import solid_angles
 from app.core.solver.place_light import turned
 from app.core.solver.portraits import framing, portraits, value_at
+from app.core.solver.reach import LIMITS, Limits
 from app.core.solver.transport import render, to_image
-from app.ui.screens.light.work import best_held
+from app.ui.screens.light.state import SkyState
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.core.second_light.added import AddedLight
+    from app.core.second_light.contrast import FaceBasis
     from app.core.second_light.search import Placed
+    from app.core.second_light.search_kernel import LampTables
+    from app.core.solver.head_shape import HeadShape
+    from app.core.solver.place_light import PlaceLight
+    from app.core.solver.reach import Objective
     from app.core.solver.solve import StyleResult
     from app.ui.presenters.model import Head
     from app.ui.screens.light.state import Size
-    from app.ui.screens.light.work import Answers, Held, InHand, Question
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
 Float64: TypeAlias = NDArray[np.float64]
+Lamp: TypeAlias = "NumbersLamp | CapturedLamp"
 
+_ROWS: Final = len(ALTITUDES_DEG)
+_COLUMNS: Final = len(AZIMUTHS_DEG)
+_FINER: Final = 4
+_DARKEST: Final = 28  # tones of the map, sRGB
+_BRIGHTEST: Final = 242
+_CURVE: Final = 1.4  # so that the best places stand out
 _STEP_DEG: Final = 5.625
-_HIDES_ROWS: Final = len(ALTITUDES_DEG)
 _HARDLY_LESS: Final = 0.97  # of the best match: the rule of the tolerance arc
+_ONE_SIDED: Final = 0.2  # share of the light that comes from one side, for it to have a side
+
+
+class Held(NamedTuple):
+    """Where and how a lamp is held."""
+
+    azimuth_deg: float
+    altitude_deg: float
+    power: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InHand:
+    """A lamp, ready to be placed around a head."""
+
+    head: Head
+    shape: HeadShape = field(repr=False)
+    near: NearField = field(repr=False)
+    face: FaceBasis = field(repr=False)
+    lamp: Lamp
+    added: AddedLight = field(repr=False)
+    tables: LampTables = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Question:
+    """What places are asked for.
+
+    `gain`: luminance of radiance 1, cd/m2.
+    """
+
+    light: PlaceLight
+    gain: float
+    front_deg: float = 0.0
+    arm: bool = False
+    floor: bool = True
+    distance_m: float = 0.3
+    objective: Objective = "picture"
+    limits: Limits = LIMITS
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Equal keys have equal answers."""
+        values = (self.gain, self.front_deg, self.arm, self.floor, self.distance_m)
+        return (self.light, *values, self.objective, self.limits)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Answers:
+    """Where a lamp belongs for every style.
+
+    `allowed`, (576,) bool: placements that can be reached.
+    """
+
+    hand: InHand
+    question: Question
+    placed: tuple[Placed, ...] = field(repr=False)
+    allowed: NDArray[np.bool_] = field(repr=False)
+
+    def of(self, name: str | None) -> Placed | None:
+        """Give the answer for a style."""
+        return next((one for one in self.placed if one.name == name), None)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Nearer:
+    """What a lamp that rescues nothing does from nearer by."""
+
+    answers: Answers
+    one: Placed
+    distance_m: float
+
+
+def main_light(light: PlaceLight, facing_deg: float) -> float | None:
+    """From where a place lights the face.
+
+    Parameters
+    ----------
+    facing_deg : float
+        Azimuth in the panorama that the sitter faces, deg.
+
+    Returns
+    -------
+    float or None
+        Azimuth relative to the face, positive toward the sitter's left, deg; None where light
+        comes from all around alike.
+    """
+    rows, columns = light.searched.shape[:2]
+    elevation = np.pi * (0.5 - (np.arange(rows) + 0.5) / rows)
+    azimuth = 2.0 * np.pi * ((np.arange(columns) + 0.5) / columns - 0.5)
+    amount = luminance(light.searched) * solid_angles((rows, columns))[:, None]
+    level = (amount * np.cos(elevation)[:, None]).sum(axis=0)
+    east, north = float(level @ np.sin(azimuth)), float(level @ np.cos(azimuth))
+    if math.hypot(east, north) < _ONE_SIDED * float(amount.sum()):
+        return None
+    # The panorama's azimuth grows toward the sitter's right.
+    return wrap(facing_deg - math.degrees(math.atan2(east, north)))
+
+
+def powers_for(answers: Answers) -> tuple[float, ...]:
+    """Return the powers that the lamp of some answers was tried at, the strongest first."""
+    return lamp_powers(answers.hand.lamp, answers.question.objective)
+
+
+def lamp_powers(lamp: Lamp, objective: Objective) -> tuple[float, ...]:
+    """As the ``light`` command: the paper's objective takes lamps as their numbers say."""
+    if objective == "paper" or not isinstance(lamp, NumbersLamp):
+        return FULL
+    return powers_of(lamp.kind)
+
+
+def best_held(placed: Placed) -> Held:
+    """Give the best place of a lamp, between the placements of the search, and its power."""
+    return Held(placed.lamp_azimuth_refined_deg, placed.lamp_altitude_refined_deg, placed.power)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,24 +188,6 @@ class View:
     target: Bytes = field(repr=False)
     match: float
     strength: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LampPlan:
-    """The lamp that belongs to a turn: one value for every screen on the way there.
-
-    Attributes
-    ----------
-    hold, where : str
-        "Hold the LED panel in front, raised 28°, at full power", and how far from head and skin.
-    """
-
-    answers: Answers = field(repr=False)
-    held: Held
-    lamp: str
-    hold: str
-    where: str
-    result: StyleResult = field(repr=False)
 
 
 def result_with(answers: Answers, name: str, held: Held, match: float) -> StyleResult:
@@ -141,10 +251,11 @@ def _arc(curve: Float64, turn_deg: float, least: float) -> tuple[float, float]:
     return wrap(turn_deg - float(before)), wrap(turn_deg + float(after))
 
 
-def portrait_with(plan: LampPlan, facing_deg: float, size: Size) -> Bytes:
-    """Portrait with the lamp held where a plan says, the face at an azimuth of the panorama."""
-    hand, question = plan.answers.hand, plan.answers.question
-    return _portrait(hand.head, _lit(hand, question, plan.held, facing_deg), size)
+def portrait_with(answers: Answers, held: Held, facing_deg: float, size: Size) -> Bytes:
+    """Portrait with the lamp held somewhere, the face at an azimuth of the panorama."""
+    hand, question = answers.hand, answers.question
+    lit = _lit(hand, question, held, facing_deg)
+    return hand.head.portrait(to_image(hand.head.transport, lit), size)
 
 
 def _lit(hand: InHand, question: Question, held: Held, facing_deg: float) -> Float32:
@@ -179,7 +290,7 @@ def look(answers: Answers, name: str, held: Held, size: Size, known: View | None
     facing = wrap(one.turn_refined_deg + question.front_deg)
     picture = _lit(hand, question, held, facing)
     match, strength = _judge(hand.head, name, picture)
-    shown = _portrait(hand.head, picture, size)
+    shown = hand.head.portrait(to_image(hand.head.transport, picture), size)
     if known is not None and (known.answers, known.name, known.size) == (answers, name, size):
         without, target = known.without, known.target
     else:
@@ -199,11 +310,11 @@ def _of_lamp(hand: InHand, held: Held) -> tuple[Float32, Float32]:
 
 def _hidden(alpha: Float32, spot: tuple[float, float]) -> Float32:
     """Share of each texel that is hidden, between the four placements around a spot."""
-    columns = len(alpha) // _HIDES_ROWS
+    columns = len(alpha) // _ROWS
     across = spot[0] / _STEP_DEG
     up = (spot[1] - float(ALTITUDES_DEG[0])) / float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0])
-    up = min(max(up, 0.0), _HIDES_ROWS - 1.0)
-    left, lower = math.floor(across), min(math.floor(up), _HIDES_ROWS - 2)
+    up = min(max(up, 0.0), _ROWS - 1.0)
+    left, lower = math.floor(across), min(math.floor(up), _ROWS - 2)
     beside, above = np.float32(across - left), np.float32(up - lower)
 
     def at(row: int) -> Float32:
@@ -221,14 +332,7 @@ def _without(answers: Answers, one: Placed, size: Size) -> Bytes:
     head, light = answers.hand.head, answers.question.light
     facing = wrap(one.before.turn_refined_deg + answers.question.front_deg)
     picture = render(head.transport, turned(light, facing, head.transport.environment_shape))
-    return _portrait(head, picture, size)
-
-
-def _portrait(head: Head, picture: Float32, size: Size) -> Bytes:
-    linear = to_image(head.transport, picture)[np.newaxis]
-    coverage = head.pack.coverage.astype(np.float32)
-    shown: Bytes = portraits(linear, coverage, framing(head.transport.size, size))[0]
-    return shown
+    return head.portrait(to_image(head.transport, picture), size)
 
 
 def _judge(head: Head, name: str, picture: Float32) -> tuple[float, float]:
@@ -246,3 +350,106 @@ def _judge(head: Head, name: str, picture: Float32) -> tuple[float, float]:
     studio = float(pack.studio_ratio[pack.index(name)])
     strength = 100.0 * quality / max(mean, 1e-30) / studio if studio > 0 else 0.0
     return match, strength
+
+
+def sky_of(
+    values: NDArray[np.floating[Any]],
+    limit: float | None,
+    allowed: NDArray[np.bool_] | None = None,
+) -> SkyState:
+    """Draw up the map.
+
+    Parameters
+    ----------
+    values : (9, 64) float
+        Objective at one turn: altitudes upward, azimuths from in front toward the sitter's left.
+    limit : float or None
+        Where the line runs; None for no line.
+    allowed : (576,) bool or None, optional
+        Placements that can be reached.
+    """
+    # Left to right −180 to 180: the sitter's right, in front, the sitter's left.
+    around = np.roll(np.asarray(values, np.float64), _COLUMNS // 2, axis=1)
+    fine, azimuths, altitudes = _finer(around)
+    low = max(float(around.min()), 0.0)
+    high = max(float(around.max()), low + 1e-9, limit or 0.0)
+    share = np.clip((fine - low) / (high - low), 0.0, 1.0) ** _CURVE
+    tones = (_DARKEST + share * (_BRIGHTEST - _DARKEST) + 0.5).astype(np.uint8)
+    line = np.zeros((0, 4), np.float32)
+    if limit is not None:
+        line = _line(fine - limit, azimuths, altitudes)
+    closed = None
+    if allowed is not None and not allowed.all():
+        shut = np.roll(~allowed.reshape(_ROWS, _COLUMNS), _COLUMNS // 2, axis=1)
+        # Texels of a placement lie around it: half of the first column is at the right end.
+        closed = np.ascontiguousarray(np.roll(np.repeat(shut, 2, axis=1), -1, axis=1)[::-1])
+    words = "brighter is better" if limit is None else "brighter is a better match"
+    if limit is not None:
+        words += f", the line is {limit:.0f}"
+    if closed is not None:
+        words += ", hatched is out of reach"
+    half = float(ALTITUDES_DEG[-1]) + float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0]) / 2.0
+    return SkyState(np.ascontiguousarray(tones[::-1]), closed, line, half, words)
+
+
+def _finer(values: Float64) -> tuple[Float64, Float64, Float64]:
+    """Read the map between placements: texels' azimuths from −180 on, altitudes upward, deg."""
+    step, rise = 360.0 / _COLUMNS, float(ALTITUDES_DEG[1] - ALTITUDES_DEG[0])
+    fine_columns = _FINER * 2 * _COLUMNS
+    azimuths = -180.0 + (np.arange(fine_columns) + 0.5) * 360.0 / fine_columns
+    across = (azimuths + 180.0) / step
+    fine_rows = _FINER * 2 * _ROWS
+    lowest = float(ALTITUDES_DEG[0]) - rise / 2.0
+    altitudes = lowest + (np.arange(fine_rows) + 0.5) * rise * _ROWS / fine_rows
+    up = np.clip((altitudes - float(ALTITUDES_DEG[0])) / rise, 0.0, _ROWS - 1.0)
+    wrapped = _cubic(np.concatenate([values[:, -1:], values, values[:, :2]], axis=1).T, across + 1)
+    held = np.concatenate([wrapped[:, :1], wrapped, wrapped[:, -1:]], axis=1)
+    return _cubic(held.T, up + 1.0), azimuths, altitudes
+
+
+def _cubic(values: Float64, places: Float64) -> Float64:
+    """Read (n, m) along its first axis at places in [1, n - 2], by Catmull-Rom's curve."""
+    first = np.clip(np.floor(places).astype(np.intp), 1, len(values) - 3)
+    t = (places - first)[:, None]
+    a, b, c, d = (values[first + offset] for offset in (-1, 0, 1, 2))
+    curved: Float64 = b + 0.5 * t * (
+        c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a))
+    )
+    return curved
+
+
+def _line(over: Float64, azimuths: Float64, altitudes: Float64) -> Float32:
+    """Pieces of the line where a map is 0: two triangles to each cell, one piece to each."""
+    x, y = np.meshgrid(azimuths, altitudes)
+    corners = [
+        tuple(part[rows, columns].ravel() for part in (x, y, over))
+        for rows, columns in (
+            (slice(None, -1), slice(None, -1)),
+            (slice(None, -1), slice(1, None)),
+            (slice(1, None), slice(1, None)),
+            (slice(1, None), slice(None, -1)),
+        )
+    ]
+    pieces = [
+        _through(corners[0], corners[1], corners[2]),
+        _through(corners[0], corners[2], corners[3]),
+    ]
+    return np.concatenate(pieces).astype(np.float32)
+
+
+def _through(*corners: tuple[Float64, ...]) -> Float64:
+    """Cut triangles, each corner (x, y, value): (n, 4) pieces where the value is 0."""
+    above = np.stack([corner[2] >= 0 for corner in corners])
+    count = above.sum(axis=0)
+    cut = np.flatnonzero((count == 1) | (count == 2))
+    # The corner that stands alone is joined to both others.
+    alone = np.argmax(np.where(count[cut] == 1, above[:, cut], ~above[:, cut]), axis=0)
+    values = np.stack([np.stack(corner) for corner in corners])[:, :, cut]
+    index = np.arange(len(cut))
+    start = values[alone, :, index]
+    ends = []
+    for step in (1, 2):
+        stop = values[(alone + step) % 3, :, index]
+        share = start[:, 2] / (start[:, 2] - stop[:, 2])
+        ends.append(start[:, :2] + (stop[:, :2] - start[:, :2]) * share[:, None])
+    return np.concatenate(ends, axis=1)

@@ -11,11 +11,20 @@ from app.core.second_light.placements import ALTITUDES_DEG, metres
 from app.core.second_light.scale import Comparison, compare
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
+from app.ui.screens.light.brightness import PlaceScale
 from app.ui.screens.light.jobs import LightWork
-from app.ui.screens.light.lamp_actions import LampKeeping
-from app.ui.screens.light.lamps import LampList, nearest_stop
-from app.ui.screens.light.resolve import Resolver, Shown, front_of, note_of
-from app.ui.screens.light.scale import PlaceScale
+from app.ui.screens.light.lamps import LampActions, LampList, nearest_stop
+from app.ui.screens.light.pictures import Held, Question, best_held, powers_for
+from app.ui.screens.light.resolve import (
+    Resolver,
+    Shown,
+    detail_of,
+    front_of,
+    hold_of,
+    lamp_name,
+    note_of,
+    way_icon,
+)
 from app.ui.screens.light.state import (
     DISTANCES_M,
     HeadsState,
@@ -25,20 +34,16 @@ from app.ui.screens.light.state import (
     LightState,
     LightView,
 )
-from app.ui.screens.light.words import lamp_name, way_icon
-from app.ui.screens.light.work import Held, Question, best_held, powers_for
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from pathlib import Path
 
     from app.core.second_light.search import Placed
     from app.core.solver.reach import Objective
+    from app.ui.presenters.model import LampPlan
     from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
-    from app.ui.screens.light.lamps import Source
-    from app.ui.screens.light.pictures import LampPlan
-    from app.ui.screens.light.work import Lamp
+    from app.ui.screens.light.pictures import Lamp
 
 _ASKED_ANEW: Final = frozenset({"head", "light", "front_deg", "settings", "place_folder", "place"})
 _HIGHEST_DEG: Final = float(ALTITUDES_DEG[-1])
@@ -49,10 +54,10 @@ _NO_LIGHT: Final = "No light measured yet. A lamp is placed in the light of a pl
 class LightPresenter:
     """Resolves the screen, and takes what the user does there."""
 
-    def __init__(self, services: Services, desk: PlaceController) -> None:
+    def __init__(self, services: Services, place_controller: PlaceController) -> None:
         self._services = services
-        self.shelf = LampList(services, self._pursue, self.take_lamp)
-        self.keeping = LampKeeping(services, desk, self.shelf)
+        self.lamps = LampList(services, self._pursue, self.take_lamp)
+        self.lamp_actions = LampActions(services, place_controller, self.lamps)
         self.scale = PlaceScale(services, self._begin_anew)
         self._view: LightView | None = None
         self._in_front = True
@@ -70,16 +75,13 @@ class LightPresenter:
     def attach(self, view: LightView) -> None:
         """Show everything in `view` from now on."""
         self._view = view
-        self.shelf.attach(view)
-        self.keeping.attach(view)
-        self.shelf.refresh()
+        self.lamps.view = self.lamp_actions.view = view
+        self.lamps.refresh()
         self._pursue()
 
     def detach(self) -> None:
         """Show nothing any more."""
-        self._view = None
-        self.shelf.attach(None)
-        self.keeping.attach(None)
+        self._view = self.lamps.view = self.lamp_actions.view = None
 
     def entered(self) -> None:
         """Go on with what has changed meanwhile."""
@@ -96,7 +98,7 @@ class LightPresenter:
         way = "turn" if self.front is None else way_icon(self.front.turn_refined_deg)
         # Without a lamp there is nothing to move.
         move, best, turn = (
-            ("move lamp", "best place", "turn first") if self.shelf.key else ("",) * 3
+            ("move lamp", "best place", "turn first") if self.lamps.key else ("",) * 3
         )
         return (
             Action("lamp-move", "Move the lamp", self.focus_lamp, "bulb", "", works,
@@ -109,10 +111,10 @@ class LightPresenter:
                    lambda: self._may_step(-1), keys="PgDn"),
             Action("lamp-stronger", "Turn the lamp up", lambda: self.step_power(1), "plus", "",
                    lambda: self._may_step(1), keys="PgUp"),
-            Action("lamp-own", "Capture a lamp of your own", self.shelf.begin, "plus"),
+            Action("lamp-own", "Capture a lamp of your own", self.lamps.begin, "plus"),
             Action("lamp-bright", "How bright is it here?", self.scale.ask, "sun", "",
                    lambda: self._services.model.light is not None),
-            *self.keeping.actions(),
+            *self.lamp_actions.actions(),
         )  # fmt: skip
 
     # -- what the view calls -------------------------------------------------------------------
@@ -125,16 +127,16 @@ class LightPresenter:
 
     def take_lamp(self, key: str) -> None:
         """Choose a lamp; see `LampState.items`."""
-        if key != self.shelf.key:
-            self.shelf.choose(key)
-            if (usual := self.shelf.usual_m) is not None:
+        if key != self.lamps.key:
+            self.lamps.choose(key)
+            if (usual := self.lamps.usual_m) is not None:
                 self._stop = nearest_stop(usual)
             self._begin_anew()
 
     def move_away(self, stop: int) -> None:
         """Hold the lamp nearer or farther; the answers follow."""
         stop = min(max(stop, 0), len(DISTANCES_M) - 1)
-        if stop != self._stop and not self.shelf.fixed:
+        if stop != self._stop and not self.lamps.fixed:
             self._stop = stop
             self._begin_anew()
 
@@ -160,7 +162,7 @@ class LightPresenter:
         elif key == "probe":
             self._services.model.update(step=Step.PROBE, painting=None)
         elif key == "capture":
-            self.shelf.begin()
+            self.lamps.begin()
         elif key == "again":
             self.work.forget()
             self._pursue()
@@ -174,11 +176,8 @@ class LightPresenter:
     def hold_at(self, azimuth_deg: float, altitude_deg: float) -> None:
         """Hold the lamp elsewhere: drawings, words and pictures follow.
 
-        Parameters
-        ----------
-        azimuth_deg, altitude_deg : float
-            Deg, positive toward the sitter's left and upward; the latter is kept within the band
-            that is searched.
+        `azimuth_deg`, `altitude_deg`: Deg, positive toward the sitter's left and upward; the latter
+        is kept within the band that is searched.
         """
         held = self._now
         if held is not None:
@@ -212,18 +211,19 @@ class LightPresenter:
         if not self._going or one is None or answers is None or held is None:
             return
         shown = Shown(answers, one, held, self._distance_m(), self.work.view)
-        match = self._resolver.match(shown)
+        match = shown.match
         if match is None:
             return
         self._going = False
-        hold = self._resolver.hold(shown, self._resolver.heads(shown))
+        hold = hold_of(shown, self._resolver.heads(shown))
         self.work.plan(shown, match, hold, self._turn_with)
 
     def _turn_with(self, plan: LampPlan) -> None:
         model, held = self._services.model, self._held
-        name, front = plan.result.name, plan.answers.question.front_deg
-        goal = wrap(plan.result.turn_refined_deg - front)
-        model.update(chosen=name, needle_deg=None, goal_deg=goal, plan=plan, step=Step.TURN)
+        goal = wrap(plan.result.turn_refined_deg - model.front_deg)
+        model.update(
+            chosen=plan.result.name, needle_deg=None, goal_deg=goal, plan=plan, step=Step.TURN
+        )
         self._held = held
 
     def focus_lamp(self) -> None:
@@ -231,33 +231,25 @@ class LightPresenter:
         if self._view is not None:
             self._view.take_lamp_focus()
 
-    def capture(self, source: Source, title: str, distance: str) -> None:
-        """Make a lamp of one's own; see `LampList.capture`."""
-        self.shelf.capture(source, title, distance)
-
-    def take_pictures(self, paths: Sequence[Path]) -> None:
-        """Take in the pictures of a lamp of one's own."""
-        self.shelf.take(paths)
-
     # -- resolving -----------------------------------------------------------------------------
 
     def resolve(self) -> LightState:
         """Work out what the screen shows now."""
         state = LightState(
-            lamp=self._lamp_state(), bright=self.scale.state(), capturing=self.shelf.capturing
+            lamp=self._lamp_state(), bright=self.scale.state(), capturing=self.lamps.capturing
         )
         model = self._services.model
         if model.light is None:
             return replace(state, empty=_NO_LIGHT, actions=(("probe", "Go to Probe"),))
-        if not self.shelf.key:
+        if not self.lamps.key:
             return replace(
                 state,
                 empty=_NO_LAMP,
                 actions=(("phone", "Take the phone"), ("capture", "Capture a lamp")),
             )
-        if self.shelf.own is not None and self.shelf.own.white_cd_m2 is None:
-            meter = str(compare(self.scale.white, self.shelf.own))
-            return replace(state, meter=meter, meter_error=self.keeping.trouble)
+        if self.lamps.own is not None and self.lamps.own.white_cd_m2 is None:
+            meter = str(compare(self.scale.white, self.lamps.own))
+            return replace(state, meter=meter, meter_error=self.lamp_actions.trouble)
         if self.scale.white is None or self.scale.asking:
             return replace(state, asks=True)
         if self.work.trouble:
@@ -272,7 +264,9 @@ class LightPresenter:
         held = best_held(one) if self._held is None else self._held
         shown = Shown(answers, one, held, self._distance_m(), self.work.view)
         heads = self._resolver.heads(shown)
-        note, action = note_of(answers, self.work, self._distance_m())
+        work = self.work
+        nearer = (work.busy, work.coming_closer, work.nearer)
+        note, action = note_of(answers, self._distance_m(), *nearer)
         return replace(
             state,
             sections=self._resolver.sections(answers, one.name, self.work.rows, self.work.version),
@@ -281,12 +275,12 @@ class LightPresenter:
             hold=self._hold_state(shown, heads),
             heads=heads,
             sky=self._resolver.sky(shown),
-            detail=self._resolver.detail(shown),
+            detail=detail_of(shown),
         )
 
     def _hold_state(self, shown: Shown, heads: HeadsState) -> HoldState:
         """Write the two steps; while another lamp is being tried, none is told to be held."""
-        hold, lamp, known = self._resolver.hold(shown, heads), self._lamp(), shown.answers.hand.lamp
+        hold, lamp, known = hold_of(shown, heads), self._lamp(), shown.answers.hand.lamp
         if not self.work.busy or lamp is None or lamp.title == known.title:
             return hold
         trying = f"Trying {lamp_name(lamp)} all around the head…"
@@ -295,15 +289,15 @@ class LightPresenter:
 
     def _lamp_state(self) -> LampState:
         return LampState(
-            items=self.shelf.items,
-            key=self.shelf.key,
+            items=self.lamps.items,
+            key=self.lamps.key,
             distance=self._stop,
             distance_words=metres(self._distance_m()),
-            distance_fixed=self.shelf.fixed,
+            distance_fixed=self.lamps.fixed,
             arm=self._arm,
             floor=self._floor,
             brightness="" if self._services.model.light is None else self.scale.words,
-            own=self.shelf.own is not None,
+            own=self.lamps.own is not None,
         )
 
     # -- what is worked out --------------------------------------------------------------------
@@ -342,20 +336,20 @@ class LightPresenter:
     # -- what it is about ----------------------------------------------------------------------
 
     def _lamp(self) -> Lamp | None:
-        key, own = self.shelf.key, self.shelf.own
+        key, own = self.lamps.key, self.lamps.own
         if key in KINDS:
             return at_distance(KINDS[key], DISTANCES_M[self._stop])
         return own if self._compared().possible else None
 
     def _compared(self) -> Comparison:
         """Whether the lamp in hand, where it was captured, can be compared with the place."""
-        own = self.shelf.own
+        own = self.lamps.own
         if own is None:
             return Comparison(possible=True)
         return compare(self.scale.white, own, place_camera=self.scale.camera)
 
     def _distance_m(self) -> float:
-        own = self.shelf.own
+        own = self.lamps.own
         if own is not None and own.distance_m is not None:
             return own.distance_m
         return DISTANCES_M[self._stop]

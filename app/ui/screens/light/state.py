@@ -59,8 +59,6 @@ class LampState:
     ----------
     items : tuple of (str, str, str, str)
         Lamps to choose from: key, title, what it is, icon.
-    distance_words : str
-        "30 cm".
     brightness : str
         "460 lx at the face, as measured"; empty while it is not known.
     """
@@ -80,10 +78,8 @@ class LampState:
 class BrightState:
     """The question how bright the place is.
 
-    Attributes
-    ----------
-    measured : str
-        "Back to the measured 460 lx"; empty where that counts already, or nothing was measured.
+    `measured`: "Back to the measured 460 lx"; empty where that counts already, or nothing was
+    measured.
     """
 
     key: str = ""
@@ -119,10 +115,7 @@ class CaptureAsk:
 class RowState:
     """A style in the list. Two that are equal look the same.
 
-    Attributes
-    ----------
-    picture : (h, w, 3) uint8 or None
-        Target, sRGB; not compared.
+    `picture`, (h, w, 3) uint8 or None: target, sRGB; not compared.
     """
 
     key: str
@@ -151,10 +144,7 @@ class Section:
 class HoldState:
     """The two steps, in words.
 
-    Attributes
-    ----------
-    turn, turn_line : str
-        "Turn 56° counter-clockwise", and what that does.
+    `turn`, `turn_line`: "Turn 56° counter-clockwise", and what that does.
     """
 
     turn: str = ""
@@ -223,8 +213,6 @@ class DetailState:
         Portraits, sRGB.
     without_tag : str
         "Without it, at 62°".
-    numbers : tuple of (str, str)
-        Label and value.
     power : str
         "1/8, 3 stops down"; empty for a lamp that has one power only.
     """
@@ -250,13 +238,6 @@ class DetailState:
     stale: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class CapturingState:
-    """A lamp of one's own that is being read."""
-
-    busy: bool = False
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class LightState:
     """What the Light screen shows.
@@ -268,6 +249,8 @@ class LightState:
     meter : str
         Why the lamp in hand cannot be compared with the place, and that its brightness can be
         typed; empty where it can be compared. In place of the schematics.
+    capturing : bool
+        A lamp of one's own is being read.
     note : str
         Above the list: "This lamp is too weak at 30 cm. …".
     """
@@ -287,7 +270,7 @@ class LightState:
     heads: HeadsState = field(default_factory=HeadsState)
     sky: SkyState = field(default_factory=SkyState)
     detail: DetailState = field(default_factory=DetailState)
-    capturing: CapturingState = field(default_factory=CapturingState)
+    capturing: bool = False
 
 
 class LightView(Protocol):
@@ -300,16 +283,16 @@ class LightView(Protocol):
         """Give the keyboard to the lamp."""
 
     def ask_capture(self, ask: CaptureAsk) -> None:
-        """Say how a lamp is captured; the answer goes to the presenter's `capture`."""
+        """Say how a lamp is captured; the answer goes to `LampList.capture`."""
 
     def ask_pictures(self) -> None:
-        """Ask for the pictures of a lamp; the answer goes to the presenter's `take_pictures`."""
+        """Ask for the pictures of a lamp; the answer goes to `LampList.take`."""
 
     def say_capture(self, sentence: str) -> None:
         """Say what is wrong with the answer to `ask_capture`; nothing closes the sheet."""
 
     def ask_words(self, ask: WordsAsk) -> None:
-        """Ask for a line; the answer goes to the presenter's `keeping.answer`."""
+        """Ask for a line; the answer goes to the presenter's `lamp_actions.answer`."""
 
     def say_words(self, sentence: str) -> None:
         """Say what is wrong with that line; nothing closes the sheet."""

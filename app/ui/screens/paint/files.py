@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Final
 from app.core.base.errors import CoreError
 from app.core.painting.gallery import suggested_side
 from app.core.painting.library import EXPORT_ENDING, save_user_style, update_user_style
-from app.core.painting.user_style import UserStyle
+from app.core.painting.user_style import UserStyle, find_draft
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.presenters.undo import Undoable
 from app.ui.screens.paint.document import named_style
-from app.ui.screens.paint.drafts import find_draft
 from app.ui.screens.styles.files import plain_name
 
 if TYPE_CHECKING:
@@ -22,8 +21,7 @@ if TYPE_CHECKING:
     from app.core.painting.canvas import Canvas
     from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
-    from app.ui.screens.paint.document import PaintDocument
-    from app.ui.screens.paint.drafts import DraftKeeper
+    from app.ui.screens.paint.document import DraftKeeper, PaintDocument
     from app.ui.screens.paint.state import NameWish, PaintView
 
 _ABOUT: Final = "style"  # of messages that saving mends
@@ -35,13 +33,13 @@ class PaintFiles:
     def __init__(
         self,
         services: Services,
-        desk: PlaceController,
+        place_controller: PlaceController,
         keeper: DraftKeeper,
         changed: Callable[[], None],
     ) -> None:
         self._services = services
-        self._desk = desk
-        self._own_styles = desk.own_styles
+        self._place_controller = place_controller
+        self._own_styles = place_controller.own_styles
         self._keeper = keeper
         self._changed = changed
         self._view: PaintView | None = None
@@ -133,7 +131,7 @@ class PaintFiles:
             then()
             self._changed()
 
-        self._desk.file_work.submit(
+        self._place_controller.file_work.submit(
             lambda token, report: work(),
             done=lambda style: ended(lambda: done(style)),
             failed=lambda error: ended(
@@ -154,7 +152,7 @@ class PaintFiles:
         left = self._services.model.painting is None
         # Whoever has left in the meantime is not called back.
         self._own_styles.add(style, painting=None if left else style.name)
-        self._desk.refresh_user_styles()
+        self._place_controller.refresh_user_styles()
         self._services.notify.tell(
             f"{style.title} saved. It is among your styles.", kind="done", about=_ABOUT
         )

@@ -7,25 +7,124 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
+from app.core.base.errors import CoreError
+from app.core.painting.canvas import NOTHING_PAINTED
 from app.core.painting.gallery import target_picture
-from app.core.solver.portraits import framing, portraits
+from app.core.solver.relighting_cache import LightTable, light_table
+from app.core.solver.transport import Transport
 from app.core.text.turns import arc_words, direction_of, direction_words, signed, size_words
 from app.ui.screens.paint.state import LiveState
 
 if TYPE_CHECKING:
-    from app.core.base.colour import FloatImage
     from app.core.painting.session import Answer
     from app.core.solver.solve import StyleResult
     from app.ui.presenters.model import Head, Model
     from app.ui.screens.paint.document import PaintDocument
-    from app.ui.screens.paint.state import Bytes
 
     Size: TypeAlias = tuple[int, int]
+    from collections.abc import Callable, Sequence
+
+    from app.core.base.progress import Report, Token
+    from app.core.painting.user_style import UserStyle
+    from app.core.solver.place_light import PlaceLight
+    from app.core.solver.transport import Transport
+    from app.ui.presenters.services import Services
+
+
+_JOB: Final = "paint-light"
+
 
 NO_LIGHT: Final = "No light measured yet."
 PREPARING: Final = "Preparing the light of this place…"
-NOTHING: Final = "Paint where the face should be brighter, and where darker."
+NO_STROKES: Final = "Paint where the face should be brighter, and where darker."
+
+
+class LightOnHead:
+    """Keeps one light table; has another made in a job when light or head are others."""
+
+    def __init__(self, services: Services, ready: Callable[[], None]) -> None:
+        self._services = services
+        self._ready = ready
+        self._made: LightTable | None = None
+        self._of: tuple[PlaceLight, Transport] | None = None
+        self.trouble = ""
+
+    def table(self) -> LightTable | None:
+        """Give the table of the model's light and head; None while there is none."""
+        model = self._services.model
+        if model.light is None or model.head is None:
+            return None
+        light, transport = model.light, model.head.transport
+        known = self._of
+        if known is None or known[0] is not light or known[1] is not transport:
+            self._of, self._made, self.trouble = (light, transport), None, ""
+            self._make(light, transport)
+        return self._made
+
+    def _make(self, light: PlaceLight, transport: Transport) -> None:
+        wanted = self._of
+
+        def work(token: Token, report: Report) -> LightTable:
+            del report
+            token.check()
+            return light_table(transport, light.searched, pictures=True)
+
+        def done(made: LightTable) -> None:
+            if self._of is wanted:
+                self._made = made
+                self._ready()
+
+        def failed(error: Exception) -> None:
+            if self._of is wanted:
+                said = error.message if isinstance(error, CoreError) else ""
+                self.trouble = said or "The light of this place cannot be used."
+                self._services.notify.tell_error(error)
+                self._ready()
+
+        self._services.runner.submit(_JOB, work, done=done, failed=failed)
+
+
+ALL_SAVED: Final = "Everything is saved"
+NOTHING: Final = ("", "Nothing", "an empty face")
+
+
+def starts_of(easel: PaintDocument, own: Sequence[UserStyle]) -> tuple[tuple[str, str, str], ...]:
+    """List what painting can start from.
+
+    Returns key, title and side: nothing first, then the user's own, then the built-in styles.
+    What was saved here begins from something else: it is no start of its own.
+    """
+    mine = tuple((one.name, one.title, one.side_words or "painted by you") for one in own)
+    names = {one.name for one in own}
+    rest = (one for one in easel.head.pack.styles if one.name not in names)
+    starts = (NOTHING, *mine, *((one.name, one.title, one.side_words) for one in rest))
+    return tuple(one for one in starts if one[0] != easel.key or easel.key == easel.start)
+
+
+def status_of(easel: PaintDocument) -> str:
+    """Say whether what is painted is saved."""
+    if easel.unsaved:
+        return "not saved yet" if easel.style is None else "changes not saved yet"
+    return "saved" if easel.style is not None else "nothing painted yet"
+
+
+def save_words(easel: PaintDocument) -> str:
+    """Words on the main button."""
+    return "Save as my style" if easel.style is None else "Save changes"
+
+
+def save_why(advice: str | None, easel: PaintDocument) -> str:
+    """Say why what is painted cannot be saved now; empty when it can."""
+    if not easel.unsaved:
+        return ALL_SAVED if easel.style is not None else NOTHING_PAINTED
+    # Restored to what it began from, yet another than what was saved: that can be saved as well.
+    return "" if advice == NOTHING_PAINTED and easel.style is not None else advice or ""
+
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float32: TypeAlias = NDArray[np.float32]
 
 
 def live_state(
@@ -33,10 +132,7 @@ def live_state(
 ) -> LiveState:
     """Resolve the live column.
 
-    Parameters
-    ----------
-    size : tuple of int
-        Rows and columns of the portrait.
+    `size`: rows and columns of the portrait.
     """
     light, result = model.light, answer.result
     state = LiveState(
@@ -52,16 +148,14 @@ def live_state(
             state,
             sentence=NO_LIGHT if light is None else trouble or PREPARING,
             offers_probe=light is None,
-            picture=_portrait(easel.head, target, size) if target.any() else None,
+            picture=easel.head.portrait(target, size) if target.any() else None,
             picture_tag="Target",
         )
+    linear = answer.picture
+    state = replace(state, picture=None if linear is None else easel.head.portrait(linear, size))
     if not np.any(result.match_curve):
-        return replace(state, sentence=NOTHING, picture=_shown(easel.head, answer, size))
-    return replace(
-        _with_numbers(state, result),
-        picture=_shown(easel.head, answer, size),
-        picture_tag="At the best turn",
-    )
+        return replace(state, sentence=NO_STROKES)
+    return replace(_with_numbers(state, result), picture_tag="At the best turn")
 
 
 def origin_words(model: Model, head: Head, start: str) -> str:
@@ -95,13 +189,3 @@ def _with_numbers(state: LiveState, result: StyleResult) -> LiveState:
         good=good,
         in_reach=result.attainable,
     )
-
-
-def _shown(head: Head, answer: Answer, size: Size) -> Bytes | None:
-    return None if answer.picture is None else _portrait(head, answer.picture, size)
-
-
-def _portrait(head: Head, linear: FloatImage, size: Size) -> Bytes:
-    coverage = head.pack.coverage.astype(np.float32)
-    shown: Bytes = portraits(linear[np.newaxis], coverage, framing(head.transport.size, size))[0]
-    return shown

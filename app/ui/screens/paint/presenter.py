@@ -3,23 +3,33 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Final
 from weakref import WeakValueDictionary
 
 from app.core.painting.gallery import target_picture
 from app.core.painting.stroke import Tool, cleared
+from app.core.painting.user_style import find_draft
+from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.presenters.undo import Undoable
-from app.ui.screens.paint.actions import paint_actions
-from app.ui.screens.paint.brush import BrushBox
-from app.ui.screens.paint.document import Opened, PaintDocument, open_canvas
-from app.ui.screens.paint.drafts import DraftKeeper, find_draft
+from app.ui.screens.paint.document import (
+    DraftKeeper,
+    Opened,
+    PaintDocument,
+    head_picture,
+    open_canvas,
+)
 from app.ui.screens.paint.files import PaintFiles
-from app.ui.screens.paint.light import LightOnHead
-from app.ui.screens.paint.live import live_state
-from app.ui.screens.paint.looks import head_picture
-from app.ui.screens.paint.state import LiveState, PaintState, Shown
-from app.ui.screens.paint.words import save_why, save_words, starts_of, status_of
+from app.ui.screens.paint.live import (
+    LightOnHead,
+    live_state,
+    save_why,
+    save_words,
+    starts_of,
+    status_of,
+)
+from app.ui.screens.paint.state import BrushBox, LiveState, PaintState, Shown
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,7 +38,6 @@ if TYPE_CHECKING:
     from app.core.painting.session import Answer
     from app.core.painting.stroke import TileChange
     from app.core.painting.user_style import UserStyle
-    from app.ui.presenters.actions import Action
     from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
     from app.ui.screens.paint.state import Bytes, PaintView, Point
@@ -46,7 +55,7 @@ class PaintPresenter:
     `tools` is the brush; `files` saves, names, copies, deletes, hands on and takes in.
     """
 
-    def __init__(self, services: Services, desk: PlaceController) -> None:
+    def __init__(self, services: Services, place_controller: PlaceController) -> None:
         self._services = services
         self._view: PaintView | None = None
         self._easel: PaintDocument | None = None
@@ -61,15 +70,14 @@ class PaintPresenter:
         self._light = LightOnHead(services, self._sync)
         self._opening: str | None = None
         self._in_front = True
-        self._starts: tuple[object, tuple[tuple[str, str, str], ...]] = (None, ())
-        self.files = PaintFiles(services, desk, self._keeper, self._files_changed)
+        self.files = PaintFiles(services, place_controller, self._keeper, self._files_changed)
         services.model.changed.connect(self._model_changed)
         services.undo.changed.connect(self._refresh)
         services.undo.give_up = self.give_up
-        desk.own_styles.leaving.connect(self._style_leaves)
-        desk.own_styles.gone.connect(self._style_gone)
-        desk.own_styles.back.connect(self._style_back)
-        desk.own_styles.renamed.connect(self._style_renamed)
+        place_controller.own_styles.leaving.connect(self._style_leaves)
+        place_controller.own_styles.gone.connect(self._style_gone)
+        place_controller.own_styles.back.connect(self._style_back)
+        place_controller.own_styles.renamed.connect(self._style_renamed)
 
     # -- what the frame calls ------------------------------------------------------------------
 
@@ -97,8 +105,39 @@ class PaintPresenter:
         self._put_away()
 
     def actions(self) -> Sequence[Action]:
-        """List what can be done here."""
-        return paint_actions(self, self._services.undo)
+        """List what can be done here; what has hints comes first."""
+        tools, undo = self.tools, self._services.undo
+
+        def brush(tool: Tool, key: str) -> Action:
+            take = partial(tools.change, tool=tool)
+            return Action(f"tool-{tool}", f"Brush: {tool}", take, tool.value, key)
+
+        return (
+            replace(brush(Tool.BRIGHTER, "B"), hint="tools", keys="B D I R"),
+            Action("brush-larger", "Larger brush", lambda: tools.resize(1), "plus", "]",
+                   hint="size", keys="[ ]"),
+            Action("undo-here", "Undo", undo.undo, "undo", "",
+                   lambda: bool(undo.undo_words), "undo", "Ctrl Z", undo.undo_words),
+            Action("paint-back", "Back to styles", self.back, "styles", "Escape",
+                   hint="back to styles"),
+            brush(Tool.DARKER, "D"),
+            brush(Tool.IGNORE, "I"),
+            brush(Tool.RESTORE, "R"),
+            Action("brush-smaller", "Smaller brush", lambda: tools.resize(-1), "minus", "["),
+            Action("brush-mirror", "Mirror on or off", lambda: tools.flip("mirror"), "mirror", "M"),
+            Action("brush-pressure", "Pen pressure on or off",
+                   lambda: tools.flip("pen_pressure"), "pen", "P"),
+            Action("show-weights", "Show the weights", lambda: self.show(Shown.WEIGHTS),
+                   "layers", "W"),
+            Action("show-target", "Show the target", lambda: self.show(Shown.TARGET),
+                   "target", "T"),
+            Action("show-here", "Show the picture here", lambda: self.show(Shown.HERE),
+                   "person", "H"),
+            Action("clear-strokes", "Clear strokes", self.clear, "trash"),
+            Action("save-style", "Save as my style", self.files.ask_save, "save",
+                   "Ctrl+S; Return; Enter", lambda: self.save_works),
+            *self.files.actions(),
+        )  # fmt: skip
 
     # -- what is painted from, and what is shown -----------------------------------------------
 
@@ -224,7 +263,7 @@ class PaintPresenter:
             status=status_of(easel),
             head=easel.look,
             picture=self._picture(easel, self._answer),
-            starts=self._starts_now(easel),
+            starts=starts_of(easel, model.user_styles),
             start=easel.start,
             can_clear=easel.session.canvas.touched,
             own=easel.style is not None,
@@ -255,18 +294,6 @@ class PaintPresenter:
         if self._mode is Shown.TARGET or linear is None:
             linear = target_picture(transport, easel.session.weights)
         return head_picture(linear, easel.look.coverage)
-
-    def _starts_now(self, easel: PaintDocument) -> tuple[tuple[str, str, str], ...]:
-        owner = (easel.head, self._services.model.user_styles)
-        known = self._starts[0]
-        if not isinstance(known, tuple) or any(
-            a is not b for a, b in zip(known, owner, strict=True)
-        ):
-            self._starts = (owner, starts_of(easel.head, owner[1]))
-        # What was saved here begins from something else: it is no start of its own.
-        return tuple(
-            one for one in self._starts[1] if one[0] != easel.key or easel.key == easel.start
-        )
 
     def _changed(self, regions: tuple[Region, ...] | None) -> None:
         """Show a canvas that changed, and what it comes to."""

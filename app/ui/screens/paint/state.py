@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,22 @@ from numpy.typing import NDArray
 from app.core.painting.stroke import Brush
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from app.core.painting.canvas import Canvas, Region
+
+
+SMALLEST: Final = 4.0
+LARGEST: Final = 160.0
+"""Diameters of the brush, canvas pixels."""
+
+_LIMITS: Final = {
+    "diameter": (SMALLEST, LARGEST),
+    "strength": (0.0, 1.0),
+    "softness": (0.0, 1.0),
+}
+_GROW: Final = 1.15
+_EVEN: Final = 2.0
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float32: TypeAlias = NDArray[np.float32]
@@ -57,8 +72,6 @@ class LiveState:
 
     Attributes
     ----------
-    turn, direction : str
-        Best turn in whole degrees, and its direction in words.
     picture : (h, w, 3) uint8 or None
         Portrait, sRGB.
     panorama : (h, w, 3) uint8 or None
@@ -67,8 +80,6 @@ class LiveState:
         Panorama azimuth at which the photographer stands, deg.
     weights : (H, W) float32 or None
         Pre-integrated target at turn 0.
-    arc : tuple of float or None
-        Tolerance arc, deg.
     peaks : tuple of float
         Turns of second peaks, deg.
     """
@@ -137,10 +148,7 @@ class PaintView(Protocol):
     def canvas_changed(self, canvas: Canvas, regions: tuple[Region, ...] | None) -> None:
         """Show what is painted.
 
-        Parameters
-        ----------
-        regions : tuple of Region or None
-            What has changed since the last call; None: everything.
+        `regions`: what has changed since the last call; None: everything.
         """
 
     def ask_name(self, wish: NameWish, title: str) -> None:
@@ -151,3 +159,31 @@ class PaintView(Protocol):
 
     def ask_file(self, what: FileWish, suggested: str) -> None:
         """Ask for a file; the answer goes to the presenter's `files` method of the same name."""
+
+
+class BrushBox:
+    """Holds the brush and takes what the user changes of it."""
+
+    def __init__(self, changed: Callable[[], None]) -> None:
+        self._changed = changed
+        self.brush = Brush(pen_pressure=True)
+
+    def change(self, **changes: Any) -> None:
+        """Change fields of the `Brush`; numbers are kept within their limits."""
+        for name, (least, most) in _LIMITS.items():
+            if name in changes:
+                changes[name] = min(max(float(changes[name]), least), most)
+        brush = replace(self.brush, **changes)
+        if brush != self.brush:
+            self.brush = brush
+            self._changed()
+
+    def resize(self, steps: int) -> None:
+        """Make it larger or smaller by some steps of 15 %, of 2 pixels at least."""
+        now = self.brush.diameter
+        wanted = round(now * _GROW**steps / _EVEN) * _EVEN
+        self.change(diameter=now + _EVEN * steps if wanted == now else wanted)
+
+    def flip(self, name: str) -> None:
+        """Change over ``mirror`` or ``pen_pressure``."""
+        self.change(**{name: not getattr(self.brush, name)})

@@ -25,10 +25,7 @@ _LEARN_DEG: Final = 1.0  # what changes less is the same estimate
 class LiveCamera:
     """Runs one live source while the screen is in front.
 
-    Attributes
-    ----------
-    listed : tuple of (index, name)
-        Webcams of this computer, as found last.
+    `listed`: webcams of this computer, as found last.
     """
 
     def __init__(
@@ -42,7 +39,7 @@ class LiveCamera:
         self._make = make
         self._webcam: Webcam | None = None
         self._wanted = False
-        self._looked = False
+        self.looked = False
         self._again_s = 0.0
         self._signed: dict[str, Credentials] = {}  # by host, until the program ends
         self._unkept: tuple[str, Credentials] | None = None
@@ -61,7 +58,7 @@ class LiveCamera:
         """Look for webcams and open the source; does nothing while it runs."""
         if self._wanted:
             return
-        self._wanted, self._looked = True, False
+        self._wanted, self.looked = True, False
         if self.chosen.kind != "webcam":
             self._open(self.chosen)
         self._list()
@@ -103,7 +100,7 @@ class LiveCamera:
         if not self._wanted:
             return False
         if self._webcam is None:
-            if self._looked and self._services.clock.now() >= self._again_s:
+            if self.looked and self._services.clock.now() >= self._again_s:
                 self._list()
             return False
         newest = self._webcam.frames.get()
@@ -125,7 +122,7 @@ class LiveCamera:
         )
 
     def _listed(self, found: Sequence[tuple[int, str]]) -> None:
-        self.listed, self._looked = tuple(found), True
+        self.listed, self.looked = tuple(found), True
         self._again_s = self._services.clock.now() + _LOOK_AGAIN_S
         if not self._wanted:
             return
@@ -176,10 +173,7 @@ class LiveCamera:
     def set_fov(self, fov_deg: float | None) -> None:
         """Say what the field of view of the source in use is.
 
-        Parameters
-        ----------
-        fov_deg : float or None
-            Horizontal, deg; None has it estimated.
+        `fov_deg`: horizontal, deg; None has it estimated.
         """
         if fov_deg is None or FOV_RANGE_DEG[0] <= fov_deg <= FOV_RANGE_DEG[1]:
             self._views = self._views.with_(self.chosen, fov_deg=fov_deg)
@@ -196,10 +190,7 @@ class LiveCamera:
     def learn_fov(self, fov_deg: float) -> None:
         """Remember what the field of view of the source in use was estimated to be.
 
-        Parameters
-        ----------
-        fov_deg : float
-            Horizontal, deg. It is used to draw with, and never taken for known.
+        `fov_deg`: horizontal, deg. It is used to draw with, and never taken for known.
         """
         before = self.view.learnt_deg
         inside = FOV_RANGE_DEG[0] <= fov_deg <= FOV_RANGE_DEG[1]
@@ -256,11 +247,6 @@ class LiveCamera:
     # -- how it is -----------------------------------------------------------------------------
 
     @property
-    def looked(self) -> bool:
-        """Whether webcams were looked for since the screen came to the front."""
-        return self._looked
-
-    @property
     def simulated(self) -> Any:
         """A camera that can be moved from here: the demo's, or one in a panorama; else None."""
         if getattr(self._webcam, "set_turn", None) is not None:
@@ -273,7 +259,7 @@ class LiveCamera:
     def source(self) -> Source:
         """How the source is, as the guidance wants to know it."""
         if not self._wanted or self._webcam is None:
-            return Source.NONE if self._looked or not self._wanted else Source.STARTING
+            return Source.NONE if self.looked or not self._wanted else Source.STARTING
         state = self._webcam.state
         if self.frame is not None:
             return Source.LIVE if state is WebcamState.LIVE else Source.AWAY

@@ -39,44 +39,6 @@ _PLACES: Final = 3  # whose points are kept; some 5 MB each
 _COARSE: Final = 4
 
 
-@dataclass(frozen=True, slots=True)
-class Circumstances:
-    """What is known of a picture besides its pixels.
-
-    Attributes
-    ----------
-    fov_deg : float or None
-        Horizontal field of view, deg; None when unknown.
-    asked_deg : float or None
-        How far it still is to the light, deg; None where no turn is asked for.
-    """
-
-    fov_deg: float | None
-    now_s: float
-    sees_sitter: bool = True
-    asked_deg: float | None = None
-
-
-def locate(picture: Bytes, index: HeadingIndex, state: Track, about: Circumstances) -> Track:
-    """Find where a picture points.
-
-    Parameters
-    ----------
-    picture : (H, W, 3) uint8
-        sRGB, not mirrored.
-    """
-    return track(
-        picture,
-        index,
-        about.fov_deg,
-        state,
-        about.now_s,
-        sees_sitter=about.sees_sitter,
-        asked_deg=about.asked_deg,
-        seeing=Seeing(find_heading, find_sitter),
-    )
-
-
 class HeadingTracker:
     """Locates the newest picture, one at a time; pictures that come meanwhile are passed over.
 
@@ -174,24 +136,31 @@ class HeadingTracker:
         if self._services.runner.running(_HEADING):
             return
         self._seen, state, this = picture, self.track or LOST, self._round
-        about = Circumstances(fov_deg, self._services.clock.now(), sees_sitter, asked_deg)
+        now_s = self._services.clock.now()
         self._services.runner.submit(
             _HEADING,
-            lambda token, report: locate(picture, index, state, about),
-            done=lambda track: self._located(this, track),
-            # One picture that cannot be worked on is no more than one without a heading.
-            failed=lambda error: self._located(
-                this, replace(missed(state, about.now_s), raw=UNSURE)
+            lambda token, report: track(
+                picture,
+                index,
+                fov_deg,
+                state,
+                now_s,
+                sees_sitter=sees_sitter,
+                asked_deg=asked_deg,
+                seeing=Seeing(find_heading, find_sitter),
             ),
+            done=lambda found: self._located(this, found),
+            # One picture that cannot be worked on is no more than one without a heading.
+            failed=lambda error: self._located(this, replace(missed(state, now_s), raw=UNSURE)),
         )
 
     def _new(self, picture: Bytes) -> bool:
         """Whether there is something to learn from a picture: from the very same one seldom."""
         return picture is not self._seen or (self.track is not None and self.track.pending)
 
-    def _located(self, this: int, track: Track) -> None:
+    def _located(self, this: int, found: Track) -> None:
         if self._on and this == self._round:
-            self.track = track
+            self.track = found
             self._changed()
 
     def _learnt(self, light: PlaceLight, key: bytes, index: HeadingIndex) -> None:
@@ -232,10 +201,7 @@ def _key(light: PlaceLight) -> bytes:
 class Aligner:
     """Finds, again and again, how the newest picture lies on the goal.
 
-    Attributes
-    ----------
-    alignment : Alignment or None
-        What to show, steadied; None before the first picture.
+    `alignment`: what to show, steadied; None before the first picture.
     """
 
     services: Services

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeAlias
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias, TypeVar
 
 import cv2
 import numpy as np
@@ -14,15 +14,115 @@ from app.core.localization.heading_conversion import Looks, heading_of_turn
 from app.core.localization.views import Lens, goal_lens, goal_view, strip_view
 from app.core.painting.gallery import prepare_user_style
 from app.core.solver.place_light import picture_at
-from app.core.solver.portraits import framing, portraits
 from app.core.text.turns import Mode
-from app.ui.screens.light.pictures import portrait_with
+from app.ui.screens.turn.state import Pictures
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from app.core.painting.user_style import UserStyle
     from app.core.solver.place_light import PlaceLight
-    from app.ui.presenters.model import Head
-    from app.ui.screens.light.pictures import LampPlan
+    from app.ui.presenters.model import Head, LampPlan
+    from app.ui.presenters.services import Services
+
+
+Size: TypeAlias = tuple[int, int]
+T = TypeVar("T")
+
+_LIVE: Final = "turn-live"
+_NOW: Final = "turn-now"
+
+
+class TurnImages:
+    """Makes pictures when something they depend on has changed."""
+
+    def __init__(self, services: Services, changed: Callable[[], None]) -> None:
+        self._services = services
+        self._changed = changed
+        self._wishes: dict[str, tuple[Any, ...]] = {}
+        self.pictures = Pictures()
+        self.views: Views | None = None
+
+    def want_views(self, light: PlaceLight, scene: Scene) -> None:
+        """Ask for goal and strip."""
+        self._want("turn-views", (light, scene), lambda: views_of(light, scene), self._viewed)
+
+    def want_target(self, head: Head, own: UserStyle | None, name: str, size: Size) -> None:
+        """Ask for the target of a style; `own` where it is one of the user's."""
+        self._want(
+            "turn-target",
+            (head, own, name, size),
+            lambda: target_portrait(head, own, name, size),
+            lambda picture: self._put(target=picture),
+        )
+
+    def want_now(
+        self, head: Head, light: PlaceLight, facing_deg: float, size: Size, plan: LampPlan | None
+    ) -> None:
+        """Ask for the head as it is lit, maybe with a lamp, the face at an azimuth."""
+        # While one is made no other is begun: the next call asks again.
+        if not self._services.runner.running(_NOW):
+            self._want(
+                _NOW,
+                (head, light, facing_deg, size, plan),
+                lambda: now_portrait(head, light, facing_deg, size, plan),
+                lambda picture: self._put(now=picture),
+            )
+
+    def want_live(self, picture: Bytes, size: Size, mode: Mode, overlay: Overlay | None) -> None:
+        """Ask for the live picture, alone or over the goal."""
+        if not self._services.runner.running(_LIVE):
+            self._want(
+                _LIVE,
+                (picture, size, mode, *(overlay or (None, None, 0.0))),
+                lambda: live_picture(picture, size, mode, overlay),
+                lambda made: self._put_live(picture, made),
+                # The next picture comes in a moment; a message for each would help nobody.
+                lambda error: None,
+            )
+
+    def drop_live(self) -> None:
+        """Show no live picture any more."""
+        self._services.runner.cancel(_LIVE)
+        self._wishes.pop(_LIVE, None)
+        self.pictures = replace(self.pictures, live=None)
+
+    def _want(
+        self,
+        key: str,
+        wish: tuple[Any, ...],
+        make: Callable[[], T],
+        done: Callable[[T], None],
+        failed: Callable[[Exception], None] | None = None,
+    ) -> None:
+        before = self._wishes.get(key)
+        if before is None or len(before) != len(wish) or not all(map(_same, before, wish)):
+            self._wishes[key] = wish
+            submit = self._services.runner.submit
+            submit(key, lambda token, report: make(), done=done, failed=failed)
+
+    def _viewed(self, views: Views) -> None:
+        self.views = views
+        self._put(goal=views.shown, strip=views.strip)
+
+    def _put_live(self, picture: Bytes, made: Bytes) -> None:
+        # Left meanwhile, or another webcam was taken.
+        wish = self._wishes.get(_LIVE)
+        if wish is not None and wish[0] is picture:
+            self._put(live=made)
+
+    def _put(self, **pictures: Bytes) -> None:
+        self.pictures = replace(self.pictures, **pictures)
+        self._changed()
+
+
+def _same(one: object, other: object) -> bool:
+    """Compare by value what is small, by identity what holds arrays."""
+    if one is other:
+        return True
+    arrays = isinstance(one, np.ndarray) or type(one).__eq__ is object.__eq__
+    return not arrays and one == other
+
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Float64: TypeAlias = NDArray[np.float64]
@@ -119,8 +219,7 @@ def mirrored(picture: Bytes, mode: Mode) -> Bytes:
     return np.asarray(cv2.flip(picture, 1), np.uint8) if mode is Mode.SELFIE else picture
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Overlay:
+class Overlay(NamedTuple):
     """What the live picture is laid over.
 
     Attributes
@@ -133,7 +232,7 @@ class Overlay:
         Of the live picture, 0 to 1.
     """
 
-    goal: Bytes = field(repr=False)
+    goal: Bytes
     homography: Float64 | None
     opacity: float
 
@@ -158,11 +257,8 @@ def live_picture(
     high = max(round(picture.shape[0] * columns / picture.shape[1]), 1)
     method = cv2.INTER_AREA if columns < picture.shape[1] else cv2.INTER_LINEAR
     small = np.asarray(cv2.resize(picture, (columns, high), interpolation=method), np.uint8)
-    if overlay is not None:
-        scale = columns / picture.shape[1]
-        shown = _over(small, overlay, scale)
-    else:
-        shown = _fitted(small, rows)
+    scale = columns / picture.shape[1]
+    shown = _fitted(small, rows) if overlay is None else _over(small, overlay, scale)
     return mirrored(shown, mode)
 
 
@@ -186,25 +282,12 @@ def _fitted(picture: Bytes, rows: int) -> Bytes:
 
 
 def target_portrait(head: Head, own: UserStyle | None, name: str, size: tuple[int, int]) -> Bytes:
-    """Show the target of a style.
-
-    Parameters
-    ----------
-    size : tuple of int
-        Rows and columns.
-
-    Returns
-    -------
-    (rows, columns, 3) uint8
-        sRGB on the well's grey.
-    """
+    """Show the target of a style: (rows, columns, 3) uint8, sRGB on the well's grey."""
     if own is not None:
         linear = prepare_user_style(head.transport, own).target
     else:
         linear = head.pack.target(name)
-    frame = framing(head.transport.size, size)
-    shown: Bytes = portraits(linear[np.newaxis], head.pack.coverage.astype(np.float32), frame)[0]
-    return shown
+    return head.portrait(linear, size)
 
 
 def now_portrait(
@@ -216,21 +299,8 @@ def now_portrait(
 ) -> Bytes:
     """Show the head as it is lit here at a turn.
 
-    Parameters
-    ----------
-    facing_deg : float
-        Azimuth in the panorama that the sitter faces, deg.
-    size : tuple of int
-        Rows and columns.
-
-    Returns
-    -------
-    (rows, columns, 3) uint8
-        sRGB on the well's grey.
+    (rows, columns, 3) uint8, sRGB on the well's grey; the sitter faces an azimuth in the panorama.
     """
     if plan is not None:
-        return portrait_with(plan, facing_deg, size)
-    linear = picture_at(head.transport, light, facing_deg)
-    frame = framing(head.transport.size, size)
-    shown: Bytes = portraits(linear[np.newaxis], head.pack.coverage.astype(np.float32), frame)[0]
-    return shown
+        return plan.portrait(facing_deg, size)
+    return head.portrait(picture_at(head.transport, light, facing_deg), size)

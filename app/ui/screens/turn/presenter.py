@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import wrap
 from app.core.guidance.guide import Guide, Phase, Source
 from app.core.text.turns import Mode, whole
+from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.presenters.services import sound_words
-from app.ui.screens.turn.actions import turn_actions
 from app.ui.screens.turn.camera import LiveCamera
-from app.ui.screens.turn.guidance_controller import GuidanceController, SpeechThrottle
+from app.ui.screens.turn.guidance import (
+    Beeper,
+    GuidanceController,
+    goal_of,
+)
 from app.ui.screens.turn.heading_tracker import Aligner, HeadingTracker
-from app.ui.screens.turn.images import TurnImages
-from app.ui.screens.turn.pictures import Overlay, Scene
+from app.ui.screens.turn.pictures import Overlay, Scene, TurnImages
 from app.ui.screens.turn.shots import DROP_WORDS, Shots
-from app.ui.screens.turn.sounds import Beeper
 from app.ui.screens.turn.sources import SourcesPresenter
 from app.ui.screens.turn.state import (
     ASPECT,
@@ -26,14 +29,7 @@ from app.ui.screens.turn.state import (
     Tools,
     TurnSizes,
     TurnState,
-)
-from app.ui.screens.turn.words import (
-    advice_of,
-    goal_of,
-    guidance_of,
-    live_words,
     own_style,
-    quality_words,
     scale_of,
     style_words,
 )
@@ -42,10 +38,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from app.ui.presenters.actions import Action
     from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
-    from app.ui.screens.turn.state import Guidance, TurnView
+    from app.ui.screens.turn.state import TurnView
 
 _SHOWN: Final = frozenset(
     {
@@ -69,23 +64,22 @@ class TurnPresenter:
 
     drop_words = DROP_WORDS
 
-    def __init__(self, services: Services, desk: PlaceController) -> None:
+    def __init__(self, services: Services, place_controller: PlaceController) -> None:
         self._services = services
-        self._desk = desk
+        self._place_controller = place_controller
         self._view: TurnView | None = None
         self._sizes = TurnSizes()
         self._on = False
         self._aspect = ASPECT
         self._opacity = 0.45
-        self._teller = SpeechThrottle()
         self._camera = LiveCamera(services, self._show)
-        self._sight = HeadingTracker(services, self._show)
-        self._pilot = GuidanceController(services, self._camera, self._sight)
+        self._tracker = HeadingTracker(services, self._show)
+        self._guidance = GuidanceController(services, self._camera, self._tracker)
         self._aligner = Aligner(services, self._show)
-        self._album = TurnImages(services, self._show)
+        self._images = TurnImages(services, self._show)
         self._beeper = Beeper(services)
         self.sources = SourcesPresenter(services, self._camera, self._source_taken)
-        self._shots = Shots(services, desk, lambda: self._sight.index, self._show)
+        self._shots = Shots(services, place_controller, lambda: self._tracker.index, self._show)
         services.model.changed.connect(self._model_changed)
 
     # -- as every screen's presenter -----------------------------------------------------------
@@ -102,26 +96,48 @@ class TurnPresenter:
     def entered(self) -> None:
         """Start the webcam and get to know the panorama."""
         self._on = True
-        self._desk.photo_taker = self._shots.take
-        self._sight.start()
+        self._place_controller.photo_taker = self._shots.take
+        self._tracker.start()
         self._begin()
         self._show()
 
     def left(self) -> None:
         """Give the webcam back and be quiet."""
         self._on = False
-        self._desk.photo_taker = None
+        self._place_controller.photo_taker = None
         self._beeper.stop()
         self._camera.stop()
-        self._sight.stop()
+        self._tracker.stop()
         self._aligner.switch(on=False)
-        self._album.drop_live()
-        self._pilot.forget()
+        self._images.drop_live()
+        self._guidance.forget()
 
     def actions(self) -> Sequence[Action]:
         """Give what can be done here."""
-        with_lamp = self._services.model.lamp_plan is not None
-        return turn_actions(self, self._empty()[1], with_lamp)
+        lamp = self._services.model.lamp_plan is not None
+        back, icon = ("Back to the lamp", "light") if lamp else ("Back to the styles", "styles")
+        actions = [
+            Action("turn-align", "Lay the live picture over the goal", self.toggle_align,
+                   "layers", "Space", lambda: self.can_align, "align"),
+            Action("turn-sound", "Sound on or off", self.toggle_sounds, "sound", "M",
+                   hint="sound"),
+            Action("turn-selfie", "Selfie: I turn myself, or back", self.toggle_mode, "selfie",
+                   "S", hint="selfie"),
+            Action("turn-back", back, self.back, icon, "Esc", hint="lamp" if lamp else "styles"),
+        ]  # fmt: skip
+        if fill := self._empty()[1]:
+            return [Action("turn-fill", fill, self.fill, "", "Return; Enter"), *actions]
+        return [
+            *actions,
+            Action("turn-photo", "How was it? Open the photo you took…", self.ask_photos,
+                   "camera", "P"),
+            Action("turn-source", "Other camera, field of view…", self.ask_source, "webcam"),
+            *(
+                Action(f"turn-webcam-{index}", f"Webcam: {name}",
+                       partial(self.choose_webcam, index), "webcam")
+                for index, name in self._camera.listed
+            ),
+        ]  # fmt: skip
 
     def measure(self, sizes: TurnSizes) -> None:
         """Make pictures of these sizes from now on."""
@@ -139,19 +155,19 @@ class TurnPresenter:
         if frame is not None and self._camera.source is Source.LIVE:
             rows, columns = frame.picture.shape[:2]
             self._aspect = max(columns / rows, ASPECT)
-            self._sight.look(
+            self._tracker.look(
                 frame,
                 self._camera.fov_deg,
-                sees_sitter=self._pilot.sees_sitter,
-                asked_deg=self._pilot.asked_deg,
+                sees_sitter=self._guidance.sees_sitter,
+                asked_deg=self._guidance.asked_deg,
             )
             self._learn_fov()
             self._look_aligned()
-            self._album.want_live(
-                frame.picture, self._sizes.well, self._pilot.mode, self._overlay()
+            self._images.want_live(
+                frame.picture, self._sizes.well, self._guidance.mode, self._overlay()
             )
         self._show()
-        self._beeper.tick(self._pilot.guide)
+        self._beeper.tick(self._guidance.guide)
 
     # -- what the user does --------------------------------------------------------------------
 
@@ -161,7 +177,7 @@ class TurnPresenter:
 
     def toggle_mode(self) -> None:
         """Change over between walking and selfie."""
-        self.set_mode("walk" if self._pilot.mode is Mode.SELFIE else "selfie")
+        self.set_mode("walk" if self._guidance.mode is Mode.SELFIE else "selfie")
 
     def toggle_sounds(self) -> None:
         """Be heard, or be quiet."""
@@ -203,7 +219,7 @@ class TurnPresenter:
     def open_photos(self, paths: Sequence[Path]) -> None:
         """Say how far off the light photographs were taken; a panorama is opened as a place."""
         if not self._shots.take(paths):
-            self._desk.open_paths(paths)
+            self._place_controller.open_paths(paths)
 
     def remove_shot(self, key: str) -> None:
         """Take a photograph off the list; can be undone."""
@@ -239,51 +255,33 @@ class TurnPresenter:
         empty, action = self._empty()
         goal = goal_of(model)
         if empty or goal is None or model.light is None:
-            self._pilot.guide = None
-            return TurnState(empty, action, self._pilot.mode.value)
-        shown = self._pilot.advance(goal)
+            self._guidance.guide = None
+            return TurnState(empty, action, self._guidance.mode.value)
+        shown = self._guidance.advance(goal)
         scene = self._scene(shown)
-        self._album.want_views(model.light, scene)
+        self._images.want_views(model.light, scene)
         self._want_portraits(shown)
         source = self._camera.source
-        words = live_words(
-            source,
-            self._camera.error,
-            shown.goal,
-            self._fov_deg,
-            self._pilot.mode is Mode.SELFIE,
-            self._camera.chosen.kind,
-        )
         return TurnState(
-            mode=self._pilot.mode.value,
-            guidance=self._teller.tell(self._guidance(shown), self._services.clock.now()),
+            mode=self._guidance.mode.value,
+            guidance=self._guidance.column(shown),
             style=style_words(self._services.model, shown),
-            live=self._with_camera(words),
-            scale=scale_of(shown, goal, scene.panorama_fov_deg, self._pilot.axis_turn(shown)),
+            live=self._live_words(shown),
+            scale=scale_of(shown, goal, scene.panorama_fov_deg, self._guidance.axis_turn(shown)),
             tools=self._tools(shown),
             shots=self._shots.resolve(),
             pictures=self._pictures(source),
         )
 
     @property
-    def _fov_deg(self) -> float:
-        """Of the camera, for words and pictures, deg."""
-        return self._camera.fov_guess_deg
-
-    @property
     def can_align(self) -> bool:
         """Whether there is a live picture to lay over the goal."""
-        return self._camera.source is Source.LIVE and not self._pilot.asking
-
-    @property
-    def webcams(self) -> tuple[tuple[int, str], ...]:
-        """Index and name of those there are."""
-        return self._camera.listed
+        return self._camera.source is Source.LIVE and not self._guidance.asking
 
     def _source_taken(self) -> None:
         """Forget what another camera showed."""
-        self._sight.forget()
-        self._album.drop_live()
+        self._tracker.forget()
+        self._images.drop_live()
         self._show()
 
     def _show(self) -> None:
@@ -294,7 +292,7 @@ class TurnPresenter:
         self._shots.follow()
         light = self._services.model.light
         if self._on and light is not None and not self._empty()[0]:
-            self._sight.learn(light)
+            self._tracker.learn(light)
             self._camera.start()
 
     def _model_changed(self, names: frozenset[str]) -> None:
@@ -315,23 +313,13 @@ class TurnPresenter:
             return "No style chosen yet.", "Choose a style"
         return "", ""
 
-    def _guidance(self, shown: Guide) -> Guidance:
-        kind = self._camera.chosen.kind
-        words = guidance_of(shown, self._pilot.hindrance, self._camera.error, kind)
-        plan = self._services.model.lamp_plan
-        if shown.hold and plan is not None:
-            return replace(words, advice=plan.where)
-        if not words.sentence or self._camera.error is not None or self._pilot.hindrance != "none":
-            return words
-        return replace(words, advice=advice_of(shown, self._pilot.track))
-
     def _scene(self, shown: Guide) -> Scene:
         return Scene(
             goal_deg=float(shown.goal),
             front_deg=self._services.model.front_deg,
-            looks=self._pilot.looks,
-            mode=self._pilot.mode,
-            fov_deg=self._fov_deg,
+            looks=self._guidance.looks,
+            mode=self._guidance.mode,
+            fov_deg=self._camera.fov_guess_deg,
             camera_m=self._camera.distance_m,
             well=self._sizes.well,
             strip=self._sizes.strip,
@@ -341,29 +329,34 @@ class TurnPresenter:
         model, size = self._services.model, self._sizes.portrait
         if model.head is None or model.light is None or model.chosen is None:
             return
-        self._album.want_target(model.head, own_style(model), model.chosen, size)
+        self._images.want_target(model.head, own_style(model), model.chosen, size)
         turn = float(shown.goal if shown.now is None else shown.now)
         facing = model.azimuth_of(turn)
-        self._album.want_now(model.head, model.light, facing, size, model.lamp_plan)
+        self._images.want_now(model.head, model.light, facing, size, model.lamp_plan)
 
-    def _with_camera(self, words: LiveWords) -> LiveWords:
+    def _live_words(self, shown: Guide) -> LiveWords:
         tag = ""
         if self._aligner.on and self.can_align:
             found = self._aligner.alignment
             agreed = found is not None and found.status == "found"
             tag = "Live lies on the goal" if agreed else "Live over the goal, not yet aligned"
             tag = _BESIDE if self._unsure else tag
+        words = self._guidance.live_words(shown.goal)
         return replace(
-            words, name=self._camera.name, tag=tag, asking=self._pilot.asking, aspect=self._aspect
+            words,
+            name=self._camera.name,
+            tag=tag,
+            asking=self._guidance.asking,
+            aspect=self._aspect,
         )
 
     def _pictures(self, source: Source) -> Pictures:
-        pictures = self._album.pictures
+        pictures = self._images.pictures
         # Without a webcam the goal stands in both places.
         return replace(pictures, live=pictures.goal) if source is Source.NONE else pictures
 
     def _tools(self, shown: Guide) -> Tools:
-        quality, icon, bad = self._quality(shown)
+        quality, icon, bad = self._guidance.quality(shown)
         settings = self._services.model.settings
         return Tools(
             aligning=self._aligner.on and self.can_align,
@@ -379,42 +372,26 @@ class TurnPresenter:
             sounds=settings.sounds and self._services.sounds.available,
         )
 
-    def _quality(self, shown: Guide) -> tuple[str, str, bool]:
-        sight = self._sight
-        wrong = self._camera.error
-        lost = ""
-        if shown.phase in (Phase.LOST, Phase.LEFT):
-            lost = shown.headline if wrong is None else wrong.message
-        return quality_words(
-            self._camera.source,
-            sight.error,
-            sight.learning,
-            lost,
-            self._pilot.track,
-            self._pilot.sees_sitter,
-            self._camera.chosen.kind,
-        )
-
     def _learn_fov(self) -> None:
-        track = self._pilot.track
+        track = self._guidance.track
         if track is not None and track.fov_deg is not None and track.status == "tracking":
             self._camera.learn_fov(track.fov_deg)
 
     def _look_aligned(self) -> None:
-        views, frame = self._album.views, self._camera.frame
+        views, frame = self._images.views, self._camera.frame
         if views is not None and frame is not None and self._aligner.on:
-            fovs = (views.scene.panorama_fov_deg, self._fov_deg)
+            fovs = (views.scene.panorama_fov_deg, self._camera.fov_guess_deg)
             self._aligner.look(frame.picture, views.target, fovs)
 
     @property
     def _unsure(self) -> bool:
         """Whether nobody knows how live would lie on the goal: then they are shown side by side."""
-        found, shown = self._aligner.alignment, self._pilot.guide
+        found, shown = self._aligner.alignment, self._guidance.guide
         laid = found is not None and found.status == "found"
         return not laid and shown is not None and shown.phase in (Phase.LOST, Phase.LEFT)
 
     def _overlay(self) -> Overlay | None:
-        views, found = self._album.views, self._aligner.alignment
+        views, found = self._images.views, self._aligner.alignment
         if not self._aligner.on or views is None or not self.can_align or self._unsure:
             return None
         homography = found.homography if found is not None else None

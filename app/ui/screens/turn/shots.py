@@ -32,8 +32,8 @@ from app.core.text.turns import taken_words, whole
 from app.ui.presenters.file_changes import SerialQueue
 from app.ui.presenters.frame import time_words
 from app.ui.presenters.undo import Undoable
-from app.ui.screens.turn.state import ShotRow, ShotsState
-from app.ui.screens.turn.words import confidence_words, goal_of
+from app.ui.screens.turn.guidance import confidence_words, goal_of
+from app.ui.screens.turn.state import ShotRow, ShotsState, own_style
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -82,12 +82,12 @@ class Shots:
     def __init__(
         self,
         services: Services,
-        desk: PlaceController,
+        place_controller: PlaceController,
         index: Callable[[], HeadingIndex | None],
         changed: Callable[[], None],
     ) -> None:
         self._services = services
-        self._desk = desk
+        self._place_controller = place_controller
         self._index = index
         self._changed = changed
         self._work = SerialQueue(services, "turn-shots")
@@ -152,11 +152,8 @@ class Shots:
     def take(self, paths: Sequence[Path]) -> bool:
         """Take photographs that were dropped or chosen; leave everything else.
 
-        Returns
-        -------
-        bool
-            Whether it is being seen to: panoramas among them will be opened as a place all the
-            same.
+        Returns whether it is being seen to: panoramas among them will be opened as a place all the
+        same.
         """
         named = all(path.suffix.lower() in PHOTO_ENDINGS for path in paths)
         if not paths or not named or len(paths) > _MOST_AT_ONCE or self._asked() is None:
@@ -174,7 +171,7 @@ class Shots:
     def _sorted(self, paths: tuple[Path, ...], panorama: bool) -> None:
         self._ended()
         if panorama:
-            self._desk.open_as_place(paths)
+            self._place_controller.open_as_place(paths)
             return
         for path in paths:
             self._measure(path)
@@ -199,7 +196,7 @@ class Shots:
             return None
         if goal is None:
             return None
-        own = next((one for one in model.user_styles if one.name == model.chosen), None)
+        own = own_style(model)
         title = own.title if own is not None else result.title
         return _Asked(
             model.place_folder,

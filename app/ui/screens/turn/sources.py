@@ -48,8 +48,6 @@ class SourcesState:
     ----------
     fov_deg : float
         Set, or else guessed, deg.
-    widths : tuple of (key, words)
-        Resolutions.
     status, status_icon : str
         How the source is; the icon is "check", "error" or empty.
     """

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
-from typing import Literal, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.angles import difference
 from app.core.guidance.guide import Phase
+from app.core.solver.portraits import value_at
+from app.core.text.turns import arc_words, signed, whole
+
+if TYPE_CHECKING:
+    from app.core.guidance.guide import Goal, Guide
+    from app.core.painting.user_style import UserStyle
+    from app.core.solver.solve import StyleResult
+    from app.ui.presenters.model import Model
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Size: TypeAlias = tuple[int, int]
@@ -40,8 +50,6 @@ class Guidance:
         Whole degrees; None where none may be shown.
     number_words : str
         "to go", "to the best", or nothing.
-    direction : str
-        In the largest words: "clockwise", "Hold it".
     clock, walk, company : str
         "toward 3 o'clock", "Walk to your left", "The sitter turns with you."; may be empty.
     pill, pill_icon : str
@@ -70,10 +78,7 @@ class Guidance:
 class StyleWords:
     """What stands beside target and picture.
 
-    Attributes
-    ----------
-    match, match_at_goal : str
-        "Match now 90", "96 at the goal"; may be empty.
+    `match`, `match_at_goal`: "Match now 90", "96 at the goal"; may be empty.
     """
 
     title: str = ""
@@ -143,8 +148,6 @@ class Tools:
     ----------
     demo_deg : int or None
         Where the demo's camera is, whole degrees of turn; None for a real one.
-    webcams : tuple of (index, name)
-        Those there are.
     """
 
     aligning: bool = False
@@ -239,3 +242,93 @@ class TurnView(Protocol):
 
     def ask_source(self) -> None:
         """Ask for another live camera."""
+
+
+def scale_of(shown: Guide, goal: Goal, fov_deg: float, camera_deg: float | None = None) -> Scale:
+    """Say where goal, camera and arc are on the strip.
+
+    Parameters
+    ----------
+    fov_deg : float
+        How much of the panorama fills the camera's picture, deg.
+    camera_deg : float, optional
+        Where the camera's axis points, as a turn; None where the sitter is in the middle.
+    """
+    arc = goal.arc_deg
+    if arc is not None and arc[1] - arc[0] < 360.0:
+        arc = (float(whole(arc[0])), float(whole(arc[1])))
+    now = shown.now
+    goal_text = f"goal {signed(shown.goal)}"
+    now_text = "" if now is None else f"now {signed(now)}"
+    parts = [goal_text, now_text or "where the camera points is not known"]
+    if goal.arc_deg is not None:
+        parts.append(f"in the light: {arc_words(goal.arc_deg)}")
+    if now == shown.goal:
+        # Two labels at one place would push each other away from it.
+        goal_text, now_text = f"now at the goal, {signed(shown.goal)}", ""
+    return Scale(
+        goal_deg=float(shown.goal),
+        now_deg=None if now is None else float(now),
+        camera_deg=None if now is None else camera_deg,
+        fov_deg=fov_deg,
+        arc_deg=arc,
+        goal_words=goal_text,
+        now_words=now_text,
+        arc_words=shown.arc,
+        description=", ".join(parts),
+    )
+
+
+def match_words(result: StyleResult, goal_deg: float | None, now: int | None) -> tuple[str, str]:
+    """Write how much the picture is like the target, now and at the goal.
+
+    Parameters
+    ----------
+    goal_deg : float or None
+        A goal of one's own, deg; None for the best turn.
+    now : int or None
+        Whole degrees of turn; None while it is not known.
+
+    Returns
+    -------
+    tuple of str
+        "Match now 90" and "96 at the goal", rounded down as everywhere; without a heading
+        "Match 96" and "at the goal".
+    """
+    best = goal_deg is None or abs(difference(goal_deg, result.turn_refined_deg)) < 1e-6
+    # At the best turn it is the number on the style's card.
+    goal = result.match if best else value_at(result.match_curve, goal_deg or 0.0)
+    if now is None:
+        return f"Match {_floored(goal)}", "at the goal"
+    turn = result.turn_refined_deg if goal_deg is None else goal_deg
+    here = goal if now == whole(turn) else value_at(result.match_curve, float(now))
+    if best and float(result.match_curve.max()) <= result.match + 1e-6:
+        # Between the turns of the grid the curve may rise a little above its best.
+        here = min(here, goal)
+    return f"Match now {_floored(here)}", f"{_floored(goal)} at the goal"
+
+
+def own_style(model: Model) -> UserStyle | None:
+    """Give the chosen style where it is one of the user's own."""
+    return next((one for one in model.user_styles if one.name == model.chosen), None)
+
+
+def style_words(model: Model, shown: Guide) -> StyleWords:
+    """Write what stands beside target and picture."""
+    result, own, plan = model.goal_result, own_style(model), model.lamp_plan
+    if result is None:
+        return StyleWords()
+    built_in = model.head.pack.styles if model.head is not None else ()
+    style = next((one for one in built_in if one.name == result.name), None)
+    title = own.title if own is not None else result.title
+    side = own.side_words if own is not None else style.side_words if style else ""
+    match, at_goal = match_words(result, model.goal_deg, shown.now)
+    tag = "Now" if shown.now is not None else "At the goal"
+    side = side.replace(" (", "\n(") or "painted"
+    if plan is not None:
+        side, tag = f"with {plan.lamp}", "With the lamp"
+    return StyleWords(title, side, match, at_goal, tag)
+
+
+def _floored(match: float) -> int:
+    return max(math.floor(match), 0)

@@ -4,20 +4,172 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtCore import QPointF, QSize, Qt, Signal
+from PySide6.QtGui import QPainter, QPaintEvent, QPen
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QStackedWidget,
+    QWidget,
+)
 
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button, IconButton
+from app.ui.widgets.choices import Segmented
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.layouts import column, row
+from app.ui.widgets.paint import MIDDLE, put_text
+from app.ui.widgets.plots.head_views import AboveView, SideView
+from app.ui.widgets.plots.lamps import SkyMap
 from app.ui.widgets.surfaces import Frame, Scroll, Surface
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QResizeEvent
 
     from app.ui.screens.light.presenter import LightPresenter
-    from app.ui.screens.light.state import DetailState
+    from app.ui.screens.light.state import DetailState, LightState
+    from app.ui.widgets.plots.lamps import LampPlot
+
+
+_TABS: Final = (("above", "From above"), ("side", "From the side"))
+_WIDEST: Final = 480
+_HEIGHT_OF_VIEWS: Final = 404 / 300
+_WIDEST_OF_ALL: Final = 1200
+_MAP: Final = (164, 106)  # height of the map with the words below it, and in a small window
+_MAP_SHARE: Final = 0.23  # of the width, where there is more room
+
+
+class _Number(QWidget):
+    """The number of a step in a ring."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__()
+        self._number = str(number)
+        side = theme().px(32)
+        self.setFixedSize(side, side)
+        self.setAccessibleName(f"Step {number}")
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setPen(QPen(t.c.text, t.line_width + 0.5))
+        radius = self.width() / 2.0 - 1.5
+        painter.drawEllipse(QPointF(self.rect().toRectF().center()), radius, radius)
+        put_text(painter, self.rect(), self._number, t.font(16, 600), t.c.text, MIDDLE)
+
+
+class Middle(QWidget):
+    """Steps, drawings and map."""
+
+    def __init__(self, presenter: LightPresenter, compact: bool) -> None:
+        super().__init__()
+        t = theme()
+        self._compact = compact
+        size = 16 if compact else 20
+        self._turn = Text("", size, 600, wrap=True)
+        self._turn_line = Text("", 14, role="dim", wrap=not compact, elide=compact)
+        self._hold = Text("", size, 600, wrap=True)
+        small = 12 if compact else 14
+        self._hold_line = Text("", small, role="dim", wrap=True)
+        self.go = Button(
+            "Turn first", "turn", kind="primary", size="small" if compact else "normal"
+        )
+        self.go.set_tip("Go to the turn, then hold the lamp", "T")
+        self.go.clicked.connect(presenter.turn)
+        self.above, self.side, self.map = AboveView(), SideView(), SkyMap()
+        for plot in self.plots:
+            plot.moved.connect(presenter.hold_at)
+            plot.home_asked.connect(presenter.go_best)
+            plot.power_asked.connect(presenter.step_power)
+        # One stop for Tab: the map is in sight in every layout.
+        self.above.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self.side.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self._map_title = Text("Where this lamp works at this turn", 12, 600, "dim", elide=True)
+        self._map_words = Text("", 12, role="dim", elide=True)
+        # Where there is no room for both, the tool tip has the second.
+        self._map_words.setVisible(False)
+        margin = 16 if compact else _MARGIN
+        inside = QWidget()
+        inside.setMaximumWidth(t.px(_WIDEST_OF_ALL))
+        whole = (..., (inside, 1000), ...)
+        row(*whole, into=self, gap=None, margins=(margin, 16, margin, 8))
+        title = row((self._map_title, 1), self._map_words, gap=None)
+        column(self._steps(), 12, (self._views(), 1000), 12, title, self.map, ..., into=inside)
+
+    @property
+    def plots(self) -> tuple[LampPlot, LampPlot, LampPlot]:
+        """All three on which the lamp can be moved."""
+        return self.above, self.side, self.map
+
+    def _steps(self) -> QGridLayout:
+        t = theme()
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(t.px(12 if self._compact else 16))
+        grid.setVerticalSpacing(0)
+        grid.setColumnStretch(1, 1)
+        top = Qt.AlignmentFlag.AlignTop
+        grid.addWidget(_Number(1), 0, 0, 2, 1, top)
+        grid.addWidget(self._turn, 0, 1, top)
+        rows, columns = (1, 2) if self._compact else (2, 1)
+        grid.addWidget(self.go, 0, 2, rows, 1, top)
+        grid.addWidget(self._turn_line, 1, 1, 1, columns, top)
+        grid.setRowMinimumHeight(2, t.px(12))
+        grid.addWidget(_Number(2), 3, 0, top)
+        hold = QWidget()
+        column(self._hold, self._hold_line, ..., into=hold)
+        # Words grow and shrink while the lamp is moved; the drawings must not jump.
+        size, lines = (16, 3) if self._compact else (20, 2)
+        rest = 2 * t.line_height(12) if self._compact else t.line_height(14)
+        hold.setMinimumHeight(lines * t.line_height(size) + rest)
+        grid.addWidget(hold, 3, 1, 1, 2)
+        return grid
+
+    def _views(self) -> QWidget:
+        t = theme()
+        whole = QWidget()
+        if not self._compact:
+            for view in (self.above, self.side):
+                view.setMaximumWidth(t.px(_WIDEST))
+            row(..., (self.above, 100), (self.side, 100), ..., into=whole, gap=16)
+            whole.setMaximumHeight(round(t.px(_WIDEST) * _HEIGHT_OF_VIEWS))
+            return whole
+        self.tabs = Segmented(_TABS, name="Drawing")
+        stack = QStackedWidget()
+        stack.addWidget(self.above)
+        stack.addWidget(self.side)
+        self.tabs.chosen.connect(lambda key: stack.setCurrentIndex(int(key == "side")))
+        column(self.tabs, (stack, 1), into=whole, gap=8)
+        return whole
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Let the map keep its proportions as it grows."""
+        super().resizeEvent(event)
+        t = theme()
+        wide = min(self.width() - 2 * t.px(_MARGIN), t.px(_WIDEST_OF_ALL))
+        least = t.px(_MAP[1] if self._compact else _MAP[0])
+        share = 0.0 if self._compact else _MAP_SHARE
+        self.map.setFixedHeight(max(least, round(wide * share)))
+
+    def show_state(self, state: LightState) -> None:
+        """Show where to turn and where to hold the lamp."""
+        hold = state.hold
+        self._turn.set_text(hold.turn)
+        self._turn_line.set_text(hold.turn_line)
+        self._hold.set_text(hold.hold)
+        self._hold_line.set_text(hold.hold_line)
+        self.go.set_text(hold.go, hold.go_icon)
+        self.go.set_available(hold.turn_works)
+        for plot in self.plots:
+            plot.show_heads(state.heads)
+        self.map.show_sky(state.sky)
+        self._map_title.set_text(hold.map_title)
+        self._map_words.set_text(state.sky.words)
+        self._map_words.setVisible(not self._compact)
+        if self._compact:
+            self._map_title.setToolTip(state.sky.words)
+
 
 _MARGIN: Final = 24
 _GAP: Final = 8
@@ -46,24 +198,10 @@ class _MatchTile(Frame):
         self._verdict = Text("", 12, wrap=True)
         if compact:
             self._verdict.setMinimumHeight(2 * t.line_height(12))
-        column = QVBoxLayout(self)
-        column.setContentsMargins(t.px(12), t.px(8), t.px(8), t.px(8))
-        column.setSpacing(t.px(4))
-        column.addStretch(1)
-        column.addWidget(Text("Match", 14, role="dim"))
-        row = QHBoxLayout()
-        row.setSpacing(t.px(8))
-        row.addWidget(self._before)
-        row.addWidget(self._arrow)
-        row.addWidget(self._after)
-        row.addStretch(1)
-        column.addLayout(row)
-        line = QHBoxLayout()
-        line.setSpacing(t.px(6))
-        line.addWidget(self._icon, 0, Qt.AlignmentFlag.AlignTop)
-        line.addWidget(self._verdict, 1)
-        column.addLayout(line)
-        column.addStretch(1)
+        numbers = row(self._before, self._arrow, self._after, ..., gap=8)
+        verdict = row((self._icon, 0, Qt.AlignmentFlag.AlignTop), (self._verdict, 1), gap=6)
+        match = Text("Match", 14, role="dim")
+        column(..., match, numbers, verdict, ..., into=self, gap=4, margins=(12, 8, 8, 8))
 
     def show_state(self, state: DetailState) -> None:
         self._before.set_text(state.before)
@@ -96,53 +234,37 @@ class DetailColumn(Surface):
         self.with_lamp = Picture("Picture with the lamp")
         self.without = Picture("Picture without the lamp")
         self.tile = _MatchTile(compact)
-        inside = QWidget()
-        column = QVBoxLayout(inside)
-        column.setContentsMargins(margin - t.line_width, t.px(16), margin, t.px(8))
-        column.setSpacing(0)
-        column.addWidget(self._title)
-        column.addWidget(self._side)
-        column.addSpacing(t.px(12))
         grid = QGridLayout()
         grid.setSpacing(t.px(_GAP))
         for number, widget in enumerate((self.target, self.with_lamp, self.without, self.tile)):
             grid.addWidget(widget, number // 2, number % 2)
-        self._grid = grid
-        column.addLayout(grid)
-        column.addSpacing(t.px(12))
-        column.addWidget(self._power_row(presenter))
-        column.addWidget(self._best_box(presenter))
-        column.addSpacing(t.px(12))
-        column.addLayout(self._numbers())
-        column.addStretch(1)
         self.own = Button("Capture a lamp of your own", "plus")
-        self.own.clicked.connect(presenter.shelf.begin)
-        foot = QHBoxLayout()
+        self.own.clicked.connect(presenter.lamps.begin)
+        inside = QWidget()
+        power, best = self._power_row(presenter), self._best_box(presenter)
+        inner = column(
+            *(self._title, self._side, 12, grid, 12, power, best, 12, self._numbers(), ...),
+            into=inside,
+        )
+        inner.setContentsMargins(margin - t.line_width, t.px(16), margin, t.px(8))
+        foot = row((self.own, 1), gap=None)
         foot.setContentsMargins(margin - t.line_width, 0, margin, 0)
-        foot.addWidget(self.own, 1)
         scroll = Scroll(inside)
         scroll.setAccessibleName("About the chosen style")
-        whole = QVBoxLayout(self)
+        whole = column((scroll, 1), foot, into=self, gap=None)
         whole.setContentsMargins(t.line_width, 0, 0, t.px(16))
-        whole.addWidget(scroll, 1)
-        whole.addLayout(foot)
 
     def _power_row(self, presenter: LightPresenter) -> QWidget:
-        t = theme()
         self.power = QWidget()
         self._power_words = Text("", 14, elide=True)
         self.weaker = IconButton("minus", "Turn the lamp down", size="small", shortcut="PgDn")
         self.stronger = IconButton("plus", "Turn the lamp up", size="small", shortcut="PgUp")
         self.weaker.clicked.connect(lambda: presenter.step_power(-1))
         self.stronger.clicked.connect(lambda: presenter.step_power(1))
-        row = QHBoxLayout(self.power)
-        row.setContentsMargins(0, 0, 0, t.px(12))
-        row.setSpacing(t.px(8))
-        row.addWidget(Text("Power", 14, role="dim"))
-        row.addSpacing(t.px(8))
-        row.addWidget(self._power_words, 1)
-        row.addWidget(self.weaker)
-        row.addWidget(self.stronger)
+        power = Text("Power", 14, role="dim")
+        words = (self._power_words, 1)
+        line = (power, 8, words, self.weaker, self.stronger)
+        row(*line, into=self.power, gap=8, margins=(0, 0, 0, 12))
         return self.power
 
     def _best_box(self, presenter: LightPresenter) -> Frame:
@@ -154,20 +276,9 @@ class DetailColumn(Surface):
         self.back = Button("Back to the best place", size="small")
         self.back.set_tip("Hold the lamp at its best place", "Home")
         self.back.clicked.connect(presenter.go_best)
-        column = QVBoxLayout(frame)
-        column.setContentsMargins(t.px(12), t.px(12), t.px(12), t.px(12))
-        column.setSpacing(t.px(4))
-        row = QHBoxLayout()
-        row.setSpacing(t.px(8))
-        row.addWidget(Icon("ring", 16))
-        row.addWidget(self._best, 1)
-        column.addLayout(row)
-        column.addWidget(self._best_line)
-        column.addSpacing(t.px(4))
-        foot = QHBoxLayout()
-        foot.addWidget(self.back)
-        foot.addStretch(1)
-        column.addLayout(foot)
+        title = row(Icon("ring", 16), (self._best, 1), gap=8)
+        back = row(self.back, ..., gap=None)
+        column(title, self._best_line, 4, back, into=frame, gap=4, margins=12)
         return frame
 
     def _numbers(self) -> QGridLayout:

@@ -4,23 +4,120 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtCore import QRectF, QSize, Qt, QTimer
+from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
 
 from app.core.second_light.placements import metres
 from app.ui.screens.light.state import DISTANCES_M, LampState
-from app.ui.screens.light.view.row import RowCard
 from app.ui.theme import theme
-from app.ui.widgets.accessibility import Roving
+from app.ui.theme.icons import draw_icon
+from app.ui.widgets.accessibility import Roving, describe
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.choices import LabelledSlider
+from app.ui.widgets.displays import Picture, draw_meter
 from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text
-from app.ui.widgets.surfaces import Menu, Scroll, Surface
+from app.ui.widgets.layouts import column, row
+from app.ui.widgets.paint import RIGHT, put_text, text_width
+from app.ui.widgets.surfaces import Card, Menu, Scroll, Surface
 
 if TYPE_CHECKING:
+    from PySide6.QtGui import QPainter, QResizeEvent
+
     from app.ui.screens.light.presenter import LightPresenter
-    from app.ui.screens.light.state import LightState, Section
+    from app.ui.screens.light.state import LightState, RowState, Section
+
+
+HEIGHT: Final = 76
+"""Of a row, logical pixels at scale 1."""
+
+PICTURE: Final = 56
+"""Side of its picture."""
+
+_PAD: Final = 8
+_ARROW: Final = 16
+_LONGEST: Final = "1/256 power"
+_STALE: Final = 0.42
+
+
+class RowCard(Card):
+    """A style with its match without and with the lamp."""
+
+    def __init__(self, state: RowState) -> None:
+        super().__init__(state.spoken)
+        self.state = state
+        self._stale = False
+        self._picture = Picture("")
+        self._picture.setParent(self)
+        self._picture.set_picture(state.picture)
+        self.setFixedHeight(theme().px(HEIGHT))
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+        self.set_selected(state.chosen)
+        self._tell()
+
+    def sizeHint(self) -> QSize:
+        """Give the size as designed."""
+        t = theme()
+        return QSize(t.px(280), t.px(HEIGHT))
+
+    def show_state(self, state: RowState, stale: bool) -> None:
+        """Show other numbers of the same style; `stale`: new ones are on their way."""
+        if stale != self._stale:
+            self._stale = stale
+            self.update()
+        self.set_selected(state.chosen)
+        if state != self.state or state.picture is not self.state.picture:
+            self.state = state
+            self._picture.set_picture(state.picture)
+            self._tell()
+            self.update()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Put the picture at the left."""
+        super().resizeEvent(event)
+        t = theme()
+        side = t.px(PICTURE)
+        self._picture.setGeometry(t.px(_PAD), (self.height() - side) // 2, side, side)
+
+    def paint_content(self, painter: QPainter) -> None:
+        """Paint names, numbers and meter."""
+        t, state = theme(), self.state
+        if self._stale:
+            painter.setOpacity(_STALE)
+        left = t.px(_PAD + PICTURE + 10)
+        right = self.width() - t.px(10)
+        line = QRectF(left, t.px(10), right - left, t.px(20))
+        line.setRight(self._numbers(painter, line) - t.px(8))
+        put_text(painter, line, state.title, t.font(14, 600), t.c.text)
+        below = QRectF(left, t.px(32), right - left, t.px(16))
+        put_text(painter, below, state.line, t.font(12), t.c.dim)
+        meter = QRectF(left, t.px(54), right - left, t.px(10))
+        if state.power:
+            font, place = t.font(12), QRectF(left, t.px(51), right - left, t.px(16))
+            put_text(painter, place, state.power, font, t.c.dim, RIGHT)
+            meter.setRight(right - text_width(font, _LONGEST) - t.px(8))
+        draw_meter(painter, meter, state.after, state.limit, state.before)
+        painter.setOpacity(1.0)
+
+    def _numbers(self, painter: QPainter, line: QRectF) -> float:
+        """Paint "29 → 63" at the right, and give where it begins."""
+        t, state = theme(), self.state
+        strong, plain = t.font(14, 700), t.font(14)
+        after, before = str(state.after), str(state.before)
+        right = line.right()
+        put_text(painter, line, after, strong, t.c.text, RIGHT)
+        right -= text_width(t.font(14, 700), "00") + t.px(6)
+        side = t.px(_ARROW)
+        spot = QRectF(right - side, line.top(), side, line.height())
+        draw_icon(painter, "arrow-right", spot, side, t.c.dim)
+        right -= side + t.px(6)
+        place = QRectF(line.left(), line.top(), right - line.left(), line.height())
+        put_text(painter, place, before, plain, t.c.dim, RIGHT)
+        return right - text_width(plain, before)
+
+    def _tell(self) -> None:
+        describe(self, self.state.spoken, tip=f"{self.state.title}: {self.state.line}")
+
 
 _MARGIN: Final = 16
 _NO_LAMP: Final = ("", "Choose a lamp", "phone, panel, flash or your own", "bulb")
@@ -39,45 +136,34 @@ class LampColumn(Surface):
         self.rows: list[RowCard] = []
         self.setAccessibleName("Lamp and styles")
         self._compact = compact
-        t = theme()
-        inside = QWidget()
-        column = QVBoxLayout(inside)
-        margin = t.px(_MARGIN)
-        column.setContentsMargins(margin, t.px(8), margin, t.px(16))
-        column.setSpacing(0)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, t.px(8), t.line_width, 0)
-        whole.setSpacing(0)
-        fields = QVBoxLayout()
-        fields.setContentsMargins(*((0, 0, 0, 0) if compact else (margin, t.px(8), margin, 0)))
-        fields.setSpacing(0)
-        self._make_fields(fields)
-        (column if compact else whole).addLayout(fields)
+        fields = self._make_fields()
         self._note = Text("", 14, role="dim", wrap=True)
         self._closer = Button("", size="small")
         self._closer.clicked.connect(presenter.come_closer)
-        foot = QHBoxLayout()
-        foot.setContentsMargins(0, t.px(8), 0, 0)
-        foot.addWidget(self._closer)
-        foot.addStretch(1)
-        column.addWidget(self._note)
-        column.addLayout(foot)
-        self._list = QVBoxLayout()
-        self._list.setSpacing(t.px(8))
-        column.addLayout(self._list)
-        column.addStretch(1)
+        closer = row(self._closer, ..., gap=None, margins=(0, 8, 0, 0))
+        self._list = column(gap=8)
+        inside = QWidget()
+        around = (_MARGIN, 8, _MARGIN, 16)
+        self._column = column(
+            *((fields,) if compact else ()),
+            *(self._note, closer, self._list, ...),
+            into=inside,
+            margins=around,
+        )
         self._roving = Roving(self)
         self._roving.moved.connect(self._moved)
         self._scroll = Scroll(inside)
         self._scroll.setAccessibleName("Styles with this lamp")
-        self._column = column
         self._scroll.bar_changed.connect(self._make_way)
-        whole.addWidget(self._scroll, 1)
+        if not compact:
+            fields.setContentsMargins(*(theme().px(side) for side in (_MARGIN, 8, _MARGIN, 0)))
+        whole = column(*(() if compact else (fields,)), (self._scroll, 1), into=self)
+        whole.setContentsMargins(0, theme().px(8), theme().line_width, 0)
         self._note.hide()
         self._closer.hide()
 
-    def _make_fields(self, column: QVBoxLayout) -> None:
-        t, presenter = theme(), self._presenter
+    def _make_fields(self) -> QVBoxLayout:
+        presenter = self._presenter
         self.lamp = ListField("Your lamp", (_NO_LAMP,), icon="bulb")
         self.lamp.chosen.connect(lambda key: presenter.take_lamp(key) if key else None)
         self.distance = LabelledSlider(
@@ -101,28 +187,12 @@ class LampColumn(Surface):
         self.correct.setAccessibleName("Correct how bright it is here")
         self.correct.clicked.connect(presenter.scale.ask)
         self._fixed = Text("", 12, role="dim", wrap=True)
-        lamp = QHBoxLayout()
-        lamp.setSpacing(t.px(4))
-        lamp.addWidget(self.lamp, 1)
-        beside = QVBoxLayout()
-        beside.addStretch(1)
-        beside.addWidget(self.more)
-        beside.addSpacing(t.px(8))  # in line with the field, which is higher
-        lamp.addLayout(beside)
-        column.addLayout(lamp)
-        column.addSpacing(t.px(12))
-        column.addWidget(self.distance)
-        column.addWidget(self._fixed)
-        column.addSpacing(t.px(4))
-        column.addWidget(self.arm)
-        column.addWidget(self.floor)
-        column.addSpacing(t.px(4))
-        bright = QHBoxLayout()
-        bright.setSpacing(t.px(4))
-        bright.addWidget(self._bright, 1, Qt.AlignmentFlag.AlignVCenter)
-        bright.addWidget(self.correct)
-        column.addLayout(bright)
-        column.addSpacing(t.px(4))
+        # In line with the field, which is higher.
+        lamp = row((self.lamp, 1), column(..., self.more, 8, gap=None), gap=4)
+        words = (self._bright, 1, Qt.AlignmentFlag.AlignVCenter)
+        bright = row(words, self.correct, gap=4)
+        held = (self.distance, self._fixed, 4, self.arm, self.floor)
+        return column(lamp, 12, *held, 4, bright, 4)
 
     def show_state(self, state: LightState) -> None:
         """Show what changed."""
@@ -154,7 +224,7 @@ class LampColumn(Surface):
 
     def _open_menu(self) -> None:
         menu = Menu(self, "More about this lamp")
-        for action in self._presenter.keeping.actions():
+        for action in self._presenter.lamp_actions.actions():
             menu.add(action.words, action.run, action.icon)
         menu.drop(self.more)
 
@@ -227,7 +297,5 @@ class _Heading(QWidget):
 
     def __init__(self, title: str, count: str) -> None:
         super().__init__()
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, theme().px(8), 0, 0)
-        row.addWidget(Text(title, 14, 600, elide=True), 1)
-        row.addWidget(Text(count, 14, role="dim"))
+        words = (Text(title, 14, 600, elide=True), 1)
+        row(words, Text(count, 14, role="dim"), into=self, gap=None, margins=(0, 8, 0, 0))

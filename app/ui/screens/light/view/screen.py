@@ -2,109 +2,30 @@
 
 from __future__ import annotations
 
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING, Final, TypeVar
 
 from PySide6.QtCore import QEvent, QSize, Qt, QTimer
-from PySide6.QtWidgets import QApplication, QHBoxLayout, QStackedWidget, QWidget
+from PySide6.QtWidgets import QApplication, QStackedWidget, QWidget
 
-from app.ui.screens.light.mask import RADII_DEG
 from app.ui.screens.light.state import LightSizes
-from app.ui.screens.light.view.asking import KeysSheet
-from app.ui.screens.light.view.detail import DetailColumn, portrait_size
-from app.ui.screens.light.view.lamp_column import LampColumn
-from app.ui.screens.light.view.middle import Middle
-from app.ui.screens.light.view.question import Brightness, Meter
-from app.ui.screens.light.view.row import PICTURE
+from app.ui.screens.light.view.detail import DetailColumn, Middle, portrait_size
+from app.ui.screens.light.view.lamp_column import PICTURE, LampColumn
+from app.ui.screens.light.view.sheets import Brightness, CaptureSheet, MaskSheet, Meter
 from app.ui.theme import theme
-from app.ui.widgets.buttons import Button, IconButton
-from app.ui.widgets.choices import LabelledSlider, Segmented
 from app.ui.widgets.dialogs import ask_files
-from app.ui.widgets.labels import Text
+from app.ui.widgets.layouts import row
+from app.ui.widgets.line_sheet import LineSheet
 from app.ui.widgets.messages import Empty
-from app.ui.widgets.plots.mask_canvas import MaskCanvas
 from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
 
-    from app.ui.screens.light.mask import MaskEdit, MaskState
+    from app.ui.screens.light.mask import MaskEdit
     from app.ui.screens.light.presenter import LightPresenter
     from app.ui.screens.light.state import CaptureAsk, LightState, WordsAsk
     from app.ui.widgets.dialogs import Sheet
-
-
-_WHAT: Final = (
-    "Amber is lamp. Reflections, other lights and the lit wall are not: take them away, and add "
-    "what is missing."
-)
-_TOOLS: Final = (("lamp", "+ Lamp"), ("not", "− Not the lamp"))
-
-
-class MaskSheet(KeysSheet):
-    """Shows a `MaskState` and tells the presenter what the user does."""
-
-    def __init__(self, host: QWidget, edit: MaskEdit) -> None:
-        super().__init__(host, "Where the lamp is", 840)
-        self._edit = edit
-        t = theme()
-        self.canvas = MaskCanvas()
-        self.tool = Segmented(_TOOLS, "Brush")
-        self.radius = LabelledSlider(
-            "Size", *RADII_DEG, 3.0, 0.5, lambda v: f"{v:.1f}°", inline=True
-        )
-        self.nearer = IconButton("plus", "Look closer", shortcut="+")
-        self.farther = IconButton("minus", "See more", shortcut="−")
-        self.back = IconButton("undo", "Undo the last stroke")
-        self.search = Button("Find it again", "refresh")
-        self.save = Button("Save", kind="primary")
-        cancel = Button("Cancel")
-        tools = QHBoxLayout()
-        tools.setSpacing(t.px(8))
-        tools.addWidget(self.tool)
-        tools.addSpacing(t.px(8))
-        tools.addWidget(self.radius, 1)
-        tools.addSpacing(t.px(8))
-        tools.addWidget(Text("Zoom", 14, role="dim"))
-        for button in (self.farther, self.nearer, self.back):
-            tools.addWidget(button)
-        self._words = Text("", 12, role="dim", wrap=True)
-        self.body.addLayout(tools)
-        self.body.addWidget(self.canvas)
-        self.body.addWidget(self._words)
-        self.foot.insertWidget(0, self.search)
-        self.add_button(cancel)
-        self.add_button(self.save)
-        self.canvas.pressed.connect(lambda a, e: edit.press((a, e)))
-        self.canvas.drawn.connect(lambda a, e: edit.draw(((a, e),)))
-        self.canvas.lifted.connect(edit.lift)
-        self.tool.chosen.connect(lambda key: edit.set_lit(key == "lamp"))
-        self.radius.changed.connect(edit.set_radius)
-        self.nearer.clicked.connect(lambda: self.canvas.zoom(1))
-        self.farther.clicked.connect(lambda: self.canvas.zoom(-1))
-        self.back.clicked.connect(edit.undo)
-        self.search.clicked.connect(edit.find_again)
-        self.save.clicked.connect(edit.save)
-        cancel.clicked.connect(self.shut)
-        self.closed.connect(edit.detach)
-        self.destroyed.connect(partial(_left, edit))
-        edit.attach(self)
-
-    def show_state(self, state: MaskState) -> None:
-        """Show it."""
-        self.set_title(f"Where “{state.title}” is")
-        self.canvas.show_state(state)
-        self.tool.choose("lamp" if state.lit else "not")
-        self.radius.set_value(state.radius_deg)
-        self.back.set_available(state.can_undo, "Nothing painted yet.")
-        self.save.set_available(state.changed and not state.busy, "Nothing has changed yet.")
-        self.search.set_available(not state.busy)
-        self._words.set_role("err" if state.error else "dim")
-        self._words.set_text(state.error or f"{_WHAT} {state.gives}".strip())
-
-
-def _left(edit: MaskEdit, _sheet: object = None) -> None:
-    edit.detach()
 
 
 _Page = TypeVar("_Page", bound=QWidget)
@@ -122,15 +43,7 @@ _PICTURES: Final = "Pictures (*.jpg *.jpeg *.png *.tif *.tiff *.dng *.exr *.hdr)
 def column_widths(width: int, compact: bool) -> tuple[int, int]:
     """Choose the widths of the left and the right column.
 
-    Parameters
-    ----------
-    width : int
-        Of the screen, logical pixels.
-
-    Returns
-    -------
-    int, int
-        312 and 376 in the usual window; from there on they grow with it.
+    312 and 376 logical pixels in the usual window; from there on they grow with it.
     """
     t = theme()
     if compact:
@@ -155,7 +68,7 @@ class LightScreen(QWidget):
         self.lamp = LampColumn(presenter, compact)
         self.middle = Middle(presenter, compact)
         self.detail = DetailColumn(presenter, compact)
-        self._sheet: Sheet | None = None
+        self.sheet: Sheet | None = None
         self.empty = Empty("", icon="bulb")
         self.empty.pressed.connect(self._pressed)
         self.stack = QStackedWidget()
@@ -163,12 +76,7 @@ class LightScreen(QWidget):
         self._room = Room(self.middle, *least)
         for page in (self.empty, self._room):
             self.stack.addWidget(page)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
-        row.addWidget(self.lamp)
-        row.addWidget(self.stack, 1)
-        row.addWidget(self.detail)
+        row(self.lamp, (self.stack, 1), self.detail, into=self)
         self._portrait = QSize()
         # Several sizes change with one resize; pictures are made once, after the last.
         self._later = QTimer(self, singleShot=True, interval=0)
@@ -204,7 +112,7 @@ class LightScreen(QWidget):
         self._show_page(state)
         if before is None or state.detail is not before.detail:
             self.detail.show_state(state.detail)
-        self.detail.own.set_busy("Reading…" if state.capturing.busy else None)
+        self.detail.own.set_busy("Reading…" if state.capturing else None)
         self.detail.setVisible(bool(state.detail.key))
 
     def _show_page(self, state: LightState) -> None:
@@ -251,14 +159,12 @@ class LightScreen(QWidget):
         """Ask for the pictures of a lamp and hand them to the presenter."""
         paths = ask_files(self, "Pictures of your lamp in a dark room", _PICTURES)
         if paths:
-            self.presenter.take_pictures(paths)
+            self.presenter.lamps.take(paths)
 
     # -- over the screen -----------------------------------------------------------------------
 
     def ask_capture(self, ask: CaptureAsk) -> None:
         """Say how a lamp is captured."""
-        from app.ui.screens.light.view.asking import CaptureSheet
-
         sheet = CaptureSheet(self.window(), self.presenter, ask)
         self._put_over(sheet, sheet.name.edit)
 
@@ -268,9 +174,15 @@ class LightScreen(QWidget):
 
     def ask_words(self, ask: WordsAsk) -> None:
         """Ask for a line about the lamp."""
-        from app.ui.screens.light.view.asking import WordsSheet
+        words = (ask.title, ask.label, ask.button, ask.text, ask.example)
+        sheet = LineSheet(self.window(), *words)
 
-        self._put_over(WordsSheet(self.window(), self.presenter, ask))
+        def taken(text: str) -> None:
+            sheet.show_busy(True)
+            self.presenter.lamp_actions.answer(ask.wish, text)
+
+        sheet.taken.connect(taken)
+        self._put_over(sheet)
 
     def say_words(self, sentence: str) -> None:
         """Say what is wrong with that line."""
@@ -278,37 +190,30 @@ class LightScreen(QWidget):
 
     def ask_mask(self, edit: MaskEdit) -> None:
         """Let the user paint where the lamp is."""
-        from app.ui.screens.light.view.screen import MaskSheet
-
         sheet = MaskSheet(self.window(), edit)
         self._put_over(sheet, sheet.canvas)
 
-    @property
-    def sheet(self) -> Sheet | None:
-        """What lies over the screen."""
-        return self._sheet
-
     def _say(self, sentence: str) -> None:
-        say = getattr(self._sheet, "say", None)
+        say = getattr(self.sheet, "say", None)
         if say is not None:
             say(sentence)
 
     def _put_over(self, sheet: Sheet, focus: QWidget | None = None) -> None:
-        if self._sheet is not None:
-            self._sheet.shut()
-        self._sheet = sheet
+        if self.sheet is not None:
+            self.sheet.shut()
+        self.sheet = sheet
         sheet.closed.connect(self._sheet_closed)
         sheet.open(focus)
 
     def _sheet_closed(self) -> None:
-        sheet, self._sheet = self._sheet, None
+        sheet, self.sheet = self.sheet, None
         if sheet is not None:
             sheet.deleteLater()
 
     def hideEvent(self, event: QHideEvent) -> None:
         """Take what lies over it away."""
-        if self._sheet is not None:
-            self._sheet.shut()
+        if self.sheet is not None:
+            self.sheet.shut()
         super().hideEvent(event)
 
     def _pressed(self, number: int) -> None:

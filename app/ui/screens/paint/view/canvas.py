@@ -6,14 +6,13 @@ import time
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QEvent, QPointF, QRect, Qt, QTimer, Signal
-from PySide6.QtGui import QMouseEvent, QPointingDevice
+from PySide6.QtGui import QMouseEvent, QPainter, QPaintEvent, QPointingDevice
 from PySide6.QtWidgets import QSizePolicy
 
 from app.core.painting.stroke import Brush, Tool
 from app.ui.screens.paint.state import Point, Shown
 from app.ui.screens.paint.view.face import FacePainter
-from app.ui.screens.paint.view.viewing import Viewing, fitting
-from app.ui.screens.paint.view.zoom import ZoomBox
+from app.ui.screens.paint.view.zoom import Viewing, ZoomBox, fitting
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import describe
 from app.ui.widgets.plots.base import Plot
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
         QEnterEvent,
         QFocusEvent,
         QKeyEvent,
-        QPainter,
         QPaintEvent,
         QResizeEvent,
         QTabletEvent,
@@ -32,6 +30,7 @@ if TYPE_CHECKING:
 
     from app.core.painting.canvas import Canvas, Region
     from app.ui.screens.paint.state import PaintState
+
 
 _FRAME_MS: Final = 8  # moves that come faster than this are taken together
 _STEP: Final = 1.2  # of the zoom box
@@ -83,7 +82,7 @@ class PaintCanvas(Plot):
         self.setMinimumSize(t.px(160), t.px(160))
         self.setCursor(Qt.CursorShape.BlankCursor)
         self._face = FacePainter()
-        self._view = Viewing()
+        self.viewing = Viewing()
         self._part = QRect()
         self._fits = True
         self._brush = Brush()
@@ -131,11 +130,6 @@ class PaintCanvas(Plot):
             if self._face.shows_weights:
                 self.update(self._area(region))
 
-    @property
-    def viewing(self) -> Viewing:
-        """Which part of the canvas is seen."""
-        return self._view
-
     def fit(self) -> None:
         """Let the head fill the canvas."""
         self._fits = True
@@ -145,19 +139,19 @@ class PaintCanvas(Plot):
 
     def at(self, x: float, y: float) -> QPointF:
         """Point of the widget where a canvas pixel lies."""
-        return QPointF(*self._view.to_widget(x, y))
+        return QPointF(*self.viewing.to_widget(x, y))
 
     # -- looking -------------------------------------------------------------------------------
 
     def _look(self, view: Viewing) -> None:
-        self._view = view.held(self.width(), self.height(), self._face.size or 1)
+        self.viewing = view.held(self.width(), self.height(), self._face.size or 1)
         self._fits = False
-        self._zoom.set_zoom(self._view.zoom)
+        self._zoom.set_zoom(self.viewing.zoom)
         self.update()
 
     def _zoom_step(self, way: int) -> None:
         middle = (self.width() / 2, self.height() / 2)
-        self._look(self._view.zoomed(self._view.zoom * _STEP**way, *middle))
+        self._look(self.viewing.zoomed(self.viewing.zoom * _STEP**way, *middle))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Keep the head fitting, or the middle in the middle."""
@@ -166,14 +160,14 @@ class PaintCanvas(Plot):
         if self._fits:
             self.fit()
         else:
-            self._look(self._view)
+            self._look(self.viewing)
         super().resizeEvent(event)
 
     def wheelEvent(self, event: QWheelEvent) -> None:
         """Zoom around the pointer."""
         notches = (event.angleDelta().y() or event.angleDelta().x()) / _NOTCH
         here = event.position()
-        self._look(self._view.zoomed(self._view.zoom * _STEP**notches, here.x(), here.y()))
+        self._look(self.viewing.zoomed(self.viewing.zoom * _STEP**notches, here.x(), here.y()))
         self._move_ring(here)
         event.accept()
 
@@ -195,7 +189,7 @@ class PaintCanvas(Plot):
             step = here - self._panning
             self._panning = here
             self._space = False  # It was for panning, not for a dab.
-            self._look(self._view.moved(step.x(), step.y()))
+            self._look(self.viewing.moved(step.x(), step.y()))
         elif self._stroking:
             self._on(here, 1.0)
             return
@@ -229,12 +223,12 @@ class PaintCanvas(Plot):
     def _down(self, here: QPointF, pressure: float, *, eraser: bool) -> None:
         self._stroking = True
         self._by_keys = False
-        self.pressed.emit((*self._view.to_canvas(here.x(), here.y()), pressure), eraser)
+        self.pressed.emit((*self.viewing.to_canvas(here.x(), here.y()), pressure), eraser)
         self._drawn_at = time.perf_counter()
         self._move_ring(here)
 
     def _on(self, here: QPointF, pressure: float) -> None:
-        self._points.append((*self._view.to_canvas(here.x(), here.y()), pressure))
+        self._points.append((*self.viewing.to_canvas(here.x(), here.y()), pressure))
         if not self._later.isActive():
             passed = 1000 * (time.perf_counter() - self._drawn_at)
             self._later.start(max(round(_FRAME_MS - passed), 0))
@@ -325,7 +319,7 @@ class PaintCanvas(Plot):
             here = self._kept_ring()
             self._by_keys = True
             self._move_ring(here)
-            self.dabbed.emit(*self._view.to_canvas(here.x(), here.y()))
+            self.dabbed.emit(*self.viewing.to_canvas(here.x(), here.y()))
 
     def _kept_ring(self) -> QPointF:
         if self._ring is not None:
@@ -336,7 +330,7 @@ class PaintCanvas(Plot):
     def _step_ring(self, dx: int, dy: int) -> None:
         self._by_keys = True
         here = self._kept_ring()
-        x, y = self._view.to_canvas(here.x(), here.y())
+        x, y = self.viewing.to_canvas(here.x(), here.y())
         top = float(self._face.size)
         x, y = min(max(round(x) + dx, 0.0), top), min(max(round(y) + dy, 0.0), top)
         there = self.at(x, y)
@@ -344,7 +338,7 @@ class PaintCanvas(Plot):
         out_x = min(there.x(), 0.0) + max(there.x() - self.width(), 0.0)
         out_y = min(there.y(), 0.0) + max(there.y() - self.height(), 0.0)
         if out_x or out_y:
-            self._look(self._view.moved(-out_x, -out_y))
+            self._look(self.viewing.moved(-out_x, -out_y))
         self._move_ring(self.at(x, y))
 
     # -- painting ------------------------------------------------------------------------------
@@ -359,7 +353,7 @@ class PaintCanvas(Plot):
     def _describe(self) -> None:
         words = f"Brush: {_WORDS[self._brush.tool]}, {self._brush.diameter:.0f} px"
         if self._ring is not None and self._face.size:
-            x, y = self._view.to_canvas(self._ring.x(), self._ring.y())
+            x, y = self.viewing.to_canvas(self._ring.x(), self._ring.y())
             across, down = (round(100 * value / self._face.size) for value in (x, y))
             words += f", at {across} % from the left and {down} % from the top"
         self.say(words)
@@ -367,7 +361,7 @@ class PaintCanvas(Plot):
     def _ring_area(self) -> QRect:
         if self._ring is None:
             return QRect()
-        reach = round(self._brush.radius * self._view.zoom) + 16
+        reach = round(self._brush.radius * self.viewing.zoom) + 16
         here = self._ring.toPoint()
         area = QRect(here.x() - reach, here.y() - reach, 2 * reach, 2 * reach)
         if self._brush.mirror:
@@ -376,13 +370,13 @@ class PaintCanvas(Plot):
         return area
 
     def _twin(self, here: QPointF) -> QPointF:
-        x, y = self._view.to_canvas(here.x(), here.y())
+        x, y = self.viewing.to_canvas(here.x(), here.y())
         return self.at(self._face.size - x, y)
 
     def _area(self, region: Region) -> QRect:
-        left, top, width, height = self._view.area(region)
+        left, top, width, height = self.viewing.area(region)
         # Enlarging mixes neighbours, so a pixel more on every side has changed.
-        more = int(2 * self._view.zoom) + 2
+        more = int(2 * self.viewing.zoom) + 2
         return QRect(
             int(left) - more, int(top) - more, int(width) + 2 * more + 1, int(height) + 2 * more + 1
         )
@@ -394,10 +388,10 @@ class PaintCanvas(Plot):
 
     def draw(self, painter: QPainter, ratio: float) -> None:
         """Paint head, weights, tags and ring."""
-        self._face.draw(painter, self.rect(), self._part, self._view, ratio)
+        self._face.draw(painter, self.rect(), self._part, self.viewing, ratio)
         if self._ring is None or not self._face.size or self._panning is not None:
             return
         rings = [self._ring]
         if self._brush.mirror:
             rings.append(self._twin(self._ring))
-        self._face.draw_rings(painter, rings, self._brush, self._view.zoom)
+        self._face.draw_rings(painter, rings, self._brush, self.viewing.zoom)

@@ -2,29 +2,195 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final, TypeAlias
 
+import cv2
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt
 from PySide6.QtGui import QBrush, QColor, QImage, QPainter, QPainterPath, QPen, QPixmap
 
+from app.core.painting.canvas import Region
 from app.core.painting.stroke import Tool
-from app.ui.screens.paint.view.colours import CanvasColours, veil_bytes
 from app.ui.theme import theme
 from app.ui.widgets.paint import MIDDLE, draw_tag, put_text
 from app.ui.widgets.plots.base import device_ratio
 from app.ui.widgets.plots.mask_canvas import BrushSign, draw_brush_ring
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
-    from app.core.painting.canvas import Canvas, Region
+    from app.core.painting.canvas import Canvas
     from app.core.painting.stroke import Brush
-    from app.ui.screens.paint.state import Bytes, HeadLook
-    from app.ui.screens.paint.view.viewing import Viewing
+    from app.ui.screens.paint.state import HeadLook
+    from app.ui.screens.paint.view.zoom import Viewing
+
+
+Bytes: TypeAlias = NDArray[np.uint8]
+Float32: TypeAlias = NDArray[np.float32]
+Pixels: TypeAlias = NDArray[np.uint32]
+Colour: TypeAlias = tuple[int, int, int]
+
+_LEVELS: Final = 127  # of weights on either side of 0
+_MIDDLE: Final = 0.58  # sRGB value of the head's median pixel
+_STRONGEST: Final = 0.90  # opacity of full weight: the face still shows through
+_BEND: Final = 2.2  # faint weights are to be seen too, without an edge where they change sign
+_FADE: Final = 8.0  # an ignored area ends within an eighth of the layer's range
+_OPAQUE: Final = np.uint32(0xFF000000)
+_EDGE: Final = 1.6  # width of the head's outline, device pixels
+_SOFT: Final = 0.4  # pixels of the head
+_SPREAD: Final = 2.7  # pixels of the head over which a smoothed edge rises
+_FINER: Final = 4
+_SMOOTH: Final = 1.0  # pixels of the head: its outline is a line, not steps
+
+
+def colour_table(plus: Colour, minus: Colour) -> Pixels:
+    """Colour every pair of a grey value and a weight.
+
+    Parameters
+    ----------
+    plus, minus : tuple of int
+        sRGB of positive and negative weights.
+
+    Returns
+    -------
+    (256, 255) uint32
+        0xffRRGGBB by grey value (sRGB byte) and weight (127 + 127 w).
+    """
+    grey = np.arange(256, dtype=np.float64)[:, None, None]
+    weight = np.arange(-_LEVELS, _LEVELS + 1)[None, :, None] / _LEVELS
+    opacity = _STRONGEST * np.expm1(-_BEND * np.abs(weight)) / np.expm1(-_BEND)
+    tint = np.where(weight < 0, np.array(minus, float), np.array(plus, float))
+    # The form of the face stays visible in the colour.
+    lit = np.clip(0.5 + 0.5 * grey / (255 * _MIDDLE), 0.4, 1.25)
+    colour = np.clip((1 - opacity) * grey + opacity * np.minimum(tint * lit, 255.0), 0, 255)
+    red, green, blue = np.moveaxis(np.rint(colour).astype(np.uint32), 2, 0)
+    return np.ascontiguousarray(_OPAQUE | red << 16 | green << 8 | blue)
+
+
+class CanvasColours:
+    """What the canvas looks like, at the canvas's own resolution.
+
+    Parameters
+    ----------
+    plus, minus : tuple of int
+        sRGB of positive and negative weights.
+
+    Attributes
+    ----------
+    pixels : (S, S) uint32
+        0xffRRGGBB; always the same array for one size, so that an image may lie on it.
+    ignored : (S, S) uint8
+        Opacity of the hatch.
+    """
+
+    def __init__(self, plus: Colour, minus: Colour) -> None:
+        self._table = colour_table(plus, minus).ravel()
+        self._grey: NDArray[np.int32] = np.zeros((0, 0), np.int32)
+        self.pixels: Pixels = np.zeros((0, 0), np.uint32)
+        self.ignored: Bytes = np.zeros((0, 0), np.uint8)
+        self.any_ignored = False
+
+    def set_head(self, grey: Float32, size: int) -> None:
+        """Lay a head under the weights.
+
+        Parameters
+        ----------
+        grey : (N, N) float32
+            sRGB values, 0 to 1.
+        size : int
+            Side of the canvas, pixels.
+        """
+        fine = _enlarged(grey, size)
+        values = np.rint(np.clip(fine, 0.0, 1.0) * 255.0).astype(np.int32)
+        self._grey = values * (2 * _LEVELS + 1) + _LEVELS
+        if self.pixels.shape != values.shape:
+            self.pixels = np.zeros(values.shape, np.uint32)
+            self.ignored = np.zeros(values.shape, np.uint8)
+
+    def show_weights(self, canvas: Canvas, region: Region | None = None) -> None:
+        """Colour what has changed.
+
+        `region`: canvas pixels; everything by default.
+        """
+        part = region or Region(0, 0, canvas.size, canvas.size)
+        if part.empty or self.pixels.shape != canvas.weights.shape:
+            return
+        place = part.slices
+        ignore = canvas.ignore[place]
+        hidden = np.clip((ignore - np.float32(0.5)) * np.float32(_FADE) + np.float32(0.5), 0, 1)
+        weights = canvas.weights[place] * (1 - hidden)
+        index = self._grey[place] + np.rint(weights * np.float32(_LEVELS)).astype(np.int32)
+        self.pixels[place] = self._table[index]
+        self.ignored[place] = (hidden * 255).astype(np.uint8)
+        self.any_ignored = bool(self.ignored.any())
+
+    def show_picture(self, picture: Bytes) -> None:
+        """Show a picture of the head in place of the weights.
+
+        `picture`, (N, N, 3) uint8: sRGB.
+        """
+        size = len(self.pixels)
+        if not size:
+            return
+        fine = _enlarged(picture, size).astype(np.uint32)
+        self.pixels[...] = _OPAQUE | fine[..., 0] << 16 | fine[..., 1] << 8 | fine[..., 2]
+        self.any_ignored = False
+
+
+def _enlarged(picture: NDArray[Any], size: int) -> NDArray[Any]:
+    """Enlarge a picture of the head smoothly: its pixels must not be seen as squares."""
+    fine = cv2.resize(picture, (size, size), interpolation=cv2.INTER_CUBIC)
+    spread = _SOFT * size / len(picture)
+    return np.asarray(cv2.GaussianBlur(fine, (0, 0), spread, borderType=cv2.BORDER_REPLICATE))
+
+
+def veil_bytes(
+    coverage: Float32, size: tuple[int, int], scale: float, offset: tuple[float, float], grey: int
+) -> Pixels:
+    """Cover everything that is not head, with a clean outline at the screen's own resolution.
+
+    Parameters
+    ----------
+    coverage : (N, N) float32
+        Share of each pixel that the head covers.
+    size : tuple of int
+        Width and height, device pixels.
+    scale : float
+        Device pixels per pixel of the head.
+    offset : tuple of float
+        Where the head's picture has its upper left corner, device pixels.
+
+    Returns
+    -------
+    (height, width) uint32
+        0xAARRGGBB, colours multiplied by opacity.
+    """
+    # Finer first, then smoothed: a cubic through the pixels themselves would make waves.
+    side = _FINER * len(coverage)
+    fine = cv2.resize(coverage, (side, side), interpolation=cv2.INTER_LINEAR)
+    smooth = cv2.GaussianBlur(fine, (0, 0), _FINER * _SMOOTH, borderType=cv2.BORDER_REPLICATE)
+    share = np.rint(np.clip(smooth, 0.0, 1.0) * 255.0).astype(np.uint8)
+    step = scale / _FINER
+    # Device pixel i has its middle at i + 0.5.
+    half = 0.5 / step - 0.5
+    matrix = np.array(
+        [[1 / step, 0.0, half - offset[0] / step], [0.0, 1 / step, half - offset[1] / step]]
+    )
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    inside = cv2.warpAffine(share, matrix, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
+    place = np.arange(256) / 255.0
+    opacity = 1.0 - np.clip((place - 0.5) * max(_SPREAD * scale / _EDGE, 1.0) + 0.5, 0.0, 1.0)
+    alpha = np.rint(opacity * 255.0).astype(np.uint32)
+    level = np.rint(opacity * grey).astype(np.uint32)
+    table = (alpha << 24 | level << 16 | level << 8 | level).astype(np.uint32)
+    return np.ascontiguousarray(table[np.asarray(inside)])
+
 
 _RADIUS: Final = 8
 _TAG_INSET: Final = 12
 _SIGN: Final = 12  # reach of the sign in the middle of the ring
+_CLEAR: Final = Qt.GlobalColor.transparent
 _HATCH: Final = 8  # distance of the lines, logical pixels
 _SIGNS: Final[dict[Tool, BrushSign]] = {
     Tool.BRIGHTER: "plus",
@@ -49,9 +215,7 @@ class FacePainter:
         self._image: QImage | None = None
         self._notice = ""
         self._weights = True
-        self._veil: tuple[tuple[object, ...], QPixmap] | None = None
-        self._hatch: tuple[float, QPixmap] | None = None
-        self._ring: tuple[tuple[object, ...], QPixmap] | None = None
+        self._kept: dict[str, tuple[object, QPixmap]] = {}
         self._corners: tuple[QSize, QPainterPath] | None = None
 
     @property
@@ -68,7 +232,8 @@ class FacePainter:
         """Take another head; returns whether it is one."""
         if head is self._head:
             return False
-        self._head, self._veil = head, None
+        self._head = head
+        self._kept.pop("veil", None)
         if self._canvas is not None:
             self.set_canvas(self._canvas)
         return True
@@ -129,7 +294,13 @@ class FacePainter:
             painter.drawImage(target, self._image)
             if self._picture is None and self._colours.any_ignored:
                 self._draw_hatch(painter, target, part, ratio)
-            painter.drawPixmap(QPointF(0, 0), self._veil_for(area, view, ratio))
+            wide, high = round(area.width() * ratio), round(area.height() * ratio)
+            veil = self._once(
+                "veil",
+                (wide, high, view, ratio, self.size),
+                lambda: self._draw_veil(wide, high, view, ratio),
+            )
+            painter.drawPixmap(QPointF(0, 0), veil)
         elif self._notice:
             put_text(painter, area, self._notice, t.font(14), t.c.ontag, MIDDLE)
         inset = t.px(_TAG_INSET)
@@ -144,13 +315,11 @@ class FacePainter:
     ) -> None:
         """Paint the brush where it is, and its mirror image paler.
 
-        Parameters
-        ----------
-        zoom : float
-            Logical pixels per canvas pixel.
+        `zoom`: logical pixels per canvas pixel.
         """
         ratio = device_ratio(painter)
-        ring = self._ring_for(brush, zoom, ratio)
+        key = (brush.radius, brush.full_radius, brush.tool, zoom, ratio)
+        ring = self._once("ring", key, lambda: self._draw_ring(brush, zoom, ratio))
         half = ring.width() / ratio / 2
         for number, place in enumerate(places):
             painter.setOpacity(0.45 if number else 1.0)
@@ -159,38 +328,32 @@ class FacePainter:
             painter.drawPixmap(QPointF(x, y), ring)
         painter.setOpacity(1.0)
 
-    def _ring_for(self, brush: Brush, zoom: float, ratio: float) -> QPixmap:
-        """Draw the ring once for each brush: antialiased circles are slow."""
-        key = (brush.radius, brush.full_radius, brush.tool, zoom, ratio)
-        if self._ring is not None and self._ring[0] == key:
-            return self._ring[1]
+    def _once(self, what: str, key: object, make: Callable[[], QPixmap]) -> QPixmap:
+        """Draw something once for each key: antialiased circles are slow."""
+        known = self._kept.get(what)
+        if known is None or known[0] != key:
+            known = self._kept[what] = (key, make())
+        return known[1]
+
+    def _draw_ring(self, brush: Brush, zoom: float, ratio: float) -> QPixmap:
         reach = int(max(brush.radius * zoom, _SIGN)) + 3
-        pixmap = QPixmap(round(2 * reach * ratio), round(2 * reach * ratio))
-        pixmap.setDevicePixelRatio(ratio)
-        pixmap.fill(Qt.GlobalColor.transparent)
+        pixmap = _pixmap(2 * reach, ratio)
         painter = QPainter(pixmap)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         radius, inner = brush.radius * zoom, brush.full_radius * zoom
         draw_brush_ring(painter, (reach, reach), radius, inner, _SIGNS[brush.tool])
         painter.end()
-        self._ring = (key, pixmap)
         return pixmap
 
-    def _veil_for(self, area: QRect, view: Viewing, ratio: float) -> QPixmap:
+    def _draw_veil(self, wide: int, high: int, view: Viewing, ratio: float) -> QPixmap:
         assert self._head is not None
-        wide, high = round(area.width() * ratio), round(area.height() * ratio)
-        key = (wide, high, view, ratio, self.size)
-        if self._veil is not None and self._veil[0] == key:
-            return self._veil[1]
         coverage = self._head.coverage
         scale = view.zoom * ratio * self.size / len(coverage)
         offset = (view.left * ratio, view.top * ratio)
         pixels = veil_bytes(coverage, (wide, high), scale, offset, theme().c.well.red())
         kind = QImage.Format.Format_ARGB32_Premultiplied
-        image = QImage(pixels.data, wide, high, 4 * wide, kind)
-        pixmap = QPixmap.fromImage(image)
+        pixmap = QPixmap.fromImage(QImage(pixels.data, wide, high, 4 * wide, kind))
         pixmap.setDevicePixelRatio(ratio)
-        self._veil = (key, pixmap)
         return pixmap
 
     def _draw_hatch(self, painter: QPainter, target: QRectF, part: QRect, ratio: float) -> None:
@@ -205,7 +368,7 @@ class FacePainter:
         on_layer.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
         on_layer.translate(-part.topLeft())
         on_layer.setBrushOrigin(0, 0)
-        on_layer.fillRect(part, QBrush(self._hatch_for(ratio)))
+        on_layer.fillRect(part, QBrush(self._once("hatch", ratio, lambda: _hatch(ratio))))
         on_layer.setCompositionMode(QPainter.CompositionMode.CompositionMode_DestinationIn)
         mask = self._colours.ignored
         size = len(mask)
@@ -213,23 +376,6 @@ class FacePainter:
         on_layer.drawImage(target, image)
         on_layer.end()
         painter.drawImage(part.topLeft(), layer)
-
-    def _hatch_for(self, ratio: float) -> QPixmap:
-        if self._hatch is not None and self._hatch[0] == ratio:
-            return self._hatch[1]
-        side = theme().px(_HATCH)
-        tile = QPixmap(round(side * ratio), round(side * ratio))
-        tile.setDevicePixelRatio(ratio)
-        tile.fill(QColor(20, 20, 20, 70))
-        painter = QPainter(tile)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        for colour, width in ((QColor(0, 0, 0, 150), 3.0), (QColor(255, 255, 255, 210), 1.25)):
-            painter.setPen(QPen(colour, width))
-            for shift in (-side, 0, side):
-                painter.drawLine(QPointF(shift, side), QPointF(shift + side, 0))
-        painter.end()
-        self._hatch = (ratio, tile)
-        return tile
 
     def _round_off(self, painter: QPainter, area: QRect, part: QRect) -> None:
         """Cover the corners, so that the well is rounded."""
@@ -243,3 +389,24 @@ class FacePainter:
             inside.addRoundedRect(QRectF(area), radius, radius)
             self._corners = (area.size(), corners.subtracted(inside))
         painter.fillPath(self._corners[1], t.c.bg)
+
+
+def _pixmap(side: int, ratio: float, fill: QColor | Qt.GlobalColor = _CLEAR) -> QPixmap:
+    """Make a square pixmap of a side in logical pixels."""
+    pixmap = QPixmap(round(side * ratio), round(side * ratio))
+    pixmap.setDevicePixelRatio(ratio)
+    pixmap.fill(fill)
+    return pixmap
+
+
+def _hatch(ratio: float) -> QPixmap:
+    side = theme().px(_HATCH)
+    tile = _pixmap(side, ratio, QColor(20, 20, 20, 70))
+    painter = QPainter(tile)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    for colour, width in ((QColor(0, 0, 0, 150), 3.0), (QColor(255, 255, 255, 210), 1.25)):
+        painter.setPen(QPen(colour, width))
+        for shift in (-side, 0, side):
+            painter.drawLine(QPointF(shift, side), QPointF(shift + side, 0))
+    painter.end()
+    return tile

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from app.ui.screens.paint.state import LiveState
 from app.ui.theme import theme
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.displays import Meter, Picture
 from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.layouts import add, column, row
 from app.ui.widgets.plots.polar import PolarPlot
 from app.ui.widgets.plots.weights import WeightLegend, WeightPanorama
 from app.ui.widgets.surfaces import Menu, Scroll, Surface
@@ -32,7 +33,10 @@ _PLOT: Final = (176, 120)  # as designed, and in a low window
 
 
 class _Numbers(QWidget):
-    """Turn and match in figures, or a sentence why there are none."""
+    """Turn and match in figures, or a sentence why there are none.
+
+    `score`: match with its meter, where it stands elsewhere than below the turn.
+    """
 
     probe_asked = Signal()
 
@@ -48,55 +52,30 @@ class _Numbers(QWidget):
         self._sentence = Text("", 14, wrap=True)
         self._probe = Button("Go to Probe", size="small")
         self._probe.clicked.connect(self.probe_asked)
-        self._figures = QWidget()
-        column = QVBoxLayout(self._figures)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(Text("Turn", 14, role="dim"))
-        column.addWidget(self._turn)
         # On the first line of a direction that takes two.
         beside = QVBoxLayout()
         beside.addSpacing((t.line_height(14 if compact else 16) - t.px(20)) // 2)
-        beside.addWidget(self._icon)
-        beside.addStretch(1)
-        way = _row(t.px(4))
-        way.addLayout(beside)
-        way.addWidget(self._direction)
-        way.addStretch(1)
-        column.addLayout(way)
-        column.addStretch(1)
+        add(beside, self._icon, ...)
+        way = row(beside, self._direction, ..., gap=4)
+        number = row(self._match, Text("of 100", 14, role="dim"), ..., gap=8)
+        turn = (Text("Turn", 14, role="dim"), self._turn, way, ...)
+        match = (Text("Match", 14, role="dim"), number, self._meter, 4, self._origin)
         self._apart = compact
-        self._score = QWidget()
-        below = column if not compact else QVBoxLayout(self._score)
-        below.setContentsMargins(0, 0, 0, 0)
-        below.setSpacing(0)
-        below.addWidget(Text("Match", 14, role="dim"))
-        number = _row(t.px(8), self._match, Text("of 100", 14, role="dim"))
-        number.addStretch(1)
-        below.addLayout(number)
-        below.addWidget(self._meter)
-        below.addSpacing(t.px(4))
-        below.addWidget(self._origin)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.setSpacing(t.px(8))
-        whole.addWidget(self._figures, 1)
-        whole.addWidget(self._sentence)
-        whole.addWidget(self._probe, 0, Qt.AlignmentFlag.AlignLeft)
+        self._figures, self.score = QWidget(), QWidget()
+        column(*turn, *(() if compact else match), into=self._figures)
+        if compact:
+            column(*match, into=self.score)
         self._filler = QWidget()
-        whole.addWidget(self._filler, 1)
-
-    @property
-    def score(self) -> QWidget:
-        """Match with its meter, where it stands elsewhere than below the turn."""
-        return self._score
+        probe = (self._probe, 0, Qt.AlignmentFlag.AlignLeft)
+        whole = ((self._figures, 1), self._sentence, probe, (self._filler, 1))
+        column(*whole, into=self, gap=8)
 
     def show_state(self, state: LiveState) -> None:
         told = bool(state.sentence)
         self._figures.setVisible(not told)
         # Without a place of its own it would open as a window.
         if self._apart:
-            self._score.setVisible(not told)
+            self.score.setVisible(not told)
         self._sentence.setVisible(told)
         self._filler.setVisible(told)
         self._probe.setVisible(state.offers_probe)
@@ -114,10 +93,7 @@ class _Numbers(QWidget):
 class LiveColumn(Surface):
     """Picture, turn, match, panorama, plot, and saving.
 
-    Attributes
-    ----------
-    laid : Signal(QSize)
-        Size of the portrait, logical pixels.
+    `laid`, Signal(QSize): size of the portrait, logical pixels.
     """
 
     save_asked = Signal()
@@ -151,63 +127,35 @@ class LiveColumn(Surface):
         self._save.clicked.connect(self.save_asked)
         self._more = IconButton("more", "More", size="main")
         self._more.clicked.connect(self._open_menu)
-        self._lay()
-
-    def _lay(self) -> None:
-        t, margin = theme(), self._margin
-        self._upper = upper = QWidget()
-        column = QVBoxLayout(upper)
-        column.setContentsMargins(margin - t.line_width, t.px(16), margin, 0)
-        column.setSpacing(0)
-        head = _row(t.px(8), Text("Here, live", 20, 600))
-        head.addStretch(1)
-        head.addWidget(Text("follows every stroke", 12, role="dim"))
-        column.addLayout(head)
-        column.addSpacing(t.px(8))
-        column.addLayout(_row(t.px(12 if self._compact else 16), self._picture, self._numbers))
-        if self._compact:
-            column.addSpacing(t.px(8))
-            column.addWidget(self._numbers.score)
-        column.addSpacing(t.px(16))
+        self._upper = QWidget()
+        head = row(
+            Text("Here, live", 20, 600), ..., Text("follows every stroke", 12, role="dim"), gap=8
+        )
+        inner = column(
+            *(head, 8, row(self._picture, self._numbers, gap=12 if compact else 16)),
+            *((8, self._numbers.score) if compact else ()),
+            *(16, self._place, ...),
+            into=self._upper,
+        )
+        inner.setContentsMargins(self._margin - t.line_width, t.px(16), self._margin, 0)
         self._fill_place()
-        column.addWidget(self._place)
-        column.addStretch(1)
-        self._outer = outer = QVBoxLayout(self)
-        outer.setContentsMargins(t.line_width, 0, 0, t.px(16 if self._compact else 24))
-        outer.setSpacing(t.px(8))
-        outer.addWidget(Scroll(upper), 1)
-        foot = _row(t.px(8), self._save, self._more)
-        foot.setContentsMargins(margin - t.line_width, 0, margin, 0)
-        foot.setStretchFactor(self._save, 1)
-        outer.addLayout(foot)
+        foot = row((self._save, 1), self._more, gap=8)
+        foot.setContentsMargins(self._margin - t.line_width, 0, self._margin, 0)
+        self._outer = column((Scroll(self._upper), 1), foot, into=self, gap=8)
+        self._outer.setContentsMargins(t.line_width, 0, 0, t.px(16 if compact else 24))
 
     def _fill_place(self) -> None:
         """Lay out what there is only with light."""
-        t = theme()
-        column = QVBoxLayout(self._place)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(Text("What it asks of this place", 12, 600, "dim"))
-        column.addSpacing(t.px(6))
-        column.addWidget(self._panorama)
-        column.addSpacing(t.px(8))
-        column.addWidget(WeightLegend())
-        column.addSpacing(t.px(8))
+        title = Text("What it asks of this place", 12, 600, "dim")
+        whole = column(title, 6, self._panorama, 8, WeightLegend(), 8, into=self._place)
         if self._compact:
-            column.addWidget(self._good)
+            whole.addWidget(self._good)
             return
         plot = PolarPlot(size=_PLOT[0])
         plot.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         plot.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        words = QVBoxLayout()
-        words.setSpacing(t.px(8))
-        words.addStretch(1)
-        words.addWidget(Text("Match by turn", 14, role="dim"))
-        words.addWidget(self._good)
-        words.addStretch(1)
-        row = _row(t.px(16), plot)
-        row.addLayout(words, 1)
-        column.addLayout(row)
+        words = column(..., Text("Match by turn", 14, role="dim"), self._good, ..., gap=8)
+        whole.addLayout(row(plot, (words, 1), gap=16))
         self._plot = plot
 
     def show_state(self, state: PaintState) -> None:
@@ -267,12 +215,3 @@ class LiveColumn(Surface):
         around = self._outer.contentsMargins()
         room = self.height() - around.bottom() - self._outer.spacing() - self._save.height()
         self._plot.take_side(max(most - max(self._upper.sizeHint().height() - room, 0), least))
-
-
-def _row(spacing: int, *widgets: QWidget) -> QHBoxLayout:
-    row = QHBoxLayout()
-    row.setContentsMargins(0, 0, 0, 0)
-    row.setSpacing(spacing)
-    for widget in widgets:
-        row.addWidget(widget)
-    return row

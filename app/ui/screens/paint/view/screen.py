@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QEvent, QSize, Qt, Signal
+from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QPainter, QPaintEvent
-from PySide6.QtWidgets import QApplication, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 
 from app.core.painting.library import EXPORT_ENDING
 from app.ui.screens.paint.state import Shown
@@ -14,11 +15,12 @@ from app.ui.screens.paint.view.canvas import PaintCanvas
 from app.ui.screens.paint.view.live import LiveColumn
 from app.ui.screens.paint.view.tools import BrushSliders, ToolColumn, ToolStrip
 from app.ui.theme import theme
-from app.ui.widgets.buttons import Button, Pressable
+from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.choices import Segmented
-from app.ui.widgets.dialogs import Sheet, ask_file, ask_target
-from app.ui.widgets.fields import TextField
+from app.ui.widgets.dialogs import ask_file, ask_target
 from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.layouts import column, row
+from app.ui.widgets.line_sheet import LineSheet
 from app.ui.widgets.paint import put_text, text_width
 from app.ui.widgets.plots.weights import WeightScale
 from app.ui.widgets.surfaces import Room
@@ -37,66 +39,6 @@ _TITLES: Final[dict[NameWish, tuple[str, str]]] = {
     "save-as": ("Save as a new style", "Save"),
     "rename": ("Rename the style", "Rename"),
 }
-
-
-class NameSheet(Sheet):
-    """A line for the name, and a button that takes it.
-
-    Attributes
-    ----------
-    named : Signal(str, str)
-        What the name was asked for, and the name.
-    """
-
-    named = Signal(str, str)
-
-    def __init__(self, host: QWidget) -> None:
-        super().__init__(host, "Save as my style", 440)
-        self._wish: NameWish = "save"
-        self._field = TextField("Name", "My Rembrandt")
-        self._take = Button("Save", kind="primary")
-        cancel = Button("Cancel")
-        self.body.addWidget(self._field)
-        self.add_button(cancel)
-        self.add_button(self._take)
-        cancel.clicked.connect(self.shut)
-        self._field.entered.connect(lambda _text: self._answer())
-        self._field.changed.connect(lambda _text: self._field.set_error(""))
-        self._take.clicked.connect(self._answer)
-
-    def ask(self, wish: NameWish, title: str) -> None:
-        """Open it."""
-        self._wish = wish
-        words, button = _TITLES[wish]
-        self.set_title(words)
-        self._take.set_text(button)
-        self._take.set_busy(None)
-        self._field.set_error("")
-        self._field.set_text(title)
-        self._field.edit.selectAll()
-        self.open(self._field.edit)
-
-    def say(self, sentence: str) -> None:
-        """Say why the name cannot be taken; nothing to say closes the sheet."""
-        self._field.set_error(sentence)
-        if not sentence:
-            self.shut()
-
-    def show_busy(self, saving: bool) -> None:
-        """Show that the style is being written."""
-        if saving != self._take.busy:
-            self._take.set_busy("Saving…" if saving else None)
-
-    def _answer(self) -> None:
-        if not self._take.busy:
-            self.named.emit(self._wish, self._field.text())
-
-    def event(self, event: QEvent) -> bool:
-        """Keep all keys here: none is a shortcut of the screen behind it."""
-        if event.type() == QEvent.Type.ShortcutOverride:
-            event.accept()
-            return True
-        return super().event(event)
 
 
 _SHOWN: Final = (
@@ -145,21 +87,15 @@ class _Crumbs(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        t = theme()
-        self.setFixedHeight(t.px(40))
+        self.setFixedHeight(theme().px(40))
         link = _Link("Styles", "Back to styles", "Esc")
         link.clicked.connect(self.back_asked)
         self._title = Text("", 16, 600, elide=True)
         self._status = Text("", 14, role="dim", elide=True)
         self._shown = Segmented(_SHOWN, "The canvas shows")
         self._shown.chosen.connect(lambda key: self.chosen.emit(Shown(key)))
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(8))
-        for widget in (link, Icon("chevron-right", 16, "dim"), self._title, self._status):
-            row.addWidget(widget)
-        row.addStretch(1)
-        row.addWidget(self._shown)
+        where = (link, Icon("chevron-right", 16, "dim"), self._title, self._status)
+        row(*where, ..., self._shown, into=self, gap=8)
 
     def show_state(self, state: PaintState) -> None:
         self._title.set_text(state.title)
@@ -175,7 +111,7 @@ class PaintScreen(QWidget):
         super().__init__()
         self._presenter = presenter
         self._compact = compact
-        self._sheet: NameSheet | None = None
+        self._sheet: LineSheet | None = None
         self.setAccessibleName("Paint")
         self.tools: ToolColumn | ToolStrip = ToolStrip() if compact else ToolColumn()
         self.sliders = (
@@ -185,44 +121,29 @@ class PaintScreen(QWidget):
         self.crumbs = _Crumbs()
         self.canvas = PaintCanvas()
         self.live = LiveColumn(compact, presenter.files.actions)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
-        row.addWidget(self.tools)
-        row.addWidget(Room(self._middle(), *_LEAST), 1)
-        row.addWidget(self.live)
+        row(self.tools, (Room(self._middle(), *_LEAST), 1), self.live, into=self)
         self._connect()
 
     def _middle(self) -> QWidget:
-        t = theme()
+        compact = self._compact
         middle = QWidget()
-        side = t.px(16 if self._compact else 24)
-        column = QVBoxLayout(middle)
-        column.setContentsMargins(side, t.px(8), side, t.px(12 if self._compact else 24))
-        column.setSpacing(0)
-        column.addWidget(self.crumbs)
-        column.addSpacing(t.px(8))
-        column.addWidget(self.canvas, 1)
-        column.addSpacing(t.px(8 if self._compact else 26))
-        column.addWidget(WeightScale())
-        if self._compact:
-            column.addSpacing(t.px(8))
-            column.addWidget(self.sliders)
+        side, foot, below = (16, 12, 8) if compact else (24, 24, 26)
+        column(
+            *(self.crumbs, 8, (self.canvas, 1), below, WeightScale()),
+            *((8, self.sliders) if compact else ()),
+            into=middle,
+            margins=(side, 8, side, foot),
+        )
         return middle
 
     def _connect(self) -> None:
         presenter, tools, canvas = self._presenter, self.tools, self.canvas
-        box = presenter.tools
-        tools.tool_chosen.connect(box.choose_tool)
-        tools.mirror_switched.connect(box.set_mirror)
-        tools.pressure_switched.connect(box.set_pen_pressure)
+        tools.brush_changed.connect(self._change_brush)
         tools.start_chosen.connect(presenter.choose_start)
         tools.undo_asked.connect(presenter.undo)
         tools.redo_asked.connect(presenter.redo)
         tools.clear_asked.connect(presenter.clear)
-        self.sliders.size_changed.connect(box.set_size)
-        self.sliders.strength_changed.connect(box.set_strength)
-        self.sliders.softness_changed.connect(box.set_softness)
+        self.sliders.changed.connect(self._change_brush)
         self.crumbs.back_asked.connect(presenter.back)
         self.crumbs.chosen.connect(presenter.show)
         canvas.pressed.connect(presenter.press)
@@ -254,13 +175,14 @@ class PaintScreen(QWidget):
     def ask_name(self, wish: NameWish, title: str) -> None:
         """Ask for a name in a sheet over the window."""
         if self._sheet is None:
-            sheet = NameSheet(self.window())
-            sheet.named.connect(self._presenter.files.named)
+            words, button = _TITLES[wish]
+            sheet = LineSheet(self.window(), words, "Name", button, title, "My Rembrandt")
+            sheet.taken.connect(partial(self._presenter.files.named, wish))
             sheet.closed.connect(self._sheet_closed)
             # It lies over the window, not in this screen, and would outlive it.
             self.destroyed.connect(sheet.deleteLater)
             self._sheet = sheet
-            sheet.ask(wish, title)
+            sheet.open(sheet.field.edit)
 
     def show_trouble(self, sentence: str) -> None:
         """Say beside the name why it cannot be taken; empty: it was."""
@@ -278,6 +200,9 @@ class PaintScreen(QWidget):
             (files.export if what == "export" else files.import_style)(path)
 
     # -- helpers -------------------------------------------------------------------------------
+
+    def _change_brush(self, field: str, value: object) -> None:
+        self._presenter.tools.change(**{field: value})
 
     def _sheet_closed(self) -> None:
         sheet, self._sheet = self._sheet, None

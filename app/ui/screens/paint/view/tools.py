@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QRectF, QSize, Qt, Signal, SignalInstance
 from PySide6.QtGui import QPainter, QPaintEvent
-from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QButtonGroup, QSizePolicy, QWidget
 
 from app.core.painting.stroke import Tool
-from app.ui.screens.paint.brush import LARGEST, SMALLEST
+from app.ui.screens.paint.state import LARGEST, SMALLEST
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import Roving
@@ -17,6 +17,7 @@ from app.ui.widgets.buttons import Button, IconButton, Pressable, button_look, n
 from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.fields import ListField, Toggle
 from app.ui.widgets.labels import Text, draw_sign
+from app.ui.widgets.layouts import column, row
 from app.ui.widgets.lists import Entry, ListPopup
 from app.ui.widgets.paint import RIGHT, box, put_text
 from app.ui.widgets.surfaces import Divider, Scroll, Surface
@@ -26,27 +27,30 @@ if TYPE_CHECKING:
     from app.ui.screens.paint.state import PaintState
 
 _TOOLS: Final = (
-    (Tool.BRIGHTER, "Brighter", "B"),
-    (Tool.DARKER, "Darker", "D"),
-    (Tool.IGNORE, "Ignore", "I"),
-    (Tool.RESTORE, "Restore", "R"),
+    (Tool.BRIGHTER, "B", "here the face should get more light"),
+    (Tool.DARKER, "D", "here the face should get less light"),
+    (Tool.IGNORE, "I", "here it does not matter"),
+    (Tool.RESTORE, "R", "back to what painting started from"),
 )
-_TIPS: Final = {
-    Tool.BRIGHTER: "Brighter: here the face should get more light",
-    Tool.DARKER: "Darker: here the face should get less light",
-    Tool.IGNORE: "Ignore: here it does not matter",
-    Tool.RESTORE: "Restore: back to what painting started from",
-}
-_DEFAULTS: Final = (64.0, 30.0, 70.0)
+"""Tool, key and what it does."""
+
+_SLIDERS: Final = (
+    ("diameter", "Size", SMALLEST, LARGEST, 64.0, 2.0, 1.0, "px"),
+    ("strength", "Strength", 5.0, 100.0, 30.0, 5.0, 100.0, "%"),
+    ("softness", "Softness", 0.0, 100.0, 70.0, 5.0, 100.0, "%"),
+)
+"""Field of the brush, name, least, most, first value, step, how many of its units make 1, unit."""
+
 _START_WIDTH: Final = 280
 
 
 class _ToolButton(Pressable):
     """One tool: sign, name and its key; in narrow windows the sign alone."""
 
-    def __init__(self, tool: Tool, name: str, key: str, compact: bool) -> None:
+    def __init__(self, tool: Tool, key: str, does: str, compact: bool) -> None:
+        name = tool.value.capitalize()
         super().__init__(name)
-        self.set_tip(_TIPS[tool], key)
+        self.set_tip(f"{name}: {does}", key)
         self.tool = tool
         self._key = key
         self._compact = compact
@@ -96,15 +100,11 @@ class _Tools(QWidget):
         self.setAccessibleName("Tool")
         self._group = QButtonGroup(self)
         self._buttons: dict[Tool, _ToolButton] = {}
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(theme().px(4) if compact else 0)
-        for tool, name, key in _TOOLS:
-            button = _ToolButton(tool, name, key, compact)
+        for tool, key, does in _TOOLS:
+            button = self._buttons[tool] = _ToolButton(tool, key, does, compact)
             button.clicked.connect(lambda _on=False, tool=tool: self.chosen.emit(tool))
             self._group.addButton(button)
-            self._buttons[tool] = button
-            column.addWidget(button)
+        column(*self._buttons.values(), into=self, gap=4 if compact else 0)
         self._roving = Roving(self)
         self._roving.set_members(list(self._buttons.values()))
         self._roving.moved.connect(self._moved)
@@ -121,60 +121,53 @@ class _Tools(QWidget):
 class BrushSliders(QWidget):
     """Size, strength and softness.
 
-    Attributes
-    ----------
-    size_changed, strength_changed, softness_changed : Signal(float)
-        Canvas pixels, and shares from 0 to 1.
+    `changed`, Signal(str, float): field of the brush, and its value: canvas pixels, or a share
+    from 0 to 1.
     """
 
-    size_changed = Signal(float)
-    strength_changed = Signal(float)
-    softness_changed = Signal(float)
+    changed = Signal(str, float)
 
     def __init__(self, across: bool) -> None:
         super().__init__()
-        size, strength, softness = _DEFAULTS
-        self._size = LabelledSlider("Size", SMALLEST, LARGEST, size, 2, lambda v: f"{v:.0f} px")
-        self._strength = LabelledSlider("Strength", 5, 100, strength, 5, _percent)
-        self._softness = LabelledSlider("Softness", 0, 100, softness, 5, _percent)
-        self._size.changed.connect(self.size_changed)
-        self._strength.changed.connect(lambda value: self.strength_changed.emit(value / 100))
-        self._softness.changed.connect(lambda value: self.softness_changed.emit(value / 100))
-        self._size.setToolTip("Size ([ and ])")
-        t = theme()
-        row = QHBoxLayout(self) if across else QVBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(24 if across else 12))
-        for slider in (self._size, self._strength, self._softness):
-            row.addWidget(slider)
+        self._sliders: dict[str, tuple[LabelledSlider, float]] = {}
+        for field, name, least, most, first, step, parts, unit in _SLIDERS:
+            words = "{:.0f} " + unit
+            slider = LabelledSlider(name, least, most, first, step, words.format)
+            slider.changed.connect(
+                lambda value, field=field, parts=parts: self.changed.emit(field, value / parts)
+            )
+            self._sliders[field] = (slider, parts)
+        self._sliders["diameter"][0].setToolTip("Size ([ and ])")
+        sliders = [slider for slider, _ in self._sliders.values()]
+        if across:
+            row(*sliders, into=self, gap=24)
+        else:
+            column(*sliders, into=self, gap=12)
 
     def show_brush(self, brush: Brush) -> None:
         """Show the brush's numbers."""
-        self._size.set_value(brush.diameter)
-        self._strength.set_value(100 * brush.strength)
-        self._softness.set_value(100 * brush.softness)
-
-
-def _percent(value: float) -> str:
-    return f"{value:.0f} %"
+        for field, (slider, parts) in self._sliders.items():
+            slider.set_value(parts * getattr(brush, field))
 
 
 class _Common(Surface):
-    """What both layouts of the tools have in common."""
+    """What both layouts of the tools have in common.
 
-    tool_chosen = Signal(object)
-    mirror_switched = Signal(bool)
-    pressure_switched = Signal(bool)
+    `brush_changed`, Signal(str, object): field of the brush, and its value.
+    """
+
+    brush_changed = Signal(str, object)
     start_chosen = Signal(str)
     undo_asked = Signal()
     redo_asked = Signal()
     clear_asked = Signal()
+    _clear: Button | IconButton
 
     def __init__(self, compact: bool) -> None:
         super().__init__("panel", ("right",))
         self.setAccessibleName("Tools")
         self._tools = _Tools(compact)
-        self._tools.chosen.connect(self.tool_chosen)
+        self._tools.chosen.connect(lambda tool: self.brush_changed.emit("tool", tool))
         self._undo = IconButton("undo", "Undo", shortcut="Ctrl Z")
         self._redo = IconButton("redo", "Redo", shortcut="Ctrl Shift Z")
         self._undo.clicked.connect(self.undo_asked)
@@ -193,7 +186,7 @@ class _Common(Surface):
         if last is None or now != (last.undo, last.redo, last.can_clear):
             name_step(self._undo, "Undo", state.undo, "Ctrl Z")
             name_step(self._redo, "Redo", state.redo, "Ctrl Shift Z")
-            self.show_clear(state.can_clear)
+            self._clear.set_available(state.can_clear, "Nothing painted yet")
 
     def show_brush(self, brush: Brush) -> None:
         """Show size, strength and the like."""
@@ -203,9 +196,8 @@ class _Common(Surface):
         """Show what can be started from, and what was."""
         raise NotImplementedError
 
-    def show_clear(self, works: bool) -> None:
-        """Show whether there are strokes to clear."""
-        raise NotImplementedError
+    def _switches(self, field: str, signal: SignalInstance) -> None:
+        signal.connect(lambda on: self.brush_changed.emit(field, on))
 
 
 class ToolColumn(_Common):
@@ -220,53 +212,23 @@ class ToolColumn(_Common):
         self._pressure = Toggle("Pen pressure", "pen")
         self._start = ListField("Start from")
         self._clear = Button("Clear strokes")
-        self._mirror.switched.connect(self.mirror_switched)
-        self._pressure.switched.connect(self.pressure_switched)
+        self._switches("mirror", self._mirror.switched)
+        self._switches("pen_pressure", self._pressure.switched)
         self._start.chosen.connect(self.start_chosen)
         self._clear.clicked.connect(self.clear_asked)
-        outer = QVBoxLayout(self)
-        outer.setContentsMargins(0, 0, t.line_width, t.px(16))
-        outer.setSpacing(t.px(8))
-        outer.addWidget(Scroll(self._upper()), 1)
-        outer.addLayout(self._foot())
-
-    def _upper(self) -> QWidget:
-        t = theme()
-        upper = QWidget()
-        upper.setProperty("focusHost", True)
-        column = QVBoxLayout(upper)
-        column.setContentsMargins(t.px(16), t.px(16), t.px(16) - t.line_width, 0)
-        column.setSpacing(0)
-        column.addWidget(Text("Tool", 12, 600, "dim"))
-        column.addSpacing(t.px(6))
-        column.addWidget(self._tools)
-        column.addSpacing(t.px(16))
-        column.addWidget(self.sliders)
-        column.addSpacing(t.px(16))
-        column.addWidget(Divider())
-        column.addSpacing(t.px(12))
-        column.addWidget(self._mirror)
-        column.addWidget(self._pressure)
-        column.addSpacing(t.px(12))
-        column.addWidget(Divider())
-        column.addSpacing(t.px(12))
-        column.addWidget(self._start)
-        column.addStretch(1)
-        return upper
-
-    def _foot(self) -> QVBoxLayout:
-        t = theme()
-        pair = QHBoxLayout()
-        pair.setSpacing(t.px(8))
         for button in (self._undo, self._redo):
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-            pair.addWidget(button)
-        foot = QVBoxLayout()
-        foot.setContentsMargins(t.px(16), 0, t.px(16) - t.line_width, 0)
-        foot.setSpacing(t.px(8))
-        foot.addLayout(pair)
-        foot.addWidget(self._clear)
-        return foot
+        upper = QWidget()
+        upper.setProperty("focusHost", True)
+        tools = (Text("Tool", 12, 600, "dim"), 6, self._tools, 16, self.sliders, 16)
+        toggles = (Divider(), 12, self._mirror, self._pressure, 12, Divider(), 12)
+        inner = column(*tools, *toggles, self._start, ..., into=upper)
+        foot = column(row(self._undo, self._redo, gap=8), self._clear, gap=8)
+        side, edge = t.px(16), t.px(16) - t.line_width
+        inner.setContentsMargins(side, side, edge, 0)
+        foot.setContentsMargins(side, 0, edge, 0)
+        outer = column((Scroll(upper), 1), foot, into=self, gap=8)
+        outer.setContentsMargins(0, 0, t.line_width, side)
 
     def show_brush(self, brush: Brush) -> None:
         """Show size, strength and the like."""
@@ -280,10 +242,6 @@ class ToolColumn(_Common):
         self._start.box.set_available(bool(state.starts), state.notice)
         if state.starts:
             self._start.choose(state.start)
-
-    def show_clear(self, works: bool) -> None:
-        """Show whether there are strokes to clear."""
-        self._clear.set_available(works, "Nothing painted yet")
 
 
 class ToolStrip(_Common):
@@ -302,29 +260,24 @@ class ToolStrip(_Common):
         self._popup = ListPopup(self._start, "Start from")
         self._entries: list[Entry] = []
         self._chosen = ""
-        self._mirror.clicked.connect(self.mirror_switched)
-        self._pressure.clicked.connect(self.pressure_switched)
+        self._switches("mirror", self._mirror.clicked)
+        self._switches("pen_pressure", self._pressure.clicked)
         self._start.clicked.connect(self._open_starts)
         self._popup.chosen.connect(self._start_picked)
         self._clear.clicked.connect(self.clear_asked)
-        inner = QWidget()
-        column = QVBoxLayout(inner)
-        column.setContentsMargins(0, t.px(8), 0, t.px(8))
-        column.setSpacing(t.px(4))
         middle = Qt.AlignmentFlag.AlignHCenter
-        column.addWidget(self._tools, 0, middle)
-        for group in ((self._mirror, self._pressure), (self._start,)):
-            column.addSpacing(t.px(4))
-            column.addWidget(Divider())
-            column.addSpacing(t.px(4))
-            for button in group:
-                column.addWidget(button, 0, middle)
-        column.addStretch(1)
-        for button in (self._undo, self._redo, self._clear):
-            column.addWidget(button, 0, middle)
-        outer = QVBoxLayout(self)
-        outer.setContentsMargins(0, 0, t.line_width, 0)
-        outer.addWidget(Scroll(inner))
+        inner = QWidget()
+        column(
+            (self._tools, 0, middle),
+            *(4, Divider(), 4, (self._mirror, 0, middle), (self._pressure, 0, middle)),
+            *(4, Divider(), 4, (self._start, 0, middle)),
+            ...,
+            *((button, 0, middle) for button in (self._undo, self._redo, self._clear)),
+            into=inner,
+            gap=4,
+            margins=(0, 8, 0, 8),
+        )
+        column(Scroll(inner), into=self, gap=None).setContentsMargins(0, 0, t.line_width, 0)
 
     def show_brush(self, brush: Brush) -> None:
         """Show mirror and pen pressure."""
@@ -338,10 +291,6 @@ class ToolStrip(_Common):
         words = next((entry.text for entry in self._entries if entry.key == state.start), "")
         self._start.set_tip(f"Start from: {words}" if words else "Start from")
         self._start.set_available(bool(state.starts), state.notice)
-
-    def show_clear(self, works: bool) -> None:
-        """Show whether there are strokes to clear."""
-        self._clear.set_available(works, "Nothing painted yet")
 
     def _open_starts(self) -> None:
         self._popup.drop(self._start, self._entries, self._chosen, theme().px(_START_WIDTH))

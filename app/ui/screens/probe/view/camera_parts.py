@@ -15,7 +15,7 @@ from app.ui.widgets.buttons import Button, Pressable
 from app.ui.widgets.displays import Bar, Picture, Spinner
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import boxed, hbox, vbox
+from app.ui.widgets.layouts import boxed, column, row
 from app.ui.widgets.lists import Cell, Column, TableRow
 from app.ui.widgets.paint import LEFT, box, hover_fill, put_text, selected_edge
 
@@ -65,10 +65,10 @@ class CameraHead(QWidget):
         self._warning = Icon("warning", 16, "err")
         self._spinner = Spinner("Looking for cameras")
         self.change = Button("Change", size="small")
-        line = hbox(self._spinner, self._warning, (self.second, 1), gap=t.px(6))
-        words = vbox(None, self.title, line, None, gap=0)
-        whole = hbox(_Badge(), (words, 1), self.change, on=self, gap=t.px(16))
-        whole.setAlignment(self.change, Qt.AlignmentFlag.AlignVCenter)
+        line = row(self._spinner, self._warning, (self.second, 1), gap=6)
+        words = column(..., self.title, line, ...)
+        change = (self.change, 0, Qt.AlignmentFlag.AlignVCenter)
+        row(_Badge(), (words, 1), change, into=self, gap=16)
         self.change.clicked.connect(self.change_asked)
 
     def show_block(self, block: CameraBlock) -> None:
@@ -95,7 +95,6 @@ class CameraPanel(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        t = theme()
         self._block: CameraBlock | None = None
         self.rows: list[TableRow] = []
         self.trouble = Text("", 14, wrap=True)
@@ -108,13 +107,12 @@ class CameraPanel(QWidget):
         self.password.edit.setEchoMode(QLineEdit.EchoMode.Password)
         self.hint = Text("", 12, role="dim", wrap=True)
         self.give = Button("Use this password", size="small")
-        self._rows = vbox(gap=0)
-        secret = vbox(self.user, self.password, self.hint, self.give, gap=t.px(8))
-        secret.setAlignment(self.give, Qt.AlignmentFlag.AlignLeft)
-        self._secret = boxed(secret)
-        buttons = hbox(self.ask, self.search, None, gap=t.px(8))
+        self._rows = column()
+        give = (self.give, 0, Qt.AlignmentFlag.AlignLeft)
+        self._secret = boxed(column(self.user, self.password, self.hint, give, gap=8))
+        buttons = row(self.ask, self.search, ..., gap=8)
         parts = (self.trouble, self._rows, self.note, self.address, buttons, self._secret)
-        vbox(*parts, on=self, gap=t.px(8), margins=(0, 0, 0, t.px(16)))
+        column(*parts, into=self, gap=8, margins=(0, 0, 0, 16))
         self._connect()
 
     def _connect(self) -> None:
@@ -158,11 +156,11 @@ class CameraPanel(QWidget):
                 old.hide()
                 old.deleteLater()
             self.rows = [self._made(row) for row in rows]
-        for view, row in zip(self.rows, rows, strict=True):
-            view.set(_cells(row))
-            view.setToolTip(f"{row.title}, {row.second}")
-            view.setAccessibleName(f"{row.title}, {row.second}")
-            view.set_selected(row.key == chosen)
+        for view, one in zip(self.rows, rows, strict=True):
+            view.set(_cells(one))
+            view.setToolTip(f"{one.title}, {one.second}")
+            view.setAccessibleName(f"{one.title}, {one.second}")
+            view.set_selected(one.key == chosen)
 
     def _made(self, row: CameraRow) -> TableRow:
         view = TableRow(_COLUMNS, _cells(row))
@@ -280,9 +278,9 @@ class _FrameView(QWidget):
         self._bar.setMaximumWidth(t.px(400))
         self._bar.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
         # Under the exposure, or where there is room at its right.
-        first = [self.ev, self.shutter] if narrow else [hbox(self.ev, None, self.shutter)]
-        second = hbox(self._clip_icon, (self.clipped, 1), gap=t.px(4))
-        vbox(self.picture, t.px(4), self._bar, *first, second, on=self, gap=0)
+        first = [self.ev, self.shutter] if narrow else [row(self.ev, ..., self.shutter, gap=None)]
+        second = row(self._clip_icon, (self.clipped, 1), gap=4)
+        column(self.picture, 4, self._bar, *first, second, into=self)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
 
     def show_tile(self, tile: FrameTile) -> None:
@@ -380,7 +378,7 @@ class _StepRow(QWidget):
         self.words = Text("", 14)
         self.left = Text("", 14, role="dim")
         marks = (self._ring, self._check, self._spinner)
-        hbox(*marks, (self.words, 1), self.left, on=self, gap=t.px(12))
+        row(*marks, (self.words, 1), self.left, into=self, gap=12)
 
     def show_mark(self, mark: StepMark, left: str) -> None:
         self._ring.setVisible(mark.state == "waiting")
@@ -398,18 +396,17 @@ class StepList(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        gap = theme().px(8)
         self.rows = [_StepRow() for _ in range(5)]
         self.band = MoveBand()
         self.message = Text("", 12, role="dim", elide=True)
         self.rough = Text("", 14, wrap=True)
-        vbox(self.band, gap, *self.rows, gap, self.message, gap, self.rough, on=self, gap=0)
+        column(self.band, 8, *self.rows, 8, self.message, 8, self.rough, into=self)
 
     def show_running(self, running: Running) -> None:
         """Show how far it is."""
         self.band.setVisible(running.may_move)
-        for row, mark in zip(self.rows, running.steps, strict=True):
-            row.show_mark(mark, running.left)
+        for line, mark in zip(self.rows, running.steps, strict=True):
+            line.show_mark(mark, running.left)
         self.message.set_text(running.message)
         self.rough.set_text(running.rough)
         self.rough.setVisible(bool(running.rough))

@@ -12,7 +12,7 @@ from app.ui.theme import theme
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import boxed, hbox, vbox
+from app.ui.widgets.layouts import boxed, column, row
 from app.ui.widgets.lists import Cell, Column, TableHead, TableRow
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.plots.panorama import PanoramaView, SceneLamp
@@ -76,20 +76,20 @@ class LightColumn(QWidget):
         self.panorama = PanoramaView()
         OwnKeys(self.panorama.grip)
         self.empty = Empty(_EMPTY, "Try the demo place", "probe")
-        self._side, top, gap = (t.px(each) for each in ((16, 12, 8) if compact else (24, 16, 12)))
-        self._body = vbox(
+        side, top, gap = (16, 12, 8) if compact else (24, 16, 12)
+        self._side = t.px(side)
+        self._body = column(
             self.tools,
             gap,
             (self._well(), 1),
-            t.px(8),
+            8,
             (self._below(), 0 if compact else 1),
             gap,
             self._age_line(),
             gap,
             self._drop_row(),
-            on=self,
-            gap=0,
-            margins=(self._side, top, self._side, top),
+            into=self,
+            margins=(side, top, side, top),
         )
         self._connect()
 
@@ -98,7 +98,7 @@ class LightColumn(QWidget):
     def _well(self) -> QWidget:
         t = theme()
         frame = Frame("panel", "line")
-        vbox(self.empty, on=frame)
+        column(self.empty, into=frame, gap=None)
         self._stack = QStackedWidget()
         self._stack.addWidget(frame)
         self._stack.addWidget(self.panorama)
@@ -145,20 +145,20 @@ class LightColumn(QWidget):
         self._rows_box = QWidget()
         self._note = Text("", role="dim")
         self._note.setFixedHeight(theme().px(_ROW))
-        self._rows = vbox(self._note, None, on=self._rows_box, gap=0)
+        self._rows = column(self._note, ..., into=self._rows_box)
         self.lamps: list[TableRow] = []
-        head = hbox(TableHead(self._columns))
+        head = row(TableHead(self._columns), gap=None)
         scroll = _Rows(self._rows_box)
         scroll.setAccessibleName("Lamps found")
         # The head keeps its columns over those of the rows, which make way for the bar.
         scroll.bar_changed.connect(lambda width: head.setContentsMargins(0, 0, width, 0))
-        return boxed(vbox(head, (scroll, 1), gap=0))
+        return boxed(column(head, (scroll, 1)))
 
     def _age_line(self) -> QWidget:
         t = theme()
         self._age_icon = Icon("clock", 16, "dim")
         self._age = Text("", 14, role="dim", elide=True)
-        line = boxed(hbox(self._age_icon, (self._age, 1), gap=t.px(8)))
+        line = boxed(row(self._age_icon, (self._age, 1), gap=8))
         line.setFixedHeight(t.px(20))
         return line
 
@@ -168,13 +168,13 @@ class LightColumn(QWidget):
         self._zone = Frame("none", "ctl", dashed=True)
         self._drop = Text(self._drop_words(""), 14, role="dim", elide=True)
         self._drop_icon = Icon("folder", 20, "dim")
-        margins = (t.px(20), 0, t.px(16), 0)
-        hbox(self._drop_icon, (self._drop, 1), on=self._zone, gap=t.px(12), margins=margins)
+        margins = (20, 0, 16, 0)
+        row(self._drop_icon, (self._drop, 1), into=self._zone, gap=12, margins=margins)
         self.open_button = Button("Open files…")
         self.open_button.set_tip("Open panoramas, brackets or photographs", "Ctrl O")
         self.watch_button = Button("Watch a folder…")
         self.watch_button.set_tip("Brackets that arrive in a folder become places")
-        line = boxed(hbox((self._zone, 1), self.open_button, self.watch_button, gap=t.px(8)))
+        line = boxed(row((self._zone, 1), self.open_button, self.watch_button, gap=8))
         for widget in (line, self.open_button, self.watch_button):
             widget.setFixedHeight(height)
         return line

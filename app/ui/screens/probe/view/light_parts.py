@@ -14,7 +14,7 @@ from app.ui.widgets.buttons import Button, IconButton, Pressable
 from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import hbox, vbox
+from app.ui.widgets.layouts import column, row
 from app.ui.widgets.paint import put_text, text_width
 from app.ui.widgets.surfaces import Card
 
@@ -71,12 +71,11 @@ class RecentPlaces(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        t = theme()
         self.tiles: list[_Tile] = []
         self._title = Text("Recent places", 12, 600, "dim")
-        self._line = hbox(gap=t.px(8))
+        self._line = row(gap=8)
         self._roving = Roving(self)
-        vbox(self._title, self._line, None, on=self, gap=t.px(6), margins=(0, t.px(8), 0, 0))
+        column(self._title, self._line, ..., into=self, gap=6, margins=(0, 8, 0, 0))
         self._title.hide()
 
     def show_rows(self, rows: tuple[PlacesListRow, ...]) -> None:
@@ -144,8 +143,8 @@ class Tools(QWidget):
             self.exposure.setMinimumWidth(t.px(200))
         self.layers: dict[str, Pressable] = {}
         self._there: bool | None = None
-        near = (self.whole, self.out, self.percent, self.near, t.px(8), Icon("sun", 20, "dim"))
-        line = hbox(*near, (self.exposure, 1), on=self, gap=t.px(8))
+        near = (self.whole, self.out, self.percent, self.near, 8, Icon("sun", 20, "dim"))
+        line = row(*near, (self.exposure, 1), into=self, gap=8)
         line.addStretch(0 if compact else 1)
         for key, words, icon, tip in _LAYERS:
             line.addWidget(self._layer(key, words, icon, tip, compact))

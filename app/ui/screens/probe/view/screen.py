@@ -23,7 +23,7 @@ from app.ui.widgets.buttons import Button
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import ask_files, ask_folder
 from app.ui.widgets.labels import Text
-from app.ui.widgets.layouts import boxed, hbox, vbox
+from app.ui.widgets.layouts import boxed, column, row
 from app.ui.widgets.messages import Banner
 from app.ui.widgets.surfaces import Room, Scroll, Surface
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from app.ui.screens.probe.presenter import ProbePresenter
     from app.ui.screens.probe.state import Notice, ProbeState
     from app.ui.widgets.labels import Role
-    from app.ui.widgets.layouts import Part
+    from app.ui.widgets.layouts import Item
 
 
 _WIDTH: Final = 440
@@ -60,7 +60,8 @@ class CameraColumn(Surface):
         self._buttons_shown: tuple[object, ...] = ()
         self.setProperty("noFocusRing", True)
         t = theme()
-        self._side = t.px(16 if compact else 24)
+        self._margin = 16 if compact else 24
+        self._side = t.px(self._margin)
         self.setFixedWidth(t.px(_COMPACT_WIDTH if compact else _WIDTH))
         self.head = CameraHead(compact)
         self.panel = CameraPanel()
@@ -76,9 +77,9 @@ class CameraColumn(Surface):
         scroll = Scroll(self._middle())
         scroll.setAccessibleName("Capture")
         scroll.bar_changed.connect(self._make_way)
-        edge, gap = (t.px(12), t.px(8)) if compact else (t.px(16), t.px(12))
+        edge, gap = (12, 8) if compact else (16, 12)
         parts = (head, gap, (scroll, 1), gap, self._inset(self._buttons()))
-        vbox(*parts, on=self, gap=0, margins=(0, edge, 0, edge))
+        column(*parts, into=self, margins=(0, edge, 0, edge))
         self._connect()
 
     def take_width(self, free: int) -> None:
@@ -98,7 +99,7 @@ class CameraColumn(Surface):
 
     def _inset(self, widget: QWidget) -> QWidget:
         box = QWidget()
-        hbox(widget, on=box, margins=(self._side, 0, self._side, 0))
+        row(widget, into=box, margins=(self._margin, 0, self._margin, 0))
         return box
 
     def _make_way(self, width: int) -> None:
@@ -108,10 +109,9 @@ class CameraColumn(Surface):
         self._content.setContentsMargins(around)
 
     def _middle(self) -> QWidget:
-        t = theme()
-        gap = t.px(8 if self._compact else 12)
+        gap = 8 if self._compact else 12
         content = QWidget()
-        self._content = vbox(
+        self._content = column(
             self.panel,
             self._plans(),
             gap,
@@ -121,22 +121,20 @@ class CameraColumn(Surface):
             gap,
             self.steps,
             self.banner,
-            None,
-            on=content,
-            gap=0,
-            margins=(self._side, t.px(4), self._side, t.px(4)),
+            ...,
+            into=content,
+            margins=(self._margin, 4, self._margin, 4),
         )
         return content
 
-    def _headed(self, words: str, *parts: Part) -> QWidget:
+    def _headed(self, words: str, *parts: Item) -> QWidget:
         """Put parts under their heading; the narrow layout has no room for it."""
         head = [] if self._compact else [Text(words, 12, 600, "dim")]
-        return boxed(vbox(*head, *parts, gap=theme().px(6)))
+        return boxed(column(*head, *parts, gap=6))
 
     def _plans(self) -> QWidget:
-        t = theme()
-        line = hbox(Text("Self-timer", 12, 600, "dim"), (self.timer, 1), gap=t.px(16))
-        return self._headed("Plan", self.plan, t.px(2 if self._compact else 6), line)
+        line = row(Text("Self-timer", 12, 600, "dim"), (self.timer, 1), gap=16)
+        return self._headed("Plan", self.plan, 2 if self._compact else 6, line)
 
     def _checklist(self) -> QWidget:
         t = theme()
@@ -152,12 +150,11 @@ class CameraColumn(Surface):
 
     def _frames(self) -> QWidget:
         self._frames_note = Text("", 12, role="dim")
-        line = hbox(Text("Frames", 12, 600, "dim"), None, self._frames_note)
-        self._frames_box = boxed(vbox(line, self.frames, gap=theme().px(6)))
+        line = row(Text("Frames", 12, 600, "dim"), ..., self._frames_note, gap=None)
+        self._frames_box = boxed(column(line, self.frames, gap=6))
         return self._frames_box
 
     def _buttons(self) -> QWidget:
-        t = theme()
         self.capture = Button("Capture", "camera", "primary", "main")
         self.capture.set_tip("Meter, take the frames and merge them", "Space")
         self.again = Button("Capture again", "" if self._compact else "camera", size="main")
@@ -167,7 +164,7 @@ class CameraColumn(Surface):
         self.stop = Button("Cancel", "cancel", size="main")
         self.stop.set_tip("Stop; the camera gets its own settings back", "Esc")
         parts = ((self.capture, 1), (self.again, 4), (self.styles, 5), (self.stop, 1))
-        return boxed(hbox(*parts, gap=t.px(8)))
+        return boxed(row(*parts, gap=8))
 
     def _connect(self) -> None:
         presenter, cameras = self._presenter, self._presenter.cameras
@@ -265,7 +262,7 @@ class ProbeScreen(QWidget):
         self._presenter = presenter
         self.light = LightColumn(presenter, compact)
         self.camera = CameraColumn(presenter, compact)
-        hbox((Room(self.light, *_LEAST), 1), self.camera, on=self, gap=0)
+        row((Room(self.light, *_LEAST), 1), self.camera, into=self)
         self.light.files_asked.connect(self.ask_files)
         self.light.folder_asked.connect(self.ask_folder)
         self._capturing = False

@@ -14,7 +14,7 @@ from app.ui.widgets.accessibility import describe
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.displays import draw_meter, to_image
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import hbox, vbox
+from app.ui.widgets.layouts import column, row
 from app.ui.widgets.paint import RIGHT, box, put_text, text_width
 from app.ui.widgets.surfaces import Card, Frame
 
@@ -169,12 +169,11 @@ class PaintCard(Card):
 
     def __init__(self) -> None:
         super().__init__("Paint a new style", dashed=True)
-        t = theme()
         title = Text("Paint a new style", 14, 600, elide=True)
-        head = hbox(Icon("brush", 20), (title, 1), gap=t.px(10))
+        head = row(Icon("brush", 20), (title, 1), gap=10)
         words = "Say where the face should be brighter and darker."
         more = Text(words, 12, role="dim", wrap=True)
-        vbox(None, head, more, None, on=self, gap=t.px(8), margins=(t.px(16),) * 4)
+        column(..., head, more, ..., into=self, gap=8, margins=16)
         self.setAccessibleDescription(words)
 
 
@@ -183,18 +182,16 @@ class DamagedCard(Frame):
 
     def __init__(self, state: CardState) -> None:
         super().__init__()
-        t = theme()
         self._state = state
         self.setAccessibleName(state.spoken)
         self.setToolTip(state.tip)
         title = Text(state.title, 14, 600, elide=True)
-        head = hbox(Icon("warning", 20), (title, 1), gap=t.px(8))
+        head = row(Icon("warning", 20), (title, 1), gap=8)
         line = Text(state.line, 12, role="dim", wrap=True)
         self.button = Button("Show file", "folder", size="small")
         self.button.clicked.connect(self._show_file)
-        margins = (t.px(12), t.px(8), t.px(12), t.px(8))
-        whole = vbox(head, line, None, self.button, on=self, gap=t.px(4), margins=margins)
-        whole.setAlignment(self.button, Qt.AlignmentFlag.AlignLeft)
+        button = (self.button, 0, Qt.AlignmentFlag.AlignLeft)
+        column(head, line, ..., button, into=self, gap=4, margins=(12, 8, 12, 8))
 
     def _show_file(self) -> None:
         if self._state.damaged is not None:

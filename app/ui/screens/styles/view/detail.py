@@ -15,7 +15,7 @@ from app.ui.widgets.choices import Segmented
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Icon, Sign, Text
-from app.ui.widgets.layouts import boxed, hbox, vbox
+from app.ui.widgets.layouts import boxed, column, row
 from app.ui.widgets.plots.polar import PolarPlot
 from app.ui.widgets.plots.weights import WeightPanorama
 from app.ui.widgets.surfaces import Menu, Scroll, Surface
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from app.ui.presenters.actions import Action
     from app.ui.widgets.buttons import Size
-    from app.ui.widgets.layouts import Part
+    from app.ui.widgets.layouts import Item
 
 _MARGIN: Final = 24
 _GAP: Final = 8
@@ -80,7 +80,7 @@ class _Title(QWidget):
         self._field = TextField("Name of the style", show_label=False)
         self._field.entered.connect(self.renamed)
         self._field.hide()
-        vbox(self._text, self._side, self._field, on=self, gap=0)
+        column(self._text, self._side, self._field, into=self)
 
     def show_words(self, title: str, side: str) -> None:
         if title != self._text.text():
@@ -122,9 +122,8 @@ class _Legend(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        t = theme()
         helps, harms = (Text(f"light {does}", 12, role="dim") for does in ("helps", "harms"))
-        hbox(Sign("plus"), helps, t.px(8), Sign("minus"), harms, None, on=self, gap=t.px(8))
+        row(Sign("plus"), helps, 8, Sign("minus"), harms, ..., into=self, gap=8)
 
 
 class _Warning(QWidget):
@@ -135,9 +134,8 @@ class _Warning(QWidget):
         t = theme()
         self._icon = Icon("warning", 16)
         self._text = Text("", 12, wrap=True)
-        line = hbox(self._icon, (self._text, 1), on=self, gap=t.px(8))
-        for widget in (self._icon, self._text):
-            line.setAlignment(widget, Qt.AlignmentFlag.AlignTop)
+        top = Qt.AlignmentFlag.AlignTop
+        row((self._icon, 0, top), (self._text, 1, top), into=self, gap=8)
         self.setFixedHeight(t.px(32))
         self.say("", "", strong=False)
 
@@ -211,31 +209,31 @@ class Detail(Surface):
 
     # -- places --------------------------------------------------------------------------------
 
-    def _lay(self, *parts: Part) -> None:
+    def _lay(self, *parts: Item) -> None:
         """Let all scroll where there is too little height; the buttons below stay in sight."""
         t = theme()
         inside = QWidget()
-        gap = t.px(8 if self._compact else 12)
-        self._content = vbox(
+        gap = 8 if self._compact else 12
+        self._content = column(
             self._title,
             gap,
-            hbox(self.target, self.here, gap=t.px(8)),
+            row(self.target, self.here, gap=8),
             gap,
             *parts,
-            t.px(4),
+            4,
             self._warning,
-            None,
-            on=inside,
-            gap=0,
-            margins=(t.px(_MARGIN) - t.line_width, t.px(16), t.px(_MARGIN), 0),
+            ...,
+            into=inside,
         )
+        left, right = t.px(_MARGIN) - t.line_width, t.px(_MARGIN)
+        self._content.setContentsMargins(left, t.px(16), right, 0)
         scroll = Scroll(inside)
         scroll.setAccessibleName("About the chosen style")
         scroll.bar_changed.connect(self._make_way)
-        sides = (t.px(_MARGIN) - t.line_width, 0, t.px(_MARGIN), 0)
-        buttons = hbox((self.main, 1), self.paint, self.more, gap=t.px(8), margins=sides)
-        around = (t.line_width, 0, 0, t.px(16 if self._compact else 24))
-        self._whole = vbox((scroll, 1), buttons, on=self, gap=t.px(4), margins=around)
+        buttons = row((self.main, 1), self.paint, self.more, gap=8)
+        buttons.setContentsMargins(left, 0, right, 0)
+        self._whole = column((scroll, 1), buttons, into=self, gap=4)
+        self._whole.setContentsMargins(t.line_width, 0, 0, t.px(16 if self._compact else 24))
 
     def _make_way(self, width: int) -> None:
         """Let the bar lie in the margin."""
@@ -245,27 +243,24 @@ class Detail(Surface):
 
     def _lay_full(self) -> None:
         t = theme()
-        numbers = boxed(vbox(self.words, t.px(8), self.facts, None, gap=0))
-        numbers.layout().setContentsMargins(0, t.px(4), 0, 0)  # type: ignore[union-attr]
+        numbers = boxed(column(self.words, 8, self.facts, ..., margins=(0, 4, 0, 0)))
         # Words come and go with the needle; what is below must not move.
         numbers.setFixedHeight(t.px(_PLOT))
-        middle = hbox(self.plot, (numbers, 1), gap=t.px(16))
-        middle.setAlignment(self.plot, Qt.AlignmentFlag.AlignTop)
-        place = hbox(self.weights, self.background, gap=t.px(8))
-        self._lay(middle, t.px(12), place, t.px(8), self._legend)
+        middle = row((self.plot, 0, Qt.AlignmentFlag.AlignTop), (numbers, 1), gap=16)
+        place = row(self.weights, self.background, gap=8)
+        self._lay(middle, 12, place, 8, self._legend)
 
     def _lay_compact(self) -> None:
-        t = theme()
-        gap = t.px(8)
+        gap = 8
         tabs = Segmented(_TABS, name="Show", equal=False)
         self._pages = QStackedWidget()
         for page in (
-            boxed(hbox(self.plot, (self.facts, 1), gap=gap)),
-            boxed(vbox(self.weights, self._legend, None, gap=gap)),
+            boxed(row(self.plot, (self.facts, 1), gap=gap)),
+            boxed(column(self.weights, self._legend, ..., gap=gap)),
             self.background,
         ):
             self._pages.addWidget(page)
-        self._pages.setFixedHeight(t.px(_TAB))
+        self._pages.setFixedHeight(theme().px(_TAB))
         keys = [key for key, _ in _TABS]
         tabs.chosen.connect(lambda key: self._pages.setCurrentIndex(keys.index(key)))
         self._lay(self.words, gap, tabs, gap, self._pages)

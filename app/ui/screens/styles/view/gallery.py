@@ -21,7 +21,7 @@ from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.fields import ListField
 from app.ui.widgets.labels import Text
-from app.ui.widgets.layouts import hbox, vbox
+from app.ui.widgets.layouts import column, row
 from app.ui.widgets.surfaces import Scroll
 
 if TYPE_CHECKING:
@@ -162,9 +162,8 @@ class Gallery(QWidget):
         self._roving = Roving(self)
         self._roving.moved.connect(self._moved)
         self._empty = Text("", 14, role="dim", wrap=True)
-        t = theme()
         tools = self._made_tools()
-        vbox(tools, (self._scroll, 1), on=self, gap=t.px(_GAP), margins=(0, t.px(_TOP), 0, 0))
+        column(tools, (self._scroll, 1), into=self, gap=_GAP, margins=(0, _TOP, 0, 0))
         self._paint = PaintCard()
         self._paint.setParent(self._grid)
         self._paint.clicked.connect(self.paint_asked)
@@ -180,10 +179,10 @@ class Gallery(QWidget):
         self._sort = ListField("Sort by", _SORTS, show_label=False)
         self._sort.chosen.connect(self.sorted)
         self._sort.setFixedWidth(t.px(168 if not self._compact else 152))
-        margin = t.px(16 if self._compact else 24)
+        margin = 16 if self._compact else 24
         words = [] if self._compact else [Text("Sort by", 14, role="dim")]
-        parts = (self._filter, None, *words, self._sort)
-        return hbox(*parts, gap=t.px(8), margins=(margin, 0, margin, 0))
+        margins = (margin, 0, margin, 0)
+        return row(self._filter, ..., *words, self._sort, gap=8, margins=margins)
 
     def show_state(self, state: StylesState) -> None:
         """Show cards, filter and order; only what differs is touched."""

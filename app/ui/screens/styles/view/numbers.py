@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QGridLayout, QWidget
 
 from app.ui.theme import theme
 from app.ui.widgets.labels import Icon, Text
-from app.ui.widgets.layouts import hbox, vbox
+from app.ui.widgets.layouts import column, row
 
 if TYPE_CHECKING:
     from app.ui.screens.styles.state import DetailState
@@ -40,18 +40,18 @@ class TurnWords(QWidget):
         self._verdict = Text("", 12 if compact else 14, wrap=True)
         self._reason = Text("", 12, role="dim", wrap=True)
         icon = [self._icon] if compact else []
-        way = hbox(*icon, self._out, (self._direction, 1), gap=t.px(6))
+        way = row(*icon, self._out, (self._direction, 1), gap=6)
         self._missing = Text(_MISSING, 16, 600, wrap=True)
         self._missing.hide()
         words = (self._missing, way, self._clock, self._verdict, self._reason)
         if compact:
-            number = hbox(self._turn, gap=t.px(8))
-            hbox(number, (vbox(None, *words, None, gap=0), 1), on=self, gap=t.px(12))
+            number = row(self._turn, gap=8)
+            row(number, (column(..., *words, ...), 1), into=self, gap=12)
             self.setFixedHeight(t.px(_BESIDE))
         else:
             # The icon beside the number: the longest direction fills the line below.
-            number = hbox(self._turn, self._icon, None, gap=t.px(8))
-            vbox(number, (vbox(*words, gap=0), 1), on=self, gap=0)
+            number = row(self._turn, self._icon, ..., gap=8)
+            column(number, (column(*words), 1), into=self)
 
     def show_state(self, state: DetailState) -> None:
         """Show the turn of the needle, or why there is none."""

@@ -13,7 +13,7 @@ from app.ui.screens.styles.view.detail import Detail, picture_sizes
 from app.ui.screens.styles.view.gallery import Gallery, layout_for
 from app.ui.theme import theme
 from app.ui.widgets.dialogs import ask_file, ask_target
-from app.ui.widgets.layouts import hbox
+from app.ui.widgets.layouts import row
 from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class StylesScreen(QWidget):
         self.setAccessibleName("Styles")
         self.gallery = Gallery(compact)
         self.detail = Detail(compact, presenter.files.actions)
-        hbox((Room(self.gallery, *_LEAST), 1), self.detail, on=self, gap=0)
+        row((Room(self.gallery, *_LEAST), 1), self.detail, into=self)
         # Several sizes change with one resize; pictures are made once, after the last.
         self._later = QTimer(self, singleShot=True, interval=0)
         self._later.timeout.connect(self._tell_sizes)

@@ -9,21 +9,19 @@ from PySide6.QtWidgets import (
     QBoxLayout,
     QHBoxLayout,
     QSizePolicy,
-    QVBoxLayout,
     QWidget,
 )
 
 from app.core.text.turns import signed
 from app.ui.screens.turn.sources import NO_WEBCAMS
 from app.ui.screens.turn.state import ASPECT
-from app.ui.screens.turn.view.question import LEAST_HEIGHT, Question
-from app.ui.screens.turn.view.shots import ShotsLine
-from app.ui.screens.turn.view.well import Well
+from app.ui.screens.turn.view.parts import LEAST_HEIGHT, Question, ShotsLine, Well
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import set_available
 from app.ui.widgets.buttons import Button, IconButton
 from app.ui.widgets.choices import LabelledSlider
 from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.layouts import column, row
 from app.ui.widgets.plots.strip import BackgroundStrip, StripState
 from app.ui.widgets.surfaces import Menu
 
@@ -68,77 +66,44 @@ class LeftColumn(QWidget):
         self._more = IconButton("more", "Webcam", kind="quiet", size="small")
         self._more.clicked.connect(self._open_menu)
         self._tools: Tools | None = None
-        column = QVBoxLayout(self)
-        column.setContentsMargins(self._side, t.px(16), self._side, t.px(16))
-        column.setSpacing(0)
-        column.addLayout(self._wells_row())
-        column.addSpacing(t.px(16 if compact else 28))
-        column.addLayout(self._strip_row())
-        column.addSpacing(t.px(8))
         self.strip = BackgroundStrip()
         self.strip.stepped.connect(presenter.demo_step)
-        column.addWidget(self.strip)
-        column.addSpacing(t.px(8 if compact else 20))
-        column.addLayout(self._tools_row())
-        column.addSpacing(t.px(8 if compact else 12))
         self.shots = ShotsLine()
-        column.addWidget(self.shots)
-        self._demo: LabelledSlider | None = None
+        self.demo: LabelledSlider | None = None
         self._demo_needs = 0
-        self._column = column
-        column.addStretch(1)
-        self._question: Question | None = None
+        above, below, last = (16, 8, 8) if compact else (28, 20, 12)
+        pictures = (self._wells_row(), above, self._strip_row(), 8, self.strip)
+        tools = (below, self._tools_row(), last, self.shots, ...)
+        self._column = column(*pictures, *tools, into=self, margins=(24, 16, 24, 16))
+        self.question: Question | None = None
 
     # -- building ------------------------------------------------------------------------------
 
     def _wells_row(self) -> QHBoxLayout:
-        t = theme()
-        row = QHBoxLayout()
-        row.setSpacing(t.px(16))
+        parts = []
         for title, words, well in (
             ("Live", self._live_words, self.live),
             ("Goal", self._goal_words, self.goal),
         ):
-            part = QVBoxLayout()
-            part.setSpacing(t.px(6))
-            head = QHBoxLayout()
-            head.setSpacing(t.px(8))
-            head.addWidget(Text(title, 16, 600))
-            head.addWidget(words, 1)
-            if well is self.live:
-                head.addWidget(self._more)
             line = QWidget()
-            line.setLayout(head)
-            line.setFixedHeight(t.px(32))
-            head.setContentsMargins(0, 0, 0, 0)
-            part.addWidget(line)
-            part.addWidget(well)
-            part.addStretch(1)
-            row.addLayout(part)
-        row.addStretch(1)
-        return row
+            line.setFixedHeight(theme().px(32))
+            more = (self._more,) if well is self.live else ()
+            row(Text(title, 16, 600), (words, 1), *more, into=line, gap=8)
+            parts.append(column(line, well, ..., gap=6))
+        return row(*parts, ..., gap=16)
 
     def _strip_row(self) -> QHBoxLayout:
-        t = theme()
-        row = QHBoxLayout()
-        row.setSpacing(t.px(8))
-        short = self._compact and t.scale > _LARGE_TEXT
+        short = self._compact and theme().scale > _LARGE_TEXT
         title = "Background" if short else "Background of this place"
         self._strip_title = Text(title, 16, 600, elide=True)
-        row.addWidget(self._strip_title)
-        if not self._compact:
-            row.addWidget(Text("the scale counts the turn", 14, role="dim", elide=True))
-        row.addStretch(1)
+        scale = Text("the scale counts the turn", 14, role="dim", elide=True)
         self._check = Icon("check", 16, "ok")
         self._arc = Text("", 14, 600, role="ok", elide=True)
-        row.addWidget(self._check)
-        row.addWidget(self._arc)
-        return row
+        beside = () if self._compact else (scale,)
+        return row(self._strip_title, *beside, ..., self._check, self._arc, gap=8)
 
     def _tools_row(self) -> QBoxLayout:
         t = theme()
-        self._rows = QBoxLayout(QBoxLayout.Direction.LeftToRight)
-        self._rows.setSpacing(t.px(8 if self._compact else 16))
         self._align = Button(
             "Start alignment", "layers", size="normal" if self._compact else "main"
         )
@@ -150,31 +115,22 @@ class LeftColumn(QWidget):
         )
         self._overlay.setMaximumWidth(t.px(288))
         self._overlay.changed.connect(self._presenter.set_opacity)
-        first = QBoxLayout(QBoxLayout.Direction.LeftToRight)
-        first.setSpacing(t.px(24))
-        first.addWidget(self._align)
-        first.addWidget(self._overlay, 100)
-        first.addStretch(1)
-        self._first = first
+        self._first = row(self._align, (self._overlay, 100), ..., gap=24)
         self._quality_icon = Icon("target", 20)
         self._quality = Text("", 14, elide=True)
-        second = QHBoxLayout()
-        second.setSpacing(t.px(8))
-        second.addWidget(self._quality_icon)
-        second.addWidget(self._quality, 1)
-        self._rows.addLayout(first, 1)
-        self._rows.addLayout(second)
+        second = row(self._quality_icon, (self._quality, 1), gap=8)
+        self._rows = row((self._first, 1), second, gap=8 if self._compact else 16)
         return self._rows
 
     def _with_demo(self) -> LabelledSlider:
         """Make the slider of the demo's camera when there is one."""
-        if self._demo is None:
-            self._demo = self._make_demo(short=False)
+        if self.demo is None:
+            self.demo = self._make_demo(short=False)
             self._column.insertSpacing(self._column.count() - 1, theme().px(8))
-            self._column.insertWidget(self._column.count() - 1, self._demo)
-            QWidget.setTabOrder(self.shots.lister, self._demo)
+            self._column.insertWidget(self._column.count() - 1, self.demo)
+            QWidget.setTabOrder(self.shots.lister, self.demo)
             self._fit()
-        return self._demo
+        return self.demo
 
     def _make_demo(self, short: bool) -> LabelledSlider:
         name = "Demo camera" if short else "Demo: where the camera is"
@@ -184,19 +140,19 @@ class LeftColumn(QWidget):
 
     def _fit_demo(self, inner: int) -> None:
         """Put the label above the rail, and shorten it, where a line is too short for both."""
-        if self._demo is None:
+        if self.demo is None:
             return
-        long = self._demo.accessibleName() != "Demo camera"
-        needs = self._demo.minimumSizeHint().width() if long else self._demo_needs
+        long = self.demo.accessibleName() != "Demo camera"
+        needs = self.demo.minimumSizeHint().width() if long else self._demo_needs
         if long:
             self._demo_needs = needs
         if long == (needs <= inner):
             return
-        old, self._demo = self._demo, self._make_demo(short=long)
-        self._demo.set_value(old.amount)
-        self._column.replaceWidget(old, self._demo)
-        self._demo.show()
-        QWidget.setTabOrder(self.shots.lister, self._demo)
+        old, self.demo = self.demo, self._make_demo(short=long)
+        self.demo.set_value(old.amount)
+        self._column.replaceWidget(old, self.demo)
+        self.demo.show()
+        QWidget.setTabOrder(self.shots.lister, self.demo)
         old.hide()
         old.deleteLater()
 
@@ -205,10 +161,7 @@ class LeftColumn(QWidget):
     def fit(self, room: QSize, bar: int) -> None:
         """Give every picture the size that it has in so much room.
 
-        Parameters
-        ----------
-        room : QSize
-            Logical pixels.
+        `room`: logical pixels.
         """
         self._room, self._bar = room, bar
         self._fit()
@@ -273,7 +226,7 @@ class LeftColumn(QWidget):
         if not one_row:
             tools += t.px(8 if self._compact else 16) + t.px(20)
         tools += t.px(8 if self._compact else 12) + self.shots.height()
-        demo = t.px(8) + self._demo.sizeHint().height() if self._demo is not None else 0
+        demo = t.px(8) + self.demo.sizeHint().height() if self.demo is not None else 0
         return t.px(2 * 16 + 32 + 6 + gaps + 24 + _SCALE) + tools + demo
 
     @property
@@ -297,14 +250,14 @@ class LeftColumn(QWidget):
         self._place_question()
 
     def _place_question(self) -> None:
-        if self._question is None:
+        if self.question is None:
             return
         area = self.live.geometry()
         if area.width() < theme().px(_ROOM_FOR_QUESTION):
             area = area.united(self.goal.geometry())
         # Until it is answered it may cover a little of what is below.
         area.setHeight(max(area.height(), theme().px(LEAST_HEIGHT)))
-        self._question.setGeometry(area)
+        self.question.setGeometry(area)
 
     # -- showing -------------------------------------------------------------------------------
 
@@ -319,29 +272,19 @@ class LeftColumn(QWidget):
         if words.aspect != self._aspect:
             self._aspect = words.aspect
             self._fit()
-        if words.asking and self._question is None:
-            self._question = Question(self)
-            self._question.answered.connect(self._presenter.answer)
+        if words.asking and self.question is None:
+            self.question = Question(self)
+            self.question.answered.connect(self._presenter.answer)
             self._place_question()
-            self._question.show()
+            self.question.show()
             before: QWidget = self._more
-            for answer in self._question.answers.values():
+            for answer in self.question.answers.values():
                 QWidget.setTabOrder(before, answer)
                 before = answer
-        elif not words.asking and self._question is not None:
-            self._question.hide()
-            self._question.deleteLater()
-            self._question = None
-
-    @property
-    def question(self) -> Question | None:
-        """The question, while it is asked."""
-        return self._question
-
-    @property
-    def demo(self) -> LabelledSlider | None:
-        """The slider of the demo's camera."""
-        return self._demo
+        elif not words.asking and self.question is not None:
+            self.question.hide()
+            self.question.deleteLater()
+            self.question = None
 
     def show_pictures(self, pictures: Pictures) -> None:
         """Show live and goal."""

@@ -5,15 +5,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QSize, Qt, QTimer
-from PySide6.QtWidgets import QApplication, QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QStackedWidget, QWidget
 
 from app.ui.screens.turn.shots import PHOTO_FILTER
 from app.ui.screens.turn.state import TurnSizes, TurnState
-from app.ui.screens.turn.view.column import DESIGNED, GuideColumn
+from app.ui.screens.turn.view.guidance import DESIGNED, GuideColumn
 from app.ui.screens.turn.view.left import LeftColumn
-from app.ui.screens.turn.view.shots import ShotsSheet
+from app.ui.screens.turn.view.parts import ShotsSheet
 from app.ui.theme import theme
 from app.ui.widgets.dialogs import ask_files
+from app.ui.widgets.layouts import column, row
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.surfaces import Scroll, Surface
 
@@ -51,9 +52,6 @@ class TurnScreen(QWidget):
         self._body = QWidget()
         self._stack.addWidget(self._empty)
         self._stack.addWidget(self._body)
-        row = QHBoxLayout(self._body)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
         self.left = LeftColumn(presenter, compact)
         self.left.arranged.connect(self._measure)
         self.left.source_asked.connect(self.ask_source)
@@ -63,14 +61,10 @@ class TurnScreen(QWidget):
         self._left_scroll = Scroll(self.left)
         self._right = Surface("amberfill" if theme().contrast else "panel", ("left",))
         self._right_scroll = Scroll()
-        inside = QVBoxLayout(self._right)
+        inside = column(self._right_scroll, into=self._right, gap=None)
         inside.setContentsMargins(theme().line_width, 0, 0, 0)
-        inside.addWidget(self._right_scroll)
-        row.addWidget(self._left_scroll, 1)
-        row.addWidget(self._right)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.addWidget(self._stack)
+        row((self._left_scroll, 1), self._right, into=self._body)
+        column(self._stack, into=self, gap=None)
         self.column: GuideColumn
         self._clock = QTimer(self, interval=_TICK_MS)
         self._clock.setTimerType(Qt.TimerType.PreciseTimer)

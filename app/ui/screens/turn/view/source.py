@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QEvent, QMargins, QObject, QSize, Qt
 from PySide6.QtWidgets import (
-    QHBoxLayout,
     QLineEdit,
     QSizePolicy,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -22,6 +20,7 @@ from app.ui.widgets.choices import LabelledSlider, Segmented
 from app.ui.widgets.dialogs import Sheet, ask_file, ask_folder
 from app.ui.widgets.fields import ListField, TextField
 from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.layouts import Item, add, column, row
 from app.ui.widgets.surfaces import Scroll
 
 if TYPE_CHECKING:
@@ -58,10 +57,7 @@ class SourceSheet(Sheet):
         self.files.choose.clicked.connect(self.ask_file)
         self.lens = _LensPart(presenter)
         self._status = _Status()
-        inside = _Part()
-        inside.column.setSpacing(theme().px(16))
-        for part in (self.source, self.network, self.files, self.lens, self._status):
-            inside.column.addWidget(part)
+        inside = _Part(*(self.source, self.network, self.files, self.lens, self._status), gap=16)
         # What is scrolled has room for the focus ring, and still stands in line with the title.
         ring = theme().px(_RING)
         inside.column.setContentsMargins(ring, ring, ring, ring)
@@ -125,19 +121,9 @@ class SourceSheet(Sheet):
 class _Part(QWidget):
     """A column of the sheet."""
 
-    def __init__(self) -> None:
+    def __init__(self, *items: Item, gap: float = 8) -> None:
         super().__init__()
-        self.column = QVBoxLayout(self)
-        self.column.setContentsMargins(0, 0, 0, 0)
-        self.column.setSpacing(theme().px(8))
-
-    def line(self, *widgets: QWidget, stretch: int = 0) -> None:
-        """Put widgets side by side; the one of that number takes what room there is."""
-        row = QHBoxLayout()
-        row.setSpacing(theme().px(8))
-        for number, widget in enumerate(widgets):
-            row.addWidget(widget, int(number == stretch))
-        self.column.addLayout(row)
+        self.column = column(*items, into=self, gap=gap)
 
 
 class _Tall(Scroll):
@@ -182,21 +168,11 @@ class _NetworkPart(_Part):
         self.password.edit.setEchoMode(QLineEdit.EchoMode.Password)
         self.hint = Text("", 12, role="dim", wrap=True)
         self.give = Button("Sign in")
-        connect = QVBoxLayout()
-        connect.setSpacing(0)
-        connect.addSpacing(theme().px(20))  # in line with the field, whose label stands above it
-        connect.addWidget(self.connect_to)
-        connect.addStretch(1)
-        row = QHBoxLayout()
-        row.setSpacing(theme().px(8))
-        row.addWidget(self.address, 1)
-        row.addLayout(connect)
-        self.column.addLayout(row)
-        self._secret = _Part()
-        for widget in (self.user, self.password, self.hint):
-            self._secret.column.addWidget(widget)
-        self._secret.column.addWidget(self.give, 0, Qt.AlignmentFlag.AlignLeft)
-        self.column.addWidget(self._secret)
+        # In line with the field, whose label stands above it.
+        beside = column(20, self.connect_to, ...)
+        give = (self.give, 0, Qt.AlignmentFlag.AlignLeft)
+        self._secret = _Part(self.user, self.password, self.hint, give)
+        add(self.column, row((self.address, 1), beside, gap=8), self._secret)
         OwnKeys(self.address.edit, self.user.edit, self.password.edit)
         self.address.changed.connect(presenter.type_address)
         self.address.entered.connect(presenter.connect)
@@ -227,9 +203,7 @@ class _FilePart(_Part):
         self.how = Text("", 12, role="dim", wrap=True)
         self.choose = Button("Choose…")
         self.trouble = _Status()
-        self.line(self.name, self.choose)
-        self.column.addWidget(self.how)
-        self.column.addWidget(self.trouble)
+        add(self.column, row((self.name, 1), self.choose, gap=8), self.how, self.trouble)
 
     def show_state(self, state: SourcesState) -> None:
         if state.key in _FILES:
@@ -260,10 +234,8 @@ class _LensPart(_Part):
             default=_USUAL,
         )
         self.resolution = ListField("Resolution")
-        self._row = _Part()
-        self._row.line(self.how, self.words, stretch=1)
-        for widget in (self._title, self.known, self._row, self.angle, self.resolution):
-            self.column.addWidget(widget)
+        self._row = _Part(row(self.how, (self.words, 1), gap=8))
+        add(self.column, self._title, self.known, self._row, self.angle, self.resolution)
         self.how.chosen.connect(lambda key: presenter.estimate(key == "estimate"))
         self.angle.settled.connect(presenter.set_fov)
         self.resolution.chosen.connect(presenter.set_width)
@@ -290,11 +262,7 @@ class _Status(QWidget):
         super().__init__()
         self._icon = Icon("check", 16, "ok")
         self._text = Text("", 14, wrap=True)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(theme().px(8))
-        row.addWidget(self._icon, 0, Qt.AlignmentFlag.AlignTop)
-        row.addWidget(self._text, 1)
+        row((self._icon, 0, Qt.AlignmentFlag.AlignTop), (self._text, 1), into=self, gap=8)
         self.hide()
 
     def say(self, sentence: str, icon: str) -> None:

@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG
+from app.core.second_light.placements import ALTITUDES_DEG, AZIMUTHS_DEG, lux_words
 from app.core.solver.environment import from_radiance
 from app.core.solver.lamps import far_lamp
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.solver.styles import StyleLamp
-from app.ui.screens.light.resolve import sky_of
-from app.ui.screens.light.words import lux_words, move_words, place_words
-from app.ui.screens.light.work import Held, main_light
+from app.ui.screens.light.pictures import Held, main_light, sky_of
+from app.ui.screens.light.resolve import move_words, place_words
 
 LEFT, RIGHT = "sitter’s left (camera right)", "sitter’s right (camera left)"
 

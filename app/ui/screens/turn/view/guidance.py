@@ -13,13 +13,14 @@ from PySide6.QtGui import (
     QPainter,
     QPaintEvent,
 )
-from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QStackedWidget, QWidget
 
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.layouts import add, column, row
 from app.ui.widgets.paint import MIDDLE, box, put_text, text_width
 from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 
 
 _LEAST: Final = 12
+_MIDDLE: Final = Qt.AlignmentFlag.AlignHCenter
 
 
 def _fitting(size: int, weight: int, text: str, width: int) -> QFont:
@@ -45,35 +47,25 @@ class LargeWords(QWidget):
     def __init__(self, size: int, line: int, weight: int = 600, role: Role = "text") -> None:
         super().__init__()
         self._size, self._weight, self._role = size, weight, role
-        self._text = ""
+        self.words = ""
         self.setFixedHeight(theme().px(line))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def set_words(self, text: str, role: Role | None = None, size: int | None = None) -> None:
         """Change what it says.
 
-        Parameters
-        ----------
-        role : str, optional
-            New token of the colour; None keeps the old one.
-        size : int, optional
-            New type size; None keeps the old one.
+        `role` is the token of its colour, `size` that of its type; None keeps the old one.
         """
         new = (text, role or self._role, size or self._size)
-        if new != (self._text, self._role, self._size):
-            self._text, self._role, self._size = new
+        if new != (self.words, self._role, self._size):
+            self.words, self._role, self._size = new
             self.setAccessibleName(text)
             self.update()
-
-    @property
-    def words(self) -> str:
-        """What it says."""
-        return self._text
 
     def sizeHint(self) -> QSize:
         """Room for the words, at the height of the line."""
         font = theme().font(self._size, self._weight)
-        return QSize(text_width(font, self._text), self.height())
+        return QSize(text_width(font, self.words), self.height())
 
     def minimumSizeHint(self) -> QSize:
         """Get smaller rather than wider than there is room."""
@@ -82,8 +74,8 @@ class LargeWords(QWidget):
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Paint it in the current theme."""
         ink: QColor = getattr(theme().c, self._role)
-        font = _fitting(self._size, self._weight, self._text, self.width())
-        put_text(QPainter(self), self.rect(), self._text, font, ink, MIDDLE)
+        font = _fitting(self._size, self._weight, self.words, self.width())
+        put_text(QPainter(self), self.rect(), self.words, font, ink, MIDDLE)
 
 
 class Pill(QWidget):
@@ -92,30 +84,20 @@ class Pill(QWidget):
     def __init__(self, factor: float) -> None:
         super().__init__()
         self._factor = factor
-        self._text, self._icon, self._filled = "", "bulb", False
+        self.words, self._icon, self.filled = "", "bulb", False
         self.setFixedHeight(theme().px(max(48 * factor, 36)))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
 
     def set(self, text: str, icon: str, filled: bool) -> None:
         """Change it."""
-        if (text, icon, filled) != (self._text, self._icon, self._filled):
-            self._text, self._icon, self._filled = text, icon, filled
+        if (text, icon, filled) != (self.words, self._icon, self.filled):
+            self.words, self._icon, self.filled = text, icon, filled
             self.setAccessibleName(text)
             self.update()
 
-    @property
-    def words(self) -> str:
-        """What it says."""
-        return self._text
-
-    @property
-    def filled(self) -> bool:
-        """Whether it says that one is in the light."""
-        return self._filled
-
     def paintEvent(self, _event: QPaintEvent) -> None:
         """Paint it in the current theme."""
-        if not self._text:
+        if not self.words:
             return
         t = theme()
         painter = QPainter(self)
@@ -123,18 +105,18 @@ class Pill(QWidget):
         side, gap = t.px(size + 2), t.px(max(12 * self._factor, 6))
         padding = t.px(max(24 * self._factor, 12))
         room = self.width() - 2 * padding - side - gap
-        font = _fitting(size, 600, self._text, room)
-        words = min(text_width(font, self._text), room)
+        font = _fitting(size, 600, self.words, room)
+        words = min(text_width(font, self.words), room)
         width = words + 2 * padding + side + gap
         area = QRectF(round((self.width() - width) / 2), 0, width, self.height())
-        ink = t.c.bg if self._filled else t.c.text
-        fill = t.c.ok if self._filled else None
-        edge = None if self._filled else t.c.ctl
+        ink = t.c.bg if self.filled else t.c.text
+        fill = t.c.ok if self.filled else None
+        edge = None if self.filled else t.c.ctl
         box(painter, area, area.height() / 2, fill, edge, 2)
         left = area.left() + padding
         draw_icon(painter, self._icon, QRectF(left, 0, side, self.height()), side, ink)
         place = QRectF(left + side + gap, 0, words + 1, self.height())
-        put_text(painter, place, self._text, font, ink, Qt.AlignmentFlag.AlignVCenter)
+        put_text(painter, place, self.words, font, ink, Qt.AlignmentFlag.AlignVCenter)
 
 
 DESIGNED: Final = QSize(480, 804)
@@ -166,16 +148,13 @@ class GuideColumn(QWidget):
         self._pages.addWidget(self._turn_page())
         self._pages.addWidget(self._sentence_page())
         self._pages.setAccessibleName("What to do")
-        column = QVBoxLayout(self)
         side, foot = self._px(24, 12), self._px(24, 12)
-        column.setContentsMargins(side, foot, side, foot)
-        column.setSpacing(0)
-        column.addWidget(self._mode, 0, Qt.AlignmentFlag.AlignHCenter)
-        column.addSpacing(self._px(16, 8))
-        column.addWidget(self._pages)
-        column.addStretch(1)
-        column.addSpacing(self._px(12, 8))
-        column.addLayout(self._pictures_row())
+        whole = column((self._mode, 0, _MIDDLE), into=self)
+        whole.setContentsMargins(side, foot, side, foot)
+        whole.addSpacing(self._px(16, 8))
+        add(whole, self._pages, ...)
+        whole.addSpacing(self._px(12, 8))
+        whole.addLayout(self._pictures_row())
 
     def _px(self, length: float, least: float = 0.0) -> int:
         return theme().px(max(length * self._factor, least))
@@ -193,20 +172,15 @@ class GuideColumn(QWidget):
         self._direction = LargeWords(self._size(56), self._line(60), 700, "amber")
         self._clock = LargeWords(self._size(28), self._line(36), 500)
         self._walk = LargeWords(self._size(36), self._line(44), 600)
-        middle = Qt.AlignmentFlag.AlignHCenter
-        self._company = Text("", self._size(20, 13), role="dim", wrap=True, align=middle)
+        self._company = Text("", self._size(20, 13), role="dim", wrap=True, align=_MIDDLE)
         self._pill = Pill(self._factor)
-        column = QVBoxLayout(page)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self._arrow, 0, middle)
-        column.addSpacing(self._px(8))
-        column.addWidget(self._degrees)
-        column.addSpacing(self._px(12))
-        for words in (self._direction, self._clock, self._walk, self._company):
-            column.addWidget(words)
-        column.addSpacing(self._px(14, 8))
-        column.addWidget(self._pill)
+        whole = column((self._arrow, 0, _MIDDLE), into=page)
+        whole.addSpacing(self._px(8))
+        whole.addWidget(self._degrees)
+        whole.addSpacing(self._px(12))
+        add(whole, self._direction, self._clock, self._walk, self._company)
+        whole.addSpacing(self._px(14, 8))
+        whole.addWidget(self._pill)
         return page
 
     def _line(self, line: int, least: int = 16) -> int:
@@ -214,24 +188,15 @@ class GuideColumn(QWidget):
 
     def _sentence_page(self) -> QWidget:
         page = QWidget()
-        middle = Qt.AlignmentFlag.AlignHCenter
         self._sentence_icon = Icon("target", self._size(64, 32))
-        self._sentence = Text("", self._size(28, 18), 600, wrap=True, align=middle)
-        self._sentence.setMaximumWidth(self._px(400))
-        self._advice = Text("", self._size(20, 14), role="dim", wrap=True, align=middle)
-        self._advice.setMaximumWidth(self._px(400))
-        column = QVBoxLayout(page)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(self._px(24, 12))
-        column.addStretch(1)
-        column.addWidget(self._sentence_icon, 0, middle)
+        self._sentence = Text("", self._size(28, 18), 600, wrap=True, align=_MIDDLE)
+        self._advice = Text("", self._size(20, 14), role="dim", wrap=True, align=_MIDDLE)
+        whole = column(..., (self._sentence_icon, 0, _MIDDLE), into=page)
+        whole.setSpacing(self._px(24, 12))
         for words in (self._sentence, self._advice):
-            line = QHBoxLayout()
-            line.addStretch(1)
-            line.addWidget(words, 100)
-            line.addStretch(1)
-            column.addLayout(line)
-        column.addStretch(2)
+            words.setMaximumWidth(self._px(400))
+            whole.addLayout(row(..., (words, 100), ..., gap=None))
+        whole.addStretch(2)
         return page
 
     def _pictures_row(self) -> QHBoxLayout:
@@ -239,14 +204,6 @@ class GuideColumn(QWidget):
         for picture in (self._target, self._now):
             picture.setFixedSize(self._px(132, 64), self._px(136, 66))
         self._target.set_tag("Target")
-        row = QHBoxLayout()
-        row.setSpacing(self._px(8))
-        row.addWidget(self._target)
-        row.addWidget(self._now)
-        row.addSpacing(self._px(8))
-        words = QVBoxLayout()
-        words.setSpacing(0)
-        words.addStretch(1)
         self._title = Text("", self._size(20, 14), 600, elide=True)
         self._side = Text("", self._size(14), role="dim", wrap=True)
         narrow = QSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
@@ -254,14 +211,14 @@ class GuideColumn(QWidget):
         self._side.setSizePolicy(narrow)  # its longest word must not widen the column
         self._match = Text("", self._size(14), 600, elide=True)
         self._match_goal = Text("", self._size(14), role="dim", elide=True)
-        words.addWidget(self._title)
-        words.addWidget(self._side)
+        words = column(..., self._title, self._side)
         words.addSpacing(self._px(8, 4))
-        words.addWidget(self._match)
-        words.addWidget(self._match_goal)
-        words.addStretch(1)
-        row.addLayout(words, 1)
-        return row
+        add(words, self._match, self._match_goal, ...)
+        whole = row(self._target, self._now)
+        whole.setSpacing(self._px(8))
+        whole.addSpacing(self._px(8))
+        whole.addLayout(words, 1)
+        return whole
 
     # -- showing -------------------------------------------------------------------------------
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from app.core.base.errors import CoreError
+from app.core.second_light.placements import lux_words
 from app.core.second_light.scale import check_lux, illuminance, read_lux
 from app.ui.screens.light.state import BRIGHTNESS, BrightState
-from app.ui.screens.light.words import lux_words
 
 if TYPE_CHECKING:
     from collections.abc import Callable

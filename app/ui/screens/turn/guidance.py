@@ -1,0 +1,406 @@
+"""From what the camera sees to what is said, seen and heard: the guidance of this moment."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import numpy as np
+
+from app.core.base.angles import difference, lies_on_arc, wrap
+from app.core.guidance.guide import FRESH, Goal, Guide, Phase, Reading, Source, guide
+from app.core.guidance.tones import Cue, Sound, cue, samples
+from app.core.localization.heading_conversion import Looks, sees_sitter, turn_of_heading
+from app.core.localization.sitter import background_mask
+from app.core.text.turns import Mode, goal_words, turn_words, whole
+from app.ui.screens.turn.state import Guidance, LiveWords, Sign
+
+if TYPE_CHECKING:
+    from app.core.localization.tracking import Track
+    from app.core.solver.solve import StyleResult
+    from app.ui.presenters.model import Model
+    from app.ui.presenters.services import Services
+    from app.ui.screens.turn.camera import LiveCamera
+    from app.ui.screens.turn.heading_tracker import HeadingTracker
+
+LEARNING: Final = "Learning the background of this place"
+"""While no heading can be found yet."""
+
+ASKED: Final = "Say which way the camera looks"
+"""While the answer is awaited: without it left and right could be mistaken."""
+
+Hindrance: TypeAlias = Literal["none", "learning", "looking", "asking", "blank"]
+"""Why there is no heading: the panorama is being learnt, no picture was looked at yet, it is not
+known which way the camera looks, or there is nothing in the panorama to find it by."""
+
+_WAITING: Final[dict[Hindrance, str]] = {
+    "learning": f"{LEARNING}.",
+    "looking": "Looking for the background.",
+}
+_PILLS: Final[dict[Hindrance, tuple[str, str]]] = {
+    "asking": (ASKED, "help"),
+    "blank": ("No heading here", "warning"),
+}
+_ICONS: Final = {
+    Phase.LOST: "target",
+    Phase.LEFT: "walk",
+    Phase.AWAY: "warning",
+    Phase.STARTING: "webcam",
+}
+_SOURCES: Final[dict[str, tuple[str, str, str, str]]] = {
+    "webcam": (
+        "webcam",
+        "Starting the webcam",
+        "Webcam disconnected. Plug it back in to continue.",
+        "No webcam",
+    ),
+    "network": (
+        "network camera",
+        "Connecting to the network camera",
+        "Network camera lost. Turnlight connects again by itself.",
+        "No network camera",
+    ),
+    "video": ("video", "Opening the video", "The video stopped. Choose it again.", "No video"),
+    "stills": (
+        "folder of pictures",
+        "Opening the folder of pictures",
+        "The pictures stopped. Choose the folder again.",
+        "No pictures",
+    ),
+    "panorama": ("panorama", "Opening the panorama", "The panorama is gone.", "No panorama"),
+}
+"""What each kind of live source is called: in a sentence, while it starts, when it stops, and
+where there is none."""
+_SURENESS: Final = ((0.9, "certain"), (0.7, "likely"), (0.0, "doubtful"))
+_COARSE: Final = (36, 48)
+_MOST_SURE: Final = 99  # per cent; nobody is surer than that
+_HIDING: Final = 0.55  # of the picture: a sitter who is larger leaves too little of the background
+_PAUSE_S: Final = 3.0  # between two sentences that are announced
+_LOOPS: Final = 8  # of the steady tone, one second each, whose end joins its start
+_EARLY_S: Final = 0.04  # rather cut the tone a little than let it fall silent
+
+
+class GuidanceController:
+    """Knows the turn of this moment, and what the guidance needs to remember.
+
+    Attributes
+    ----------
+    guide : Guide or None
+        What was said last; None while there is nothing to turn to.
+    asked_deg : float or None
+        How far it is to the light, deg, whatever is shown; None where nobody knows.
+    """
+
+    def __init__(self, services: Services, camera: LiveCamera, tracker: HeadingTracker) -> None:
+        self._services = services
+        self._camera = camera
+        self._tracker = tracker
+        self._memory = FRESH
+        self.guide: Guide | None = None
+        self.hindrance: Hindrance = "none"
+        self.asked_deg: float | None = None
+        self._told: tuple[Phase | None, str, float] = (None, "", -_PAUSE_S)
+
+    @property
+    def mode(self) -> Mode:
+        """Who moves."""
+        return Mode(self._services.model.settings.mode)
+
+    @property
+    def looks(self) -> Looks:
+        """Which way the camera looks."""
+        return Looks.PHOTOGRAPHER if self._camera.looks == "me" else Looks.SITTER
+
+    @property
+    def asking(self) -> bool:
+        """Whether it is to be said which way the camera looks.
+
+        In a selfie the photographer is the sitter, and either answer would be the same.
+        """
+        live = self._camera.source is Source.LIVE
+        return live and self.mode is Mode.WALK and self._camera.looks == "ask"
+
+    @property
+    def sees_sitter(self) -> bool:
+        """Whether the person in the picture is the sitter."""
+        return sees_sitter(self.looks, self.mode)
+
+    @property
+    def track(self) -> Track | None:
+        """What is known of where the camera points; None before the first picture."""
+        track = self._tracker.track
+        return track if track is not None and track.raw is not None else None
+
+    def forget(self) -> None:
+        """Begin anew."""
+        self._memory, self.asked_deg = FRESH, None
+
+    def advance(self, goal: Goal) -> Guide:
+        """Work out what to say now, and remember what the next moment needs."""
+        self.hindrance, reading = self._reading()
+        if reading.source is not Source.LIVE:
+            self.asked_deg = None
+        elif reading.turn_deg is not None:
+            # Whatever is shown: a camera that was left behind is still asked to turn.
+            asked, _ = guide(goal, replace(reading, left_behind=False))
+            self.asked_deg = None if asked.until_light is None else float(asked.until_light)
+        self.guide, self._memory = guide(goal, reading, self._memory, self.mode)
+        return self.guide
+
+    def axis_turn(self, shown: Guide) -> float | None:
+        """Where the camera's axis points, as a turn beside the one that is shown, deg."""
+        track, turn = self.track, self._turn()
+        if track is None or track.heading_deg is None or turn is None or shown.now is None:
+            return None
+        axis = turn_of_heading(
+            track.heading_deg,
+            looks=self.looks,
+            mode=self.mode,
+            front_deg=self._services.model.front_deg,
+        )
+        return wrap(shown.now + difference(axis, turn))
+
+    def _reading(self) -> tuple[Hindrance, Reading]:
+        now, source = self._services.clock.now(), self._camera.source
+        if source is Source.LIVE and self.asking:
+            return "asking", Reading(None, now, Source.NONE)
+        if source is Source.LIVE and self._tracker.error is not None:
+            return "blank", Reading(None, now, Source.NONE)
+        track = self.track
+        if source is Source.LIVE and (self._tracker.learning or track is None):
+            why: Hindrance = "learning" if self._tracker.learning else "looking"
+            return why, Reading(None, now, Source.STARTING)
+        left_behind = track is not None and track.left_behind
+        return "none", Reading(self._turn(), now, source, left_behind)
+
+    def _turn(self) -> float | None:
+        track = self.track
+        if track is None:
+            return None
+        return track.turn_deg(self.looks, self.mode, self._services.model.front_deg)
+
+    # -- in words ------------------------------------------------------------------------------
+
+    def column(self, shown: Guide) -> Guidance:
+        """Write the right column, and what a reader is told: a sentence in some seconds."""
+        words = self._column(shown)
+        plan = self._services.model.lamp_plan
+        if shown.hold and plan is not None:
+            words = replace(words, advice=plan.where)
+        elif words.sentence and self._camera.error is None and self.hindrance == "none":
+            words = replace(words, advice=self._advice(shown))
+        now_s = self._services.clock.now()
+        phase, told, since = self._told
+        if words.phase is not phase or (words.spoken != told and now_s - since >= _PAUSE_S):
+            self._told = (words.phase, words.spoken, now_s)
+        return replace(words, announced=self._told[1])
+
+    def _column(self, shown: Guide) -> Guidance:
+        if shown.phase is Phase.NO_WEBCAM:
+            return self._whole_turn(shown)
+        if shown.number == "":
+            return self._sentence(shown)
+        if shown.hold and shown.lamp:
+            # The lamp is what counts now, in words that can be read from afar.
+            return Guidance(
+                phase=shown.phase,
+                inside=True,
+                sentence=f"{shown.headline}.",
+                sentence_icon="bulb",
+                spoken=shown.spoken,
+            )
+        base = Guidance(
+            phase=shown.phase,
+            sign=_sign(shown),
+            number=int(shown.number),
+            number_words=shown.number_words,
+            direction=shown.direction,
+            clock=shown.clock,
+            walk=shown.walk,
+            company=shown.company,
+            pill=shown.light,
+            spoken=shown.spoken,
+        )
+        if not shown.inside:
+            return replace(base, pill_icon="warning") if shown.beyond else base
+        # "4° to the best": the number itself is drawn large.
+        base = replace(base, number_words="to the best", pill_icon="check", inside=True)
+        return replace(base, direction=shown.headline, clock="") if shown.hold else base
+
+    def _sentence(self, shown: Guide) -> Guidance:
+        """Say one sentence, without a number: what is wrong with the picture counts first."""
+        error = self._camera.error
+        if error is not None and shown.phase is Phase.LOST:
+            said, icon = str(error), "warning"
+        elif shown.phase is Phase.STARTING and self.hindrance in _WAITING:
+            said, icon = _WAITING[self.hindrance], "target"
+        else:
+            _, starting, away, _ = _SOURCES[self._camera.chosen.kind]
+            others = {Phase.AWAY: away, Phase.STARTING: f"{starting}."}
+            said = others.get(shown.phase, shown.headline)
+            icon = _ICONS.get(shown.phase, "webcam")
+        return Guidance(shown.phase, sentence=said, sentence_icon=icon, spoken=said)
+
+    def _whole_turn(self, shown: Guide) -> Guidance:
+        """Without a heading the whole turn is shown, to be made by eye."""
+        missing = (_SOURCES[self._camera.chosen.kind][3], "webcam")
+        words, icon = _PILLS.get(self.hindrance, missing)
+        turns = shown.direction != "none"
+        return Guidance(
+            phase=shown.phase,
+            sign=_sign(shown),
+            number=int(shown.number or 0),
+            direction=shown.direction if turns else "No turn needed",
+            clock=shown.clock if turns else "",
+            walk=shown.walk,
+            company=f"Then {shown.lamp}." if shown.lamp else shown.company,
+            pill=words,
+            pill_icon=icon,
+            spoken=shown.spoken.replace("No webcam", words, 1),
+        )
+
+    def _advice(self, shown: Guide) -> str:
+        """Say what can be done while the heading is not known: go by the pictures."""
+        if shown.phase is Phase.LEFT:
+            return "This camera isn't moving with you, so the turn can't be measured."
+        if shown.phase is not Phase.LOST:
+            return ""
+        turn = turn_words(float(shown.goal))
+        by_eye = f"Or go by eye until Live looks like Goal: {turn} from the start, {shown.clock}."
+        sitter = None if self.track is None else self.track.sitter
+        if sitter is not None and background_mask(sitter, _COARSE).mean() <= 1.0 - _HIDING:
+            return f"The sitter hides it: step back, or aim a little beside them. {by_eye}"
+        return by_eye
+
+    def live_words(self, goal: int) -> LiveWords:
+        """Say what the two wells show; in a selfie both are mirrored."""
+        source, error = self._camera.source, self._camera.error
+        noun, starting, away, none = _SOURCES[self._camera.chosen.kind]
+        mirror = ", mirrored" if self.mode is Mode.SELFIE else ""
+        seen = f"what the camera should see{mirror}"
+        if source is Source.LIVE:
+            message = "" if error is None else str(error)
+            wide = round(self._camera.fov_guess_deg)
+            return LiveWords(f"{noun}, {wide}° wide{mirror}", seen, message=message)
+        if source is Source.AWAY:
+            return LiveWords("last picture", seen, message=away, dim=True)
+        if source is Source.STARTING:
+            return LiveWords(f"{starting[:1].lower()}{starting[1:]}", seen)
+        message = f"{none}. {goal_words(float(goal))}"
+        if error is not None and error.code != "no-webcam":
+            message = f"{error} {goal_words(float(goal))}."
+        return LiveWords(f"{none[:1].lower()}{none[1:]}: the goal", seen, message=message)
+
+    def quality(self, shown: Guide) -> tuple[str, str, bool]:
+        """Say how well the heading is known.
+
+        Returns words, icon, and whether something is to be done about it.
+        """
+        source, tracker, track = self._camera.source, self._tracker, self.track
+        _, starting, away, none = _SOURCES[self._camera.chosen.kind]
+        if source is Source.AWAY:
+            return away.partition(".")[0], "warning", True
+        if source is Source.NONE:
+            return none, "webcam", False
+        if source is Source.STARTING:
+            return starting, "webcam", False
+        if tracker.error is not None:
+            return str(tracker.error), "warning", True
+        if tracker.learning:
+            return f"{LEARNING}…", "refresh", False
+        if shown.phase in (Phase.LOST, Phase.LEFT):
+            wrong = self._camera.error
+            lost = shown.headline if wrong is None else wrong.message
+            return lost.partition(". ")[0].rstrip(".") + ".", "target", True
+        if track is None or track.heading_deg is None:
+            return "Looking for the background", "target", False
+        alone = ", no sitter seen" if self.sees_sitter and track.sitter is None else ""
+        return f"Heading {confidence_words(track.confidence)}{alone}", "target", False
+
+
+def _sign(shown: Guide) -> Sign:
+    return "check" if shown.inside else shown.direction
+
+
+def arc_of(result: StyleResult | None, goal_deg: float) -> tuple[float, float] | None:
+    """Choose the tolerance arc of a goal: that of the peak nearest to it.
+
+    Returns (from, to), clockwise, deg; None where the goal is on none.
+    """
+    if result is None or not result.attainable:
+        return None
+    peaks = [(result.turn_refined_deg, result.arc_deg)]
+    peaks += [(peak.turn_refined_deg, peak.arc_deg) for peak in result.peaks]
+    _, arc = min(peaks, key=lambda peak: abs(difference(peak[0], goal_deg)))
+    ends = (float(whole(arc[0])), float(whole(arc[1])))
+    if arc[1] - arc[0] >= 360.0 or lies_on_arc(float(whole(goal_deg)), ends):
+        return arc
+    return None
+
+
+def goal_of(model: Model) -> Goal | None:
+    """Give the goal with its arc and its lamp; None where there is nothing to turn to."""
+    turn, plan = model.target_turn_deg, model.lamp_plan
+    if turn is None:
+        return None
+    lamp = "" if plan is None else f"{plan.hold[:1].lower()}{plan.hold[1:]}"
+    return Goal(turn, arc_of(model.goal_result, turn), lamp)
+
+
+def confidence_words(confidence: float) -> str:
+    """Write how sure a heading is, in a word and in per cent.
+
+    Parameters
+    ----------
+    confidence : float
+        0 to 1.
+
+    Examples
+    --------
+    >>> confidence_words(0.999), confidence_words(0.84), confidence_words(0.4)
+    ('certain: 99 %', 'likely: 84 %', 'doubtful: 40 %')
+    """
+    word = next(word for least, word in _SURENESS if confidence >= least)
+    return f"{word}: {min(math.floor(100.0 * confidence + 1e-9), _MOST_SURE)} %"
+
+
+class Beeper:
+    """Plays what a guide asks for, as the settings allow."""
+
+    def __init__(self, services: Services) -> None:
+        self._services = services
+        self._playing: Sound = "none"
+        self._next_s = 0.0
+
+    def tick(self, shown: Guide | None) -> None:
+        """Play the next sound if it is time for it.
+
+        `shown`: what the screen says; None for nothing to be heard.
+        """
+        settings = self._services.model.settings
+        wanted = Cue("none") if shown is None or not settings.sounds else cue(shown)
+        if wanted.sound == "none":
+            self.stop()
+            return
+        now = self._services.clock.now()
+        every = wanted.every_s or _LOOPS - _EARLY_S
+        if wanted.sound == self._playing:
+            # Nearer than before, the next beep comes sooner than it was meant to.
+            self._next_s = min(self._next_s, now + every)
+            if now < self._next_s:
+                return
+        elif self._playing == "steady":
+            self._services.sounds.stop()
+        self._playing, self._next_s = wanted.sound, now + every
+        volume = settings.volume / 100.0
+        sound = samples(wanted.sound, wanted.step)
+        if wanted.sound == "steady":
+            sound = np.tile(sound, _LOOPS)
+        self._services.sounds.play(sound, volume)
+
+    def stop(self) -> None:
+        """Be quiet."""
+        if self._playing != "none":
+            self._playing = "none"
+            self._services.sounds.stop()

@@ -1,0 +1,414 @@
+"""Parts of the left column: wells, the question about the camera, and photos taken here."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from PySide6.QtCore import QPointF, QRect, QRectF, QSize, Qt, Signal
+from PySide6.QtGui import (
+    QColor,
+    QFontMetrics,
+    QImage,
+    QPainter,
+    QPainterPath,
+    QPaintEvent,
+    QPen,
+    QPolygonF,
+    QResizeEvent,
+)
+from PySide6.QtWidgets import QSizePolicy, QWidget
+
+from app.ui.screens.turn.state import ShotsState
+from app.ui.theme import theme
+from app.ui.widgets.buttons import Button, IconButton, Pressable
+from app.ui.widgets.dialogs import Sheet
+from app.ui.widgets.displays import Picture
+from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.layouts import add, column, row
+from app.ui.widgets.messages import Empty
+from app.ui.widgets.paint import MIDDLE, box, draw_tag, hover_fill, put_text, selected_edge
+from app.ui.widgets.surfaces import PictureLine, Scroll
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from PySide6.QtGui import QResizeEvent
+
+    from app.ui.screens.turn.state import ShotRow
+
+
+_ASK: Final = "How was it? Open the photo"
+_ASK_SHORT: Final = "How was it?"
+_ASK_AGAIN: Final = "Open"
+_HINT: Final = "After the shot, drop it here: how far off the light was it?"
+_HINT_SHORT: Final = "After the shot, drop the photo here."
+_TITLE: Final = "Photos taken here"
+_EMPTY: Final = "No photo of this place yet. Drop the one you took on the window."
+_SMALL: Final = (56, 40)
+_PICTURE: Final = (112, 84)
+_WIDTH: Final = 560
+_ROOM: Final = 640  # below this the button says less
+
+
+class ShotsLine(QWidget):
+    """Asks for the photo, and says how the last one was."""
+
+    asked = Signal()
+    listed = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        t = theme()
+        self._state = ShotsState()
+        self.opener = Button(_ASK, "camera")
+        self.opener.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.opener.set_tip("Open the photo you took, or drop it on the window", "P")
+        self.opener.clicked.connect(self.asked)
+        self._picture = Picture("The photo", radius=4)
+        self._picture.setFixedSize(t.px(_SMALL[0]), t.px(_SMALL[1]))
+        self._icon = Icon("help", 20)
+        self._words = Text("", 14, wrap=True)
+        self._words.setMaximumHeight(t.px(_SMALL[1]))
+        self.lister = Button("All photos", "list", size="small")
+        self.lister.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self.lister.clicked.connect(self.listed)
+        words = (self._words, 1, Qt.AlignmentFlag.AlignVCenter)
+        row(self.opener, self._picture, self._icon, words, self.lister, into=self, gap=12)
+        self.setFixedHeight(t.px(_SMALL[1]))
+        self._fill()
+
+    @property
+    def words(self) -> str:
+        """What it says."""
+        return self._words.text()
+
+    def show_shots(self, state: ShotsState) -> None:
+        """Say how the last photo was."""
+        if state != self._state or _picture(state) is not _picture(self._state):
+            self._state = state
+            self._fill()
+
+    def _fill(self) -> None:
+        state = self._state
+        last = state.rows[0] if state.rows and not state.busy else None
+        self._picture.set_picture(None if last is None else last.thumbnail)
+        roomy = self.width() >= theme().px(_ROOM)
+        self._picture.setVisible(last is not None and last.pictured and roomy)
+        again = _ASK_AGAIN if state.rows else _ASK_SHORT
+        self.opener.set_text(_ASK if roomy else again)
+        self.opener.setAccessibleName(_ASK)
+        self._icon.setVisible(last is not None)
+        if last is not None:
+            self._icon.set(last.icon, "ok" if last.inside else "text")
+            self._picture.setAccessibleName(last.name)
+        self._words.set_text(self._sentence(last))
+        self._words.set_role("text" if last is not None else "dim")
+        self._words.setToolTip("" if last is None else f"{last.sentence}. {last.detail}.")
+        count = len(state.rows)
+        self.lister.setVisible(count > 0)
+        self.lister.set_text(("1 photo" if count == 1 else f"All {count}") if roomy else f"{count}")
+        self.lister.setAccessibleName(f"{_TITLE}: {count}")
+
+    def _sentence(self, last: ShotRow | None) -> str:
+        if self._state.busy:
+            return self._state.busy
+        if last is not None:
+            return f"{last.sentence}."
+        return _HINT if self.width() >= theme().px(_ROOM) else _HINT_SHORT
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Say less where there is less room."""
+        super().resizeEvent(event)
+        self._fill()
+
+    def minimumSizeHint(self) -> QSize:
+        """Cut the sentence rather than be wider than there is room."""
+        return QSize(0, self.height())
+
+
+def _together(words: str) -> str:
+    """Let no line end between a number and what it counts."""
+    return words.replace(": ", ":\u00a0").replace(" %", "\u00a0%")
+
+
+def _picture(state: ShotsState) -> object:
+    return state.rows[0].thumbnail if state.rows else None
+
+
+class ShotsSheet(Sheet):
+    """All photos taken here, the last one first."""
+
+    def __init__(self, host: QWidget, remove: Callable[[str], None]) -> None:
+        super().__init__(host, _TITLE, _WIDTH, "right")
+        self._remove = remove
+        self._state: ShotsState | None = None
+        self._pictures: tuple[int, ...] = ()
+        inside = QWidget()
+        self._column = column(into=inside, gap=8, margins=(0, 0, 16, 0))
+        self.body.addWidget(Scroll(inside), 1)
+
+    def show_shots(self, state: ShotsState) -> None:
+        """Show the list."""
+        pictures = tuple(id(shot.thumbnail) for shot in state.rows)
+        if state == self._state and pictures == self._pictures:
+            return
+        self._state, self._pictures = state, pictures
+        while (item := self._column.takeAt(0)) is not None:
+            if (widget := item.widget()) is not None:
+                widget.hide()
+                widget.deleteLater()
+        if not state.rows:
+            self._column.addWidget(Empty(_EMPTY))
+        for shot in state.rows:
+            self._column.addWidget(self._line(shot))
+        self._column.addStretch(1)
+
+    def _line(self, shot: ShotRow) -> QWidget:
+        frame = PictureLine(shot.name, shot.thumbnail, _PICTURE, raised=shot.new)
+        frame.setAccessibleName(f"{shot.sentence}. {shot.detail}")
+        icon = Icon(shot.icon, 20, "ok" if shot.inside else "text")
+        sentence = Text(shot.sentence, 14, 600, wrap=True)
+        detail = Text(_together(shot.detail), 12, role="dim", wrap=True)
+        add(frame.words, row((icon, 0, _TOP), (sentence, 1), gap=8), detail, ...)
+        remove = IconButton("trash", f"Remove {shot.name}", kind="quiet", size="small")
+        remove.clicked.connect(lambda: self._remove(shot.key))
+        frame.row.addWidget(remove, 0, _TOP)
+        return frame
+
+
+_TOP: Final = Qt.AlignmentFlag.AlignTop
+
+
+Bytes: TypeAlias = NDArray[np.uint8]
+
+_RADIUS: Final = 8
+_INSET: Final = 12
+_DIM: Final = 0.42
+
+
+class Well(QWidget):
+    """Shows an array that has its own size in device pixels already."""
+
+    def __init__(self, name: str, edge: str) -> None:
+        super().__init__()
+        self.setAccessibleName(name)
+        self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self._edge = edge
+        self.picture: Bytes | None = None
+        self._tag, self.message, self.dim = "", "", False
+
+    def set_picture(self, picture: Bytes | None) -> None:
+        """Show a picture.
+
+        `picture`, (h, w, 3) uint8 or None: sRGB; not to be written to afterwards.
+        """
+        if picture is not self.picture:
+            self.picture = None if picture is None else np.ascontiguousarray(picture)
+            self.update()
+
+    def set_words(self, tag: str, message: str, dim: bool) -> None:
+        """Write on the picture."""
+        if (tag, message, dim) != (self._tag, self.message, self.dim):
+            self._tag, self.message, self.dim = tag, message, dim
+            self.setAccessibleDescription(f"{tag} {message}".strip())
+            self.update()
+
+    def minimumSizeHint(self) -> QSize:
+        """Give a size at which something can be seen."""
+        return QSize(theme().px(96), theme().px(54))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint picture, words and edge."""
+        t = theme()
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), t.c.well)
+        self._paint_picture(painter)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        if self._tag:
+            inset = t.px(_INSET)
+            draw_tag(painter, inset, inset, self._tag, "tl", t.c.tag, t.c.ontag)
+        if self.message:
+            self._paint_message(painter)
+        self._paint_corners(painter)
+        edge: QColor = getattr(t.c, self._edge)
+        width = 3 if t.contrast else 2
+        box(painter, self.rect(), t.px(_RADIUS), None, edge, width)
+
+    def _paint_picture(self, painter: QPainter) -> None:
+        picture = self.picture
+        if picture is None:
+            return
+        rows, columns = picture.shape[:2]
+        kind = QImage.Format.Format_RGB888
+        image = QImage(picture.data, columns, rows, picture.strides[0], kind)
+        ratio = self.devicePixelRatioF()
+        whole = (round(self.width() * ratio), round(self.height() * ratio)) == (columns, rows)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform, not whole)
+        painter.setOpacity(_DIM if self.dim else 1.0)
+        painter.drawImage(QRectF(self.rect()), image, QRectF(0, 0, columns, rows))
+        painter.setOpacity(1.0)
+
+    def _paint_message(self, painter: QPainter) -> None:
+        t = theme()
+        flags = int(Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignLeft)
+        message = self.message.replace(" o’clock", "\u00a0o’clock")  # one word, so to speak
+        # Where the picture is small, smaller letters, and then the first sentence alone.
+        for size, edge, said in (
+            (14, _INSET, message),
+            (12, 4, message),
+            (12, 4, message.partition(". ")[0]),
+        ):
+            inset, padding = t.px(edge), t.px(min(edge, 10))
+            font = t.font(size, 500)
+            room = QRect(0, 0, self.width() - 2 * inset - 2 * padding, self.height())
+            words = QFontMetrics(font).boundingRect(room, flags, said)
+            message = said
+            if words.height() + 2 * (padding + inset) <= self.height():
+                break
+        high = min(words.height() + 2 * padding, self.height() - 2 * inset)
+        wide = words.width() + 2 * padding
+        plate = QRect(inset, self.height() - inset - high, wide, high)
+        box(painter, plate, t.px(6), t.c.tag)
+        painter.setFont(font)
+        painter.setPen(t.c.ontag)
+        inside = plate.adjusted(padding, padding, -padding, -padding)
+        painter.drawText(inside.adjusted(0, 0, 2, 2), flags, message)
+
+    def _paint_corners(self, painter: QPainter) -> None:
+        """Cover the corners: clipping to a round shape would leave them jagged."""
+        t = theme()
+        corners = QPainterPath()
+        corners.addRect(QRectF(self.rect()))
+        inner = QPainterPath()
+        inner.addRoundedRect(QRectF(self.rect()), t.px(_RADIUS), t.px(_RADIUS))
+        painter.fillPath(corners.subtracted(inner), t.c.bg)
+
+
+LEAST_HEIGHT: Final = 136
+"""In less the pictures cannot be read, logical pixels."""
+
+_FLAT: Final = 1.9  # wider than this, the words stand beside the picture
+_ROOMY: Final = 184  # from this height on there is room for a note
+_NAMES: Final = {
+    "sitter": ("At the sitter", "The camera looks at the sitter"),
+    "me": ("At me", "The camera looks at me, the photographer"),
+}
+
+
+class _Answer(Pressable):
+    """One of the two pictures: seen from above, who stands where and which way the camera looks."""
+
+    def __init__(self, looks: Literal["sitter", "me"]) -> None:
+        super().__init__(_NAMES[looks][1])
+        self._looks = looks
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        down = self.isDown()
+        edge = selected_edge(t) if down or self.hovered() else t.line_width
+        fill = hover_fill(t) if down or self.hovered() else t.c.panel
+        box(painter, self.rect(), t.px(8), fill, t.c.ctl, edge)
+        line, gap = t.px(24), t.px(8)
+        inside = QRectF(self.rect()).adjusted(gap, gap, -gap, -gap)
+        if inside.width() > _FLAT * inside.height():
+            words = QRectF(inside)
+            words.setLeft(inside.left() + 0.6 * inside.width())
+            inside.setRight(words.left())
+        else:
+            words = QRectF(inside.left(), inside.bottom() - line, inside.width(), line)
+            inside.setBottom(words.top())
+        put_text(painter, words, _NAMES[self._looks][0], t.font(14, 600), t.c.text, MIDDLE)
+        self._paint_scene(painter, inside)
+
+    def _paint_scene(self, painter: QPainter, area: QRectF) -> None:
+        """From left to right: photographer, camera in their hands, sitter."""
+        t = theme()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        unit = min(area.width() / 150.0, area.height() / 84.0)
+        middle = area.center().y()
+        left = area.center().x() - 75.0 * unit
+        me, camera, sitter = (QPointF(left + x * unit, middle - 6 * unit) for x in (22, 66, 126))
+        way = 1.0 if self._looks == "sitter" else -1.0
+        self._paint_cone(painter, camera, way, (48.0 if way > 0 else 32.0) * unit, unit)
+        _paint_head(painter, me, 1.0, unit, t.c.text)
+        _paint_head(painter, sitter, -1.0, unit, t.c.text)
+        _paint_camera(painter, camera, way, unit, t.c.text, t.c.panel)
+        font, under = t.font(12), middle + 20 * unit
+        for place, words in ((me, "you"), (sitter, "sitter")):
+            spot = QRectF(place.x() - 32 * unit, under, 64 * unit, t.px(16))
+            put_text(painter, spot, words, font, t.c.dim, MIDDLE)
+
+    @staticmethod
+    def _paint_cone(painter: QPainter, tip: QPointF, way: float, reach: float, unit: float) -> None:
+        shade = QColor(theme().c.text)
+        shade.setAlphaF(0.22)
+        wide = reach * 0.52
+        start = tip + QPointF(6.0 * unit * way, 0.0)
+        far = start + QPointF(reach * way, 0.0)
+        cone = QPolygonF([start, far - QPointF(0.0, wide), far + QPointF(0.0, wide)])
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(shade)
+        painter.drawPolygon(cone)
+
+
+def _paint_head(painter: QPainter, at: QPointF, way: float, unit: float, ink: QColor) -> None:
+    """Paint a head from above, its nose pointing the way it faces."""
+    pen = QPen(ink, 1.75 * max(unit, 0.8))
+    pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+    painter.setPen(pen)
+    painter.setBrush(theme().c.panel)
+    radius = 13.0 * unit
+    tip = at + QPointF((radius + 5.0 * unit) * way, 0.0)
+    root = [at + QPointF(radius * 0.8 * way, side * 5.0 * unit) for side in (-1.0, 1.0)]
+    painter.drawPolygon(QPolygonF([root[0], tip, root[1]]))
+    painter.drawEllipse(at, radius, radius)
+
+
+def _paint_camera(
+    painter: QPainter, at: QPointF, way: float, unit: float, ink: QColor, ground: QColor
+) -> None:
+    """Paint a camera from above, its lens on the side it looks to."""
+    painter.setPen(QPen(ink, 1.75 * max(unit, 0.8)))
+    painter.setBrush(ground)
+    lens = QRectF(0, 0, 6.0 * unit, 9.0 * unit)
+    lens.moveCenter(at + QPointF(6.0 * unit * way, 0.0))
+    painter.drawRect(lens)
+    body = QRectF(0, 0, 9.0 * unit, 20.0 * unit)
+    body.moveCenter(at)
+    painter.setBrush(ink)
+    painter.drawRoundedRect(body, 2.0 * unit, 2.0 * unit)
+
+
+class Question(QWidget):
+    """The question with its two answers."""
+
+    answered = Signal(str)
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        title = Text("Which way does this camera look?", 16, 600, elide=True)
+        self._note = Text("Asked once. The settings change it.", 12, role="dim", elide=True)
+        grow = QSizePolicy.Policy.Expanding
+        self.answers: dict[str, Pressable] = {"sitter": _Answer("sitter"), "me": _Answer("me")}
+        for looks, answer in self.answers.items():
+            answer.setSizePolicy(grow, grow)
+            answer.clicked.connect(lambda _on=False, looks=looks: self.answered.emit(looks))
+        answers = row(*((answer, 1) for answer in self.answers.values()), gap=8)
+        column(*(title, self._note, 4, (answers, 1)), into=self, gap=2, margins=(16, 10, 16, 12))
+        self.setAccessibleName("Which way does this camera look?")
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Leave the note out where there is little room."""
+        super().resizeEvent(event)
+        self._note.setVisible(self.height() >= theme().px(_ROOMY))
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Cover the picture underneath."""
+        t = theme()
+        painter = QPainter(self)
+        painter.fillRect(self.rect(), t.c.bg)
+        box(painter, self.rect(), t.px(8), t.c.bg, t.c.ctl, t.line_width)
