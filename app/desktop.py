@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 
-from app.ui.display import check_display, missing_library
-from app.ui.launch_options import LaunchOptions
-from app.ui.memory import reading_in
+from app.ui.shell.display import LaunchOptions, check_display, missing_library
+from app.ui.shell.memory import reading_in
 
 __all__ = ["LaunchOptions", "start"]
 
 
-def start(wishes: LaunchOptions) -> int:
+def start(options: LaunchOptions) -> int:
     """Show the window until it is closed.
 
     Returns
@@ -27,18 +26,24 @@ def start(wishes: LaunchOptions) -> int:
     DeviceError
         When its display cannot be reached.
     """
-    if wishes.screenshots is not None:
+    if options.screenshots is not None:
         # Pictures are drawn in memory: the same on every machine, with or without a display.
         os.environ["QT_QPA_PLATFORM"] = "offscreen"
-    if wishes.scale is not None:
-        os.environ["QT_SCALE_FACTOR"] = str(wishes.scale)
+    if options.scale is not None:
+        os.environ["QT_SCALE_FACTOR"] = str(options.scale)
     platform = check_display()
     if platform is not None:
         os.environ["QT_QPA_PLATFORM"] = platform
     try:
         with reading_in():
-            from app.ui.jobs import leave_if_stuck
-            from app.ui.start import run
+            from app.ui.shell.jobs import leave_if_stuck
+            from app.ui.shell.start import run, show_until_closed
+
+            use, folder = show_until_closed, options.screenshots
+            if folder is not None:
+                from app.ui.shell.screenshots import Walk
+
+                use = lambda app: Walk(app, folder).run()  # noqa: E731
     except ImportError as error:
         if ".so" not in str(error):
             raise
@@ -47,16 +52,16 @@ def start(wishes: LaunchOptions) -> int:
     from app.devices.device_sets import RealDevices
 
     clock = SystemClock()
-    if wishes.demo:
+    if options.demo:
         from app.core.base.paths import resources
         from app.devices.device_sets import DemoDevices
 
         devices = DemoDevices(clock, resources() / "demo" / "location")
         try:
-            code = run(wishes, devices, clock)
+            code = run(options, devices, clock, use)
         finally:
             devices.close()
     else:
-        code = run(wishes, RealDevices(clock), clock)
+        code = run(options, RealDevices(clock), clock, use)
     leave_if_stuck(code)
     return code

@@ -18,7 +18,7 @@ from app.core.base.files import check_target
 from app.core.solver.head_shape import shape_path
 from app.core.solver.reach import OBJECTIVES
 from app.core.solver.style_pack import pack_path
-from app.ui.display import DesktopError, check_display
+from app.ui.shell.display import DesktopError, check_display
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence

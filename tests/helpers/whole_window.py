@@ -16,11 +16,11 @@ from app.core.base.progress import Token
 from app.core.storage.settings import FILE, Settings, write_settings
 from app.devices.clock import Clock, SystemClock
 from app.devices.theta.discovery import Discovery
-from app.ui.launch_options import LaunchOptions
 from app.ui.presenters import place_controller
-from app.ui.screenshots import Lost, Robot
-from app.ui.start import App
-from app.ui.window import DESIGNED
+from app.ui.shell.display import LaunchOptions
+from app.ui.shell.screenshots import Lost, Robot
+from app.ui.shell.start import App
+from app.ui.shell.window import DESIGNED
 
 if TYPE_CHECKING:
     from app.devices.webcam import Webcam

@@ -95,6 +95,96 @@ def test_a_camera_model_takes_one_row(copy: Path) -> None:
     assert run(copy, CAPTURE) == "RICOH THETA Z9 True\n"
 
 
+SCREEN = {
+    "__init__.py": '"""The Notes screen."""\n',
+    "presenter.py": '''"""Notes on the open place."""
+
+from app.ui.presenters.actions import Action
+
+
+class NotesPresenter:
+    def __init__(self, services, desk):
+        self.services = services
+        self.front = False
+
+    def attach(self, view):
+        view.setAccessibleName("Notes of this place")
+
+    def detach(self):
+        pass
+
+    def entered(self):
+        self.front = True
+
+    def left(self):
+        self.front = False
+
+    def actions(self):
+        return (Action("clear-notes", "Clear the notes", lambda: None, shortcut="Ctrl+L"),)
+''',
+    "view/__init__.py": '"""What the screen looks like."""\n',
+    "view/screen.py": '''"""The notes."""
+
+from PySide6.QtWidgets import QWidget
+
+
+class NotesScreen(QWidget):
+    def __init__(self, presenter, compact):
+        super().__init__()
+        self.presenter = presenter
+''',
+}
+ROW = """    ScreenSpec(
+        "notes",
+        "NotesPresenter",
+        "NotesScreen",
+        title="Notes",
+        tip="Write down what you saw",
+        command="Notes: write them down",
+        icon="edit",
+        done=lambda model: model.place is not None and bool(model.place.notes),
+    ),
+"""
+VISIT = """
+import os
+import sys
+from pathlib import Path
+
+os.environ["QT_QPA_PLATFORM"] = "offscreen"
+
+import app
+from app.ui.theme import apply, set_theme
+from tests.helpers.whole_window import opened
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QApplication
+
+assert Path(app.__file__).parent.parent == Path.cwd()
+application = QApplication(sys.argv[:1])
+set_theme("dark", 1.0)
+apply(application)
+with opened(Path("home")) as (shown, robot):
+    robot.press(Qt.Key.Key_5, Qt.KeyboardModifier.ControlModifier)
+    presenter = shown.window.front_presenter
+    assert shown.window.front.presenter is presenter and presenter.front
+    assert robot.find("Notes of this place") is shown.window.front
+    print([one.words for one in shown.commands.all_actions() if "otes" in one.words])
+    robot.click("Probe")
+    assert not presenter.front
+    robot.click("Notes")
+    assert presenter.front
+"""
+
+
+def test_a_screen_takes_its_folder_and_one_row(copy: Path) -> None:
+    """The rail, its key, "Find anything" and the window know it."""
+    screens = copy / "app" / "ui" / "screens"
+    for name, text in SCREEN.items():
+        (screens / "notes" / name).parent.mkdir(parents=True, exist_ok=True)
+        (screens / "notes" / name).write_text(text, encoding="utf-8")
+    insert(screens / "registry.py", ")\n\n\ndef screen(", ROW)
+    assert run(copy, VISIT) == "['Clear the notes', 'Notes: write them down']\n"
+
+
 MOST_FILES = 3
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from app.cli import COMMANDS
+from app.ui.screens.registry import SCREENS
 from tests.helpers.house import libraries, unreached
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -17,6 +18,11 @@ ENTRIES = (
     "app.cli",
     "app.desktop",
     *(f"app.commands.{name.replace('-', '_')}" for name in COMMANDS),
+    *(
+        f"app.ui.screens.{one.key}.{part}"
+        for one in SCREENS
+        for part in ("presenter", "view.screen")
+    ),
 )
 # Where a library is imported by another name than it is installed by.
 MODULES = {"opencv-contrib-python-headless": "cv2"}

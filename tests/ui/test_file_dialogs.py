@@ -18,11 +18,13 @@ CODE = """
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit, QWidget
-from app.ui.shortcuts import Shortcuts
+from app.ui.shell.shortcuts import Shortcuts
 from app.ui.theme import apply, set_theme
 from app.ui.widgets.dialogs import Sheet
+from app.ui.widgets.toasts import Toasts
+from app.ui.shell.window import Window
 from app.ui.widgets.messages import Toasts
-from app.ui.window import Window
+from app.ui.shell.window import Window
 
 application = QApplication([])
 set_theme("dark")

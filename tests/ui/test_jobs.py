@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from app.core.base.errors import CoreError
-from app.ui.jobs import QtRunner
+from app.ui.shell.jobs import QtRunner
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -151,7 +151,7 @@ def test_many_jobs_leave_nothing_behind(qtbot: QtBot, runner: QtRunner) -> None:
 ENDING = """
 import sys, time
 from PySide6.QtCore import QCoreApplication
-from app.ui.jobs import QtRunner, leave_if_stuck
+from app.ui.shell.jobs import QtRunner, leave_if_stuck
 application = QCoreApplication([])
 
 def main():

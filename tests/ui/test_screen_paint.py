@@ -26,11 +26,11 @@ from pytestqt.qtbot import QtBot
 from app.core.painting.canvas import Canvas
 from app.core.painting.stroke import Tool
 from app.core.painting.user_style import load_draft
-from app.ui.jobs import QtRunner
 from app.ui.screens.paint.state import Shown
 from app.ui.screens.paint.view import face as face_module
 from app.ui.screens.paint.view.screen import PaintScreen
 from app.ui.screens.paint.view.tools import ToolColumn, ToolStrip
+from app.ui.shell.jobs import QtRunner
 from app.ui.theme import apply, set_theme
 from app.ui.widgets.line_sheet import LineSheet
 from app.ui.widgets.paint import draw_tag

@@ -89,7 +89,7 @@ class TestMarker:
         QTest.keyClick(grip, Qt.Key.Key_Right)
         QTest.keyClick(grip, Qt.Key.Key_Return)
         assert bench.model.front_deg == pytest.approx(11.0)
-        assert bench.model.step.value == "probe"
+        assert bench.model.step == "probe"
 
 
 class TestTools:
@@ -137,7 +137,7 @@ class TestCapture:
         assert len(column.frames.views) == 3
         assert column.banner.isVisible()
         click(qtbot, column.styles)
-        assert bench.model.step.value == "styles"
+        assert bench.model.step == "styles"
 
     def test_cancel(self, bench: Bench, qtbot: QtBot) -> None:
         bench.presenter.entered()

@@ -83,7 +83,7 @@ def goal(shown: Shown) -> float | None:
     return shown.table.model.goal_deg
 
 
-def step(shown: Shown) -> Step:
+def step(shown: Shown) -> str:
     return shown.table.model.step
 
 

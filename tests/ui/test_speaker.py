@@ -13,7 +13,7 @@ import pytest
 CODE = """
 import sys
 import numpy as np
-from app.ui.speaker import Speaker
+from app.ui.shell.speaker import Speaker
 speaker = Speaker()
 speaker.play(np.zeros(100, np.int16))
 speaker.stop()

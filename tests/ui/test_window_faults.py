@@ -31,8 +31,8 @@ from app.ui.presenters.model import Step
 from app.ui.screens.paint.view.canvas import PaintCanvas
 from app.ui.screens.styles.view.card import DamagedCard, StyleCard
 from app.ui.screens.turn.view.parts import Well
-from app.ui.screenshots import Robot
-from app.ui.start import App
+from app.ui.shell.screenshots import Robot
+from app.ui.shell.start import App
 from app.ui.theme import theme
 from app.ui.widgets.labels import Text
 from app.ui.widgets.plots.guidance import BigDegrees
@@ -485,9 +485,9 @@ from pathlib import Path
 from PySide6.QtWidgets import QApplication
 from app.devices.clock import SystemClock
 from app.ui.presenters.model import Step
-from app.ui.screenshots import Robot
-from app.ui.start import App
-from app.ui.launch_options import LaunchOptions
+from app.ui.shell.screenshots import Robot
+from app.ui.shell.start import App
+from app.ui.shell.display import LaunchOptions
 from tests.helpers.whole_window import SCENE, NoDevices
 
 application = QApplication([])

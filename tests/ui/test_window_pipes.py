@@ -20,9 +20,9 @@ from pathlib import Path
 from PySide6.QtWidgets import QApplication
 from app.devices.clock import SystemClock
 from app.ui.presenters.model import Step
-from app.ui.screenshots import Robot
-from app.ui.start import App
-from app.ui.launch_options import LaunchOptions
+from app.ui.shell.screenshots import Robot
+from app.ui.shell.start import App
+from app.ui.shell.display import LaunchOptions
 from tests.helpers.whole_window import NoDevices
 
 application = QApplication([])

@@ -22,8 +22,8 @@ from pytestqt.qtbot import QtBot
 from app.core.base.paths import resources
 from app.ui.presenters.model import Step
 from app.ui.screens.turn.view.parts import Question
-from app.ui.screenshots import Robot
-from app.ui.start import App
+from app.ui.shell.screenshots import Robot
+from app.ui.shell.start import App
 from app.ui.theme import ThemeName, theme
 from app.ui.theme.theme import Theme
 from app.ui.widgets.accessibility import Roving

@@ -20,8 +20,8 @@ from app.core.text.turns import whole
 from app.ui.frame.drop import DropVeil
 from app.ui.presenters.model import Step
 from app.ui.screens.turn.view.parts import ShotsLine, ShotsSheet
-from app.ui.screenshots import Robot
-from app.ui.start import App
+from app.ui.shell.screenshots import Robot
+from app.ui.shell.start import App
 from app.ui.widgets.labels import Text
 from tests.helpers.photos import taken_from, write_photo
 from tests.helpers.whole_window import open_light, opened, quick_heads, until

@@ -27,8 +27,8 @@ from app.ui.presenters.model import Step
 from app.ui.screens.styles.view.card import StyleCard
 from app.ui.screens.styles.view.numbers import TurnWords
 from app.ui.screens.turn.view.guidance import GuideColumn, LargeWords
-from app.ui.screenshots import Robot
-from app.ui.start import App
+from app.ui.shell.screenshots import Robot
+from app.ui.shell.start import App
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.labels import Text
 from app.ui.widgets.plots.guidance import BigDegrees, TurnArrow

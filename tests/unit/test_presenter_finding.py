@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.ui.presenters.finding import Findable, best, score
+from app.ui.presenters.actions import Findable, best, score
 
 
 def thing(words: str, detail: str = "") -> Findable:

@@ -16,6 +16,7 @@ from app.ui.presenters.frame import FramePresenter, FrameView, camera_words, tim
 from app.ui.presenters.model import CameraSeen, Model, Step
 from app.ui.presenters.services import Services
 from app.ui.presenters.undo import Undoable, UndoStack
+from app.ui.screens.registry import SCREENS
 
 CEST = timezone(timedelta(hours=2))
 NOW = datetime(2026, 11, 21, 14, 5, tzinfo=CEST)
@@ -94,12 +95,16 @@ def test_the_foot_of_painting_and_turning(services: Any) -> None:
 
 
 def test_steps_are_done_when_they_have_what_they_are_for(services: Any) -> None:
-    presenter = FramePresenter(services)
-    assert presenter.resolve().done == frozenset()
-    services.model.update(light=object())
-    assert presenter.resolve().done == {Step.PROBE}
-    services.model.update(goal_deg=3.0)
-    assert presenter.resolve().done == {Step.PROBE, Step.STYLES}
+    model = services.model
+
+    def done() -> set[str]:
+        return {spec.key for spec in SCREENS if spec.done(model)}
+
+    assert done() == set()
+    model.update(light=object())
+    assert done() == {Step.PROBE}
+    model.update(goal_deg=3.0)
+    assert done() == {Step.PROBE, Step.STYLES}
 
 
 def test_the_view_is_told_of_what_it_shows_and_of_nothing_else(services: Any) -> None:

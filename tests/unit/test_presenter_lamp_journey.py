@@ -16,12 +16,12 @@ from app.core.second_light.near import near_picture
 from app.core.solver.place_light import turned
 from app.core.solver.transport import render
 from app.core.text.turns import whole
-from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.model import LampPlan, Step
 from app.ui.screens.light import jobs
 from app.ui.screens.light.jobs import take_in_hand
 from app.ui.screens.light.pictures import Answers, Held, InHand, portrait_with
 from app.ui.screens.light.presenter import LightPresenter
+from app.ui.screens.registry import screen
 from app.ui.screens.turn.shots import _Asked
 from tests.helpers.light_rig import Watching
 from tests.helpers.styles_screen import head, scene_light
@@ -123,8 +123,7 @@ def test_the_way_back_leads_to_the_lamp_where_it_was_held(way: Journey) -> None:
     way.go()
     back = next(one for one in way.turn.presenter.actions() if one.key == "turn-back")
     assert (back.words, back.hint) == ("Back to the lamp", "lamp")
-    frame = FramePresenter(way.turn.services)
-    assert Step.LIGHT in frame.resolve().done
+    assert screen(Step.LIGHT).done(way.turn.model)
     back.run()
     assert way.turn.model.step is Step.LIGHT
     way.light.entered()

@@ -49,9 +49,9 @@ class TestCapture:
         assert state.age == "Measured just now."
         assert state.frames_note.startswith("ISO ")
         assert state.frames_note.endswith("taken 14:05")
-        assert bench.model.step.value == "probe"
+        assert bench.model.step == "probe"
         presenter.main()
-        assert bench.model.step.value == "styles"
+        assert bench.model.step == "styles"
 
     def test_the_steps_are_shown_in_order_and_frames_as_they_arrive(self, bench: Bench) -> None:
         seen: list[ProbeState] = []

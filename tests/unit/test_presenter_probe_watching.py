@@ -11,13 +11,14 @@ import pytest
 
 from app.core.hdr.findings import Findings, Lamp
 from app.devices.errors import DownloadFailed, Unreachable
-from app.ui.screens.probe.trouble import HowFar, trouble_notice
 from app.ui.screens.probe.words import (
+    HowFar,
     ev_words,
     lamp_rows,
     plan_parts,
     share_words,
     shutter_words,
+    trouble_notice,
     where_words,
 )
 from tests.helpers.probe_screen import Bench

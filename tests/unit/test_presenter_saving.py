@@ -21,10 +21,10 @@ from app.core.storage.places.light import read_light
 from app.core.storage.places.store import list_places, read_place
 from app.core.storage.settings import Settings
 from app.ui.presenters import place_loader
-from app.ui.presenters.disk_words import disk_words
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import PlacesListPresenter
+from app.ui.presenters.saving import disk_words
 from app.ui.presenters.unfinished import unfinished
 from tests.helpers.immediate_runner import ImmediateRunner
 from tests.helpers.styles_screen import HoldingRunner, Table, on_time

@@ -9,7 +9,7 @@ from unittest.mock import MagicMock
 import pytest
 
 from app.core.base.progress import Token, silent
-from app.ui.presenters.serial_queue import SerialQueue
+from app.ui.presenters.file_changes import SerialQueue
 
 
 class Held:

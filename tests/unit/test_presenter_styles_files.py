@@ -10,7 +10,7 @@ import pytest
 from app.core.painting.canvas import from_style
 from app.core.painting.library import import_style, list_user_styles, save_user_style
 from app.core.painting.user_style import UserStyle
-from app.ui.screens.styles.sheet import plain_name
+from app.ui.screens.styles.files import plain_name
 from app.ui.screens.styles.state import StylesView
 from tests.helpers.styles_screen import Table, head, scene_light
 

@@ -19,18 +19,17 @@ from app.devices.capture.status import Stage, Status
 from app.devices.profiles import PROFILES, ModelProfile, profile_for
 from app.devices.theta.messages import Info
 from app.devices.webcam.sources import LiveSource
-from app.ui.commands import Commands
 from app.ui.overlays.help import key_lines
-from app.ui.presenters.actions import Action
-from app.ui.presenters.finding import SEARCHED, nothing_words
+from app.ui.presenters.actions import SEARCHED, Action, nothing_words
 from app.ui.presenters.frame import FramePresenter
-from app.ui.presenters.sounds import Silence
+from app.ui.presenters.services import Silence
 from app.ui.screens.light.resolve import go_words, turn_title, way_icon
 from app.ui.screens.paint.presenter import PaintPresenter
 from app.ui.screens.probe.words import plan_parts
 from app.ui.screens.styles.gallery import verdict_of
 from app.ui.screens.turn.camera import LiveCamera
 from app.ui.screens.turn.sources import NO_WEBCAMS
+from app.ui.shell.commands import Commands
 from tests.helpers.styles_screen import Table, scene_light
 from tests.helpers.turn_rig import Rig
 from tests.unit.test_presenter_turn_sources import Rig as Picker
@@ -180,7 +179,7 @@ def test_the_tour_promises_what_it_has() -> None:
     services: Any = MagicMock()
     services.model.settings.tour_seen = False
     services.notify.tell = lambda words, **_: told.append(words)
-    Commands(services, MagicMock(), MagicMock()).begin()
+    Commands(services, MagicMock(), MagicMock(), MagicMock()).begin()
     assert "picture" not in told[0]
 
 

@@ -18,7 +18,7 @@ from app.ui.widgets.labels import KeyHint, Text
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.ui.jobs import JobLine
+    from app.ui.shell.jobs import JobLine
 
 _MOST_HINTS = 4
 

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QRect, Signal
 from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from app.ui.presenters.model import Step
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.buttons import Pressable
 from app.ui.widgets.paint import MIDDLE, box, hover_fill, put_text
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Sequence
+
+    from app.ui.presenters.screen import ScreenSpec
 
 PLACES: Final = "places"
 SETTINGS: Final = "settings"
@@ -22,37 +26,25 @@ _WIDTH: Final = 88
 _COMPACT_WIDTH: Final = 72
 _STEP_HEIGHT: Final = 64
 _BAR: Final = 4
-_TITLES: Final = {
-    "probe": "Probe",
-    "styles": "Styles",
-    "turn": "Turn",
-    "light": "Light",
-    PLACES: "Places",
-    SETTINGS: "Settings",
-}
-_HELP: Final = {
-    "probe": "Measure the light",
-    "styles": "Choose a style",
-    "turn": "Turn to it",
-    "light": "Place a second light",
-    PLACES: "Places you have measured",
-    SETTINGS: "Settings",
-}
+_FOOT: Final = (
+    (PLACES, "Places", "Places you have measured", PLACES),
+    (SETTINGS, "Settings", "Settings", SETTINGS),
+)
 
 
 class _RailButton(Pressable):
     """One entry: icon over label, a bar at the left edge when it is the screen in front."""
 
-    def __init__(self, key: str, shortcut: str, compact: bool) -> None:
-        super().__init__(_TITLES[key])
-        self.key = key
+    def __init__(self, title: str, tip: str, icon: str, shortcut: str, compact: bool) -> None:
+        super().__init__(title)
+        self._icon = icon
         self._done = False
         t = theme()
         self._margin = t.px(4 if compact else 8)
-        self.setText(_TITLES[key])
+        self.setText(title)
         self.setCheckable(True)
         self.setFixedSize(t.px(_COMPACT_WIDTH if compact else _WIDTH), t.px(_STEP_HEIGHT))
-        self.set_tip(_HELP[key], shortcut)
+        self.set_tip(tip, shortcut)
 
     def set_done(self, done: bool) -> None:
         """Mark the step as done; said in its name as well."""
@@ -86,7 +78,7 @@ class _RailButton(Pressable):
         side = t.px(24)
         middle = self.rect().center().x()
         face = QRect(middle - side // 2, t.px(9), side, side)
-        draw_icon(painter, self.key, face, side, ink)
+        draw_icon(painter, self._icon, face, side, ink)
         label = QRect(0, t.px(38), self.width(), t.px(16))
         put_text(painter, label, self.text(), t.font(12, 500), ink, MIDDLE)
         if self._done:
@@ -99,10 +91,10 @@ class Rail(QWidget):
     """Steps and, at the foot, places and settings; one stop for Tab, arrows move inside."""
 
     chosen = Signal(str)
-    """Key of what was chosen: a step's value, `PLACES` or `SETTINGS`."""
+    """Key of what was chosen: a screen's, `PLACES` or `SETTINGS`."""
 
-    def __init__(self, compact: bool, parent: QWidget | None = None) -> None:
-        super().__init__(parent)
+    def __init__(self, compact: bool, screens: Sequence[ScreenSpec]) -> None:
+        super().__init__()
         t = theme()
         self.setAccessibleName("Steps")
         self.setFixedWidth(t.px(_COMPACT_WIDTH if compact else _WIDTH))
@@ -110,23 +102,23 @@ class Rail(QWidget):
         column = QVBoxLayout(self)
         column.setContentsMargins(0, t.px(64 if compact else 72), 0, t.px(8))
         column.setSpacing(t.px(8))
-        keys = [step.value for step in Step]
-        for number, key in enumerate([*keys, PLACES, SETTINGS], start=1):
+        steps = [(spec.key, spec.title, spec.tip, spec.icon) for spec in screens]
+        for number, (key, title, tip, icon) in enumerate([*steps, *_FOOT], start=1):
             if key == PLACES:
                 column.addStretch(1)
-            shortcut = f"Ctrl {number}" if number <= len(keys) else ""
-            button = _RailButton(key, shortcut, compact)
+            shortcut = f"Ctrl {number}" if number <= len(steps) else ""
+            button = _RailButton(title, tip, icon, shortcut, compact)
             button.clicked.connect(lambda _=False, key=key: self.chosen.emit(key))
             column.addWidget(button)
             self._buttons[key] = button
         self._roving = Roving(self)
         self._roving.set_members(list(self._buttons.values()))
 
-    def show_steps(self, current: Step, done: frozenset[Step]) -> None:
-        """Mark the screen in front and the steps that are done."""
+    def show_steps(self, current: str, done: Collection[str]) -> None:
+        """Mark the screen in front and those that are done, by their keys."""
         for key, button in self._buttons.items():
-            button.setChecked(key == current.value)
-            button.set_done(any(step.value == key for step in done))
+            button.setChecked(key == current)
+            button.set_done(key in done)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Draw it."""

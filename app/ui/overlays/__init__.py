@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from PySide6.QtWidgets import QWidget
 
-    from app.ui.commands import Commands
+    from app.ui.shell.commands import Commands
 
 __all__ = ["open_overlay"]
 

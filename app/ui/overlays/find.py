@@ -34,11 +34,11 @@ from app.core.second_light.lamp_presets import KINDS
 from app.core.second_light.library import list_lamps
 from app.core.storage.places.store import list_places
 from app.core.storage.settings import TABLE
-from app.ui.presenters.finding import Findable, best, nothing_words
+from app.ui.presenters.actions import Findable, best, nothing_words
 from app.ui.presenters.frame import time_words
 from app.ui.presenters.model import Step
 from app.ui.screens.light.lamps import lamps_of, own_key
-from app.ui.shortcuts import written
+from app.ui.shell.shortcuts import written
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
 from app.ui.theme.style import dress_bars
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
     from app.core.second_light.library import LampEntry
     from app.core.storage.places.store import PlaceSummary
-    from app.ui.commands import Commands
+    from app.ui.shell.commands import Commands
 
 
 _THING: Final = Qt.ItemDataRole.UserRole

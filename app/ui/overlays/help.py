@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QGridLayout, QVBoxLayout, QWidget
 
-from app.ui.shortcuts import written
+from app.ui.shell.shortcuts import written
 from app.ui.theme import theme
 from app.ui.widgets.labels import KeyHint, Text
 from app.ui.widgets.surfaces import Scroll
@@ -15,8 +15,8 @@ from app.ui.widgets.surfaces import Scroll
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.ui.commands import Commands
     from app.ui.presenters.actions import Action
+    from app.ui.shell.commands import Commands
 
 _WORDS: Final = (
     (

@@ -15,8 +15,8 @@ from app.ui.widgets.surfaces import Scroll
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from app.ui.commands import Commands
-    from app.ui.notify import Message
+    from app.ui.shell.commands import Commands
+    from app.ui.shell.notify import Message
 
 _ICONS: Final[dict[str, tuple[str, Role]]] = {
     "info": ("info", "dim"),

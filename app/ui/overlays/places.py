@@ -19,8 +19,8 @@ from app.ui.widgets.surfaces import Menu, PictureLine, Scroll
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from app.ui.commands import Commands
     from app.ui.presenters.places_list import DeletedRow, PlacesListRow, PlacesListState
+    from app.ui.shell.commands import Commands
 
 _PICTURE: Final = (128, 64)
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from app.core.storage.settings import Value
-    from app.ui.commands import Commands
+    from app.ui.shell.commands import Commands
 
 
 class SettingsBody(QWidget):

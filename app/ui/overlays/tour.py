@@ -12,7 +12,7 @@ from app.ui.widgets.buttons import Button
 from app.ui.widgets.labels import Icon, Text
 
 if TYPE_CHECKING:
-    from app.ui.commands import Commands
+    from app.ui.shell.commands import Commands
 
 STEPS: Final = (
     (

@@ -1,12 +1,95 @@
-"""Everything that can be done, as data: menus, shortcuts, hints and "find anything" read it."""
+"""Everything that can be done, as data, and how it is found by a few letters."""
 
 from __future__ import annotations
 
+import re
+import unicodedata
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable, Sequence
+
+
+_WORDS: Final = re.compile(r"[^\W_]+")
+_MOST: Final = 50
+
+SEARCHED: Final = "an action, a style, a place, a lamp, a head or a setting"
+"""What can be found."""
+
+
+@dataclass(frozen=True, slots=True)
+class Findable:
+    """Something that can be found.
+
+    Attributes
+    ----------
+    detail : str
+        What it is, in a word or two: "style", "place of 21 Nov".
+    """
+
+    words: str
+    detail: str
+    icon: str
+    keys: str
+    run: Callable[[], None]
+
+
+def score(wanted: str, words: str) -> float:
+    """Say how well a few letters fit some words; 0 when they do not.
+
+    Every word that is typed must begin a word, or else be found inside one. What begins with
+    the first letters typed goes first, shorter words before longer ones.
+
+    Returns
+    -------
+    float
+        0 to 1.
+
+    Examples
+    --------
+    >>> score("rem", "Rembrandt") > score("rem", "Save as a rembrandt") > 0
+    True
+    >>> score("cafe", "Café")
+    1.0
+    """
+    typed = _WORDS.findall(_plain(wanted))
+    known = _WORDS.findall(_plain(words))
+    if not typed or not known:
+        return 0.0
+    total = 0.0
+    for number, part in enumerate(typed):
+        begins = [at for at, word in enumerate(known) if word.startswith(part)]
+        if begins:
+            total += 1.0 - 0.1 * min(abs(begins[0] - number), 5)
+        elif any(part in word for word in known):
+            total += 0.3
+        else:
+            return 0.0
+    length = sum(map(len, typed)) / max(sum(map(len, known)), 1)
+    return total / len(typed) * (0.9 + 0.1 * min(length, 1.0))
+
+
+def best(wanted: str, things: Iterable[Findable]) -> Sequence[Findable]:
+    """Choose what fits, the best first."""
+    if not wanted.strip():
+        return list(things)[:_MOST]
+    rated = [
+        (max(score(wanted, one.words), 0.8 * score(wanted, f"{one.words} {one.detail}")), one)
+        for one in things
+    ]
+    fitting = [pair for pair in rated if pair[0] > 0.0]
+    return [one for _, one in sorted(fitting, key=lambda pair: -pair[0])][:_MOST]
+
+
+def nothing_words(wanted: str) -> str:
+    """Say that nothing fits, and what could."""
+    return f"Nothing found for “{wanted.strip()}”. Type a few letters of {SEARCHED}."
+
+
+def _plain(text: str) -> str:
+    split = unicodedata.normalize("NFKD", text.casefold())
+    return "".join(letter for letter in split if not unicodedata.combining(letter))
 
 
 def always() -> bool:

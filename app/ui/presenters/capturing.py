@@ -7,6 +7,7 @@ of the one before, and the presenter looks into it from time to time.
 from __future__ import annotations
 
 import contextlib
+import shutil
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
@@ -14,9 +15,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from app.core.base.colour import srgb_encode, to_bytes
 from app.core.base.errors import CoreError
 from app.core.base.image_input import picture_bytes
 from app.core.base.images import write_exr
+from app.core.hdr.findings import clip_level
 from app.core.hdr.finish import MergeOptions
 from app.core.hdr.pipeline import measure
 from app.core.portrait.recapture_registration import Registered, register_again
@@ -24,7 +27,15 @@ from app.core.solver.environment import reduce
 from app.core.solver.reach import LIMITS, Limits
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import load_named_pack
-from app.core.storage.places.store import create_place, list_places, new_capture_folder, read_place
+from app.core.storage.places.originals import ORIGINALS
+from app.core.storage.places.store import (
+    PLACE,
+    capture_folders,
+    create_place,
+    list_places,
+    new_capture_folder,
+    read_place,
+)
 from app.core.text.turns import turn_words
 from app.devices.capture.machine import ENVIRONMENT, Capture, CaptureResult
 from app.devices.capture.session import FILE as OWED
@@ -35,25 +46,78 @@ from app.devices.theta.client import OscClient
 from app.devices.theta.endpoint import ACCESS_POINT
 from app.devices.theta.found import described
 from app.devices.theta.messages import Info
-from app.ui.presenters.place_from_probe import capture_facts, location_of, merged_light
+from app.ui.presenters.place_loader import capture_facts, location_of, merged_light
+from app.ui.presenters.unfinished import journal_in
 
 if TYPE_CHECKING:
     from datetime import datetime
     from pathlib import Path
 
+    from app.core.base.colour import FloatImage
     from app.core.base.progress import Report, Token
     from app.core.hdr.arriving import Rough
     from app.core.hdr.planner import PlannedShot
     from app.core.solver.place_light import PlaceLight
     from app.core.solver.solve import StyleResult
     from app.core.solver.style_pack import StylePack
-    from app.core.storage.places.place import Place
+    from app.core.storage.places.place import CaptureFacts, Place
     from app.devices.capture.journal import SessionJournal
     from app.devices.capture.status import Status
     from app.devices.clock import Clock
     from app.devices.theta.found import FoundCamera
     from app.devices.theta.link import Credentials
     from app.ui.presenters.services import Devices
+
+
+_SIZE: Final = (256, 128)
+
+
+def frame_pictures(
+    folder: Path | None, facts: CaptureFacts, radiance: FloatImage
+) -> tuple[Bytes | None, ...]:
+    """Find small pictures of a place's frames.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, 2 H, 3)
+        Linear Rec. 709 of the merge: where a file is elsewhere, what it must have looked like is
+        made of it.
+
+    Returns
+    -------
+    tuple of ((128, w, 3) uint8 or None)
+        SRGB, in the order of `facts.frames`.
+    """
+    homes = [] if folder is None else [folder, *reversed(capture_folders(folder))]
+    level = clip_level([frame.ev for frame in facts.frames])
+    darkest = min((frame.ev for frame in facts.frames), default=0.0)
+    pictures: list[Bytes | None] = []
+    for frame in facts.frames:
+        paths = [home / ORIGINALS / frame.file for home in homes]
+        path = next((each for each in paths if each.is_file()), None)
+        picture = None if path is None else small_picture(path)
+        if picture is None and level:
+            picture = exposed_picture(radiance, 2.0 ** (frame.ev - darkest) / level)
+        pictures.append(picture)
+    return tuple(pictures)
+
+
+def exposed_picture(radiance: FloatImage, gain: float) -> Bytes:
+    """Expose a panorama as a camera without any tone mapping would.
+
+    Parameters
+    ----------
+    radiance : NDArray[np.float32], (H, 2 H, 3)
+        Linear Rec. 709.
+
+    Returns
+    -------
+    (128, 256, 3) uint8
+        SRGB.
+    """
+    small = cv2.resize(radiance, _SIZE, interpolation=cv2.INTER_AREA)
+    return np.asarray(to_bytes(srgb_encode(np.clip(small * gain, 0.0, 1.0))), np.uint8)
+
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
@@ -280,6 +344,35 @@ def _finished(
     light = merged_light(probe, name)
     recording.captured = Captured(folder, place, light, result, registered)
     return recording.captured
+
+
+def tidy(recording: Recording, *, given_up: bool = False) -> bool:
+    """Remove the folder of a capture that took nothing.
+
+    Only what this capture made itself is removed, and only where no picture is in it, nothing
+    was exposed and the camera is owed nothing.
+
+    Parameters
+    ----------
+    given_up : bool, optional
+        The user stopped it: a part of a bracket stays on the camera and is not waited for.
+    """
+    folder, session = recording.folder, recording.session
+    if not recording.began or folder is None or session is None or session.parent != folder:
+        return False
+    journal = journal_in(session)
+    if journal is None or journal.owes or journal.exposed:
+        return False
+    if journal.frames and not given_up:
+        return False
+    with contextlib.suppress(OSError):
+        if any((session / "originals").iterdir()) or capture_folders(folder) != (session,):
+            return False
+        if {entry.name for entry in folder.iterdir()} != {PLACE, session.name}:
+            return False
+        shutil.rmtree(folder)
+        return True
+    return False
 
 
 def small_picture(path: Path) -> Bytes | None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Protocol
 
 from app.ui.presenters.model import Step
-from app.ui.presenters.sounds import sound_words
+from app.ui.presenters.services import sound_words
 
 if TYPE_CHECKING:
     from datetime import datetime
@@ -42,8 +42,7 @@ _MONTHS: Final = tuple(  # of English, whatever the system speaks
 class FrameState:
     """What the frame shows."""
 
-    step: Step = Step.PROBE
-    done: frozenset[Step] = frozenset()
+    step: str = Step.PROBE
     place: str = "No place yet"
     time: str = ""
     sitter: str = ""
@@ -87,13 +86,12 @@ class FramePresenter:
         status, icon = (self._said, "undo") if self._said else self._status(model)
         return FrameState(
             step=model.step,
-            done=_done(model),
             place=place.name if place is not None else "No place yet",
             time=time_words(place.made_at, self._services.today()) if place is not None else "",
             sitter=model.head.title if model.head is not None else "",
             camera=camera_words(camera) if camera is not None else "No camera",
             camera_short=_percent(camera.battery) if camera is not None else "",
-            camera_warning=_camera_warning(camera),
+            camera_warning=camera_warning(camera),
             undo=undo.undo_words,
             redo=undo.redo_words,
             status=status,
@@ -101,7 +99,7 @@ class FramePresenter:
         )
 
     def _status(self, model: Model) -> tuple[str, str]:
-        if model.step is Step.TURN:
+        if model.step == Step.TURN:
             return sound_words(model.settings.sounds, self._services.sounds)
         return _status(model)
 
@@ -137,28 +135,17 @@ def camera_words(camera: CameraSeen) -> str:
     return ", ".join(part for part in parts if part)
 
 
-def _done(model: Model) -> frozenset[Step]:
-    done = set()
-    if model.light is not None:
-        done.add(Step.PROBE)
-    if model.goal_deg is not None:
-        done.add(Step.STYLES)
-    if model.lamp_plan is not None:
-        done.add(Step.LIGHT)
-    return frozenset(done)
-
-
 def _status(model: Model) -> tuple[str, str]:
     """Say what is to be known on this screen while nothing runs, and with which icon."""
-    if model.step is Step.STYLES and model.painting is not None:
+    if model.step == Step.STYLES and model.painting is not None:
         return "Every stroke is kept. Leave at any time.", "check"
     if model.light is None or not model.results:
         return "", "check"
-    if model.step is Step.PROBE and model.unkept:
+    if model.step == Step.PROBE and model.unkept:
         return f"This place is not saved: {model.unkept}.", "warning"
-    if model.step is Step.PROBE and model.place is not None and not model.place.environment:
+    if model.step == Step.PROBE and model.place is not None and not model.place.environment:
         return "Saving this place…", "clock"
-    if model.step is Step.PROBE:
+    if model.step == Step.PROBE:
         return "The place is kept with its answers.", "check"
     out = sum(not result.attainable for result in model.results)
     solved = f"All {len(model.results)} styles solved for this place."
@@ -172,7 +159,8 @@ def _percent(share: float | None) -> str:
     return "" if share is None else f"{round(100 * share)} %"
 
 
-def _camera_warning(camera: CameraSeen | None) -> str:
+def camera_warning(camera: CameraSeen | None) -> str:
+    """Say what is about to run out; empty while nothing is."""
     if camera is None:
         return ""
     if camera.battery is not None and camera.battery < _LOW_BATTERY:

@@ -34,7 +34,7 @@ _SAME_DEG: Final = 1e-6
 
 
 class Step(StrEnum):
-    """The steps of the rail."""
+    """The screens on the rail, as `Model.step` names them."""
 
     PROBE = "probe"
     STYLES = "styles"
@@ -112,7 +112,7 @@ class Model:
         Name of the style that is being painted on, "" for one from nothing; None in the gallery.
     """
 
-    step: Step
+    step: str
     place_folder: Path | None
     place: Place | None
     light: PlaceLight | None

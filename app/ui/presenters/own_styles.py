@@ -21,7 +21,7 @@ from app.core.painting.user_style import (
     text_path,
 )
 from app.ui.presenters.event import Event
-from app.ui.presenters.undo import FileChange
+from app.ui.presenters.file_changes import FileChange
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from app.core.painting.user_style import UserStyle
     from app.core.storage.library import Trashed
-    from app.ui.presenters.serial_queue import SerialQueue
+    from app.ui.presenters.file_changes import SerialQueue
     from app.ui.presenters.services import Services
 
 

@@ -13,7 +13,7 @@ from app.core.painting.library import list_user_styles
 from app.core.solver.solve import solve_all
 from app.core.solver.style_pack import head_words, load_named_pack, load_transport_of, pack_names
 from app.ui.presenters.event import Event
-from app.ui.presenters.input_sorting import sort_out
+from app.ui.presenters.file_changes import SerialQueue
 from app.ui.presenters.model import Head, Step
 from app.ui.presenters.own_styles import OwnStyles
 from app.ui.presenters.place_loader import (
@@ -22,10 +22,10 @@ from app.ui.presenters.place_loader import (
     finish_files,
     last_opened,
     read_kept,
+    sort_out,
     take_anew,
 )
 from app.ui.presenters.saving import Saving
-from app.ui.presenters.serial_queue import SerialQueue
 from app.ui.presenters.undo import Undoable
 
 if TYPE_CHECKING:
@@ -315,7 +315,7 @@ class PlaceController:
 
         return work, f"Opening {name or (given[0].name if given else '')}"
 
-    def _opened(self, opened: Opened, step: Step = Step.PROBE) -> None:
+    def _opened(self, opened: Opened, step: str = Step.PROBE) -> None:
         if opened.folder is not None and not opened.folder.is_dir():
             # It was deleted while it was read.
             self._no_longer()
@@ -377,7 +377,14 @@ class PlaceController:
         if self._services.runner.running("head"):
             # With the head that is on its way, as soon as it is there.
             return
-        asked = (light, head, model.front_deg, model.user_styles, _solver_settings(settings))
+        asked = (
+            light,
+            head,
+            model.front_deg,
+            model.user_styles,
+            settings.objective,
+            settings.limits,
+        )
         if self._asked[:2] == asked[:2] and self._asked[2:] == asked[2:]:
             return
         self._asked = asked
@@ -418,26 +425,12 @@ def _solve_place(
     front_deg: float,
 ) -> tuple[StyleResult, ...]:
     objective: Objective = "paper" if settings.objective == "paper" else "picture"
-    built_in = solve_all(
-        head.pack,
-        light.searched,
-        objective,
-        limits=settings.limits,
-        front_deg=front_deg,
-    )
+    searched, limits = light.searched, settings.limits
+    built_in = solve_all(head.pack, searched, objective, limits=limits, front_deg=front_deg)
     own = solve_user_styles(
-        head.transport,
-        styles,
-        light.searched,
-        objective,
-        limits=settings.limits,
-        front_deg=front_deg,
+        head.transport, styles, searched, objective, limits=limits, front_deg=front_deg
     )
     return (*built_in, *own)
-
-
-def _solver_settings(settings: Settings) -> tuple[object, ...]:
-    return (settings.objective, settings.limits)
 
 
 def _best(results: Sequence[StyleResult]) -> str | None:

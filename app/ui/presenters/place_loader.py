@@ -1,4 +1,4 @@
-"""Reading a place that was kept, and making one of files: work for other threads."""
+"""Sorting out what was dropped, reading a place that was kept, and making one of files."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from app.core.base.errors import Cancelled, CoreError
+from app.core.hdr.lights import light_grid
+from app.core.hdr.sun import find_sun, sun_core
 from app.core.second_light.scale import stated_white
 from app.core.solver.environment import read_environment
 from app.core.solver.place_light import PlaceLight, prepare
 from app.core.solver.style_pack import load_named_pack
 from app.core.storage.places.light import read_light, store_environment
 from app.core.storage.places.originals import adopt_files
-from app.core.storage.places.place import CaptureFacts, Location, Place, PlaceError
+from app.core.storage.places.place import CaptureFacts, FrameFacts, Location, Place, PlaceError
 from app.core.storage.places.store import (
     PLACE,
     create_place,
@@ -23,18 +25,199 @@ from app.core.storage.places.store import (
     summarise,
     write_place,
 )
-from app.ui.presenters.input_sorting import Intake
-from app.ui.presenters.place_from_probe import capture_facts, location_of, merged_light
-from app.ui.presenters.unfinished import left_over
+from app.ui.presenters.unfinished import FRAMES, left_over
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from datetime import datetime
 
     from app.core.base.progress import Report, Token
+    from app.core.hdr.lights import Light
+    from app.core.hdr.pipeline import Probe
     from app.core.solver.reach import Limits
+    from app.core.storage.places.place import Kind
     from app.core.storage.settings import Settings
     from app.ui.presenters.unfinished import Unfinished
+
+
+_HDR: Final = frozenset({".exr", ".hdr", ".pic"})
+_PLACE_FILE: Final = "place.json"
+_MOST_LISTED: Final = 2000
+_MOST_FRAMES: Final = 64
+_KINDS: Final = "Drop an HDR panorama (.exr, .hdr), the photographs of a bracket, or their folder."
+
+
+@dataclass(frozen=True, slots=True)
+class Intake:
+    """What there is to be opened; exactly one of the three."""
+
+    name: str
+    place: Path | None = None
+    environment: Path | None = None
+    frames: tuple[Path, ...] = ()
+
+
+def sort_out(paths: Sequence[Path]) -> Intake:
+    """Look at names only; what is in the files is looked at by whoever reads them.
+
+    Raises
+    ------
+    CoreError
+        When there is nothing of use, or more than one thing.
+    """
+    for path in paths:
+        if path.is_dir() and (path / _PLACE_FILE).is_file():
+            return Intake(path.name, place=path)
+        if path.name == _PLACE_FILE and path.is_file():
+            return Intake(path.parent.name, place=path.parent)
+    files = [file for path in paths for file in _files_of(path)]
+    panoramas = [file for file in files if file.suffix.lower() in _HDR]
+    frames = [file for file in files if file.suffix.lower() in FRAMES]
+    name = _name_of(paths, panoramas or frames)
+    if len(panoramas) > 1:
+        raise CoreError(
+            f"These are {len(panoramas)} panoramas, and a place has one.", "Open them one by one."
+        )
+    if panoramas:
+        return Intake(name, environment=panoramas[0])
+    if not frames:
+        raise CoreError("There is nothing here that Turnlight can read.", _KINDS)
+    if len(frames) > _MOST_FRAMES:
+        raise CoreError(
+            f"These are {len(frames)} photographs; a bracket has at most {_MOST_FRAMES}.",
+            "Drop the frames of one bracket only.",
+        )
+    return Intake(name, frames=tuple(frames))
+
+
+def _files_of(path: Path) -> list[Path]:
+    if not path.is_dir():
+        return [path]
+    found = []
+    for file in path.iterdir():
+        if not file.name.startswith(".") and file.is_file():
+            found.append(file)
+        if len(found) >= _MOST_LISTED:
+            break
+    return sorted(found)
+
+
+def _name_of(paths: Sequence[Path], used: Sequence[Path]) -> str:
+    """Name a place after its file or folder, with spaces where file names have none."""
+    name = used[0].parent.name if used else ""
+    if len(paths) == 1:
+        name = paths[0].name if paths[0].is_dir() else paths[0].stem
+    return name.replace("_", " ").strip() or name
+
+
+# Mean luminance of the whole sphere. Rooms that lamps light have some 20 to 300 cd/m2, overcast
+# days 1,000 and more; in between nobody can tell a bright window from a dull evening.
+_INDOOR_CD_M2: Final = 300.0
+_OUTDOOR_CD_M2: Final = 1000.0
+
+
+def capture_facts(probe: Probe, camera_title: str, plan: str) -> CaptureFacts:
+    """Say how a light was measured.
+
+    Parameters
+    ----------
+    plan : str
+        "paper", "full" or "files".
+
+    Returns
+    -------
+    CaptureFacts
+        With the frames in the order of exposure, the brightest first; EV is relative to the
+        metered frame: the first that was shot of a planned bracket, else the middle one.
+    """
+    merged, audit = probe.merged, probe.finished.audit
+    return CaptureFacts(
+        camera=camera_title or probe.bracket.frames[0].camera,
+        plan=plan,
+        frames=_frames(probe, plan),
+        clipped_share=probe.finished.measured_clipped if probe.bracket.panorama else None,
+        white_cd_m2=merged.cd_m2,
+        warnings=tuple(dict.fromkeys(probe.warnings)),
+        advice=() if audit is None else audit.advice,
+        notes=probe.notes,
+    )
+
+
+def location_of(probe: Probe) -> Location:
+    """Say what is over a place, as far as its light tells.
+
+    Returns
+    -------
+    Location
+        Indoors or outdoors by the mean luminance, where that is known absolutely; the sun where
+        it was recognised.
+    """
+    if not probe.bracket.panorama:
+        return Location()
+    measured = probe.finished.measured
+    grid = light_grid(measured)
+    sun = _sun(probe)
+    kind = _kind(grid.total / 12.566 * measured.cd_m2 if measured.cd_m2 else None)
+    if sun is None:
+        return Location(kind, sun=False if kind != "unknown" else None)
+    core = sun_core(sun, measured)
+    return Location("outdoor", True, core.azimuth_deg, core.elevation_deg)
+
+
+def merged_light(probe: Probe, name: str) -> PlaceLight:
+    """Prepare the light of a probe for everything that is asked of it.
+
+    Raises
+    ------
+    EnvironmentFileError
+        For pictures that are not panoramas, and when everything is black.
+    """
+    return prepare(probe.environment(name))
+
+
+def _frames(probe: Probe, plan: str) -> tuple[FrameFacts, ...]:
+    stops, frames = probe.bracket.stops, probe.bracket.frames
+    shares = probe.merged.clipped_fractions or (0.0,) * len(frames)
+    zero = _metered(probe, plan)
+    found = []
+    for frame, ev, share in zip(frames, stops, shares, strict=True):
+        exposure = frame.exposure
+        assert exposure is not None  # A bracket has no frame without one.
+        found.append(
+            FrameFacts(
+                file=frame.path.name,
+                shutter_s=exposure.shutter_s,
+                iso=exposure.iso if exposure.known else 0.0,
+                aperture=exposure.aperture if exposure.known else 0.0,
+                ev=ev - zero,
+                clipped_share=min(max(float(share), 0.0), 1.0),
+            )
+        )
+    return tuple(found)
+
+
+def _metered(probe: Probe, plan: str) -> float:
+    """Exposure in stops of the frame that the others are told relative to."""
+    stops = probe.bracket.stops
+    # Both plans shoot the metered frame, then 2 EV more, then darker ones.
+    if plan in ("paper", "full") and len(stops) > 1:
+        return stops[1]
+    return stops[(len(stops) - 1) // 2]
+
+
+def _sun(probe: Probe) -> Light | None:
+    finished = probe.finished
+    if finished.restoration is not None:
+        light = finished.restoration.light
+        return next((each for each in finished.lights if each.id == light), None)
+    return find_sun(finished.measured, finished.lights)
+
+
+def _kind(cd_m2: float | None) -> Kind:
+    if cd_m2 is None or _INDOOR_CD_M2 < cd_m2 < _OUTDOOR_CD_M2:
+        return "unknown"
+    return "indoor" if cd_m2 <= _INDOOR_CD_M2 else "outdoor"
+
 
 _HEAD: Final = "generic"
 

@@ -21,8 +21,8 @@ from app.core.storage.places.store import (
     rename_place,
     restore_place,
 )
+from app.ui.presenters.file_changes import FileChange
 from app.ui.presenters.frame import time_words
-from app.ui.presenters.undo import FileChange
 from app.ui.presenters.unfinished import Unfinished, left_over
 
 if TYPE_CHECKING:

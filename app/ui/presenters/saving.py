@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import threading
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
@@ -12,18 +13,52 @@ from app.core.storage.places.originals import ORIGINALS
 from app.core.storage.places.place import Asked, Place, PlaceError
 from app.core.storage.places.store import read_place, write_place
 from app.devices.clock import wait
-from app.ui.presenters.disk_words import disk_words, is_full
 from app.ui.presenters.place_loader import Opened, kept_anew, kept_in
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
     from app.core.base.progress import Report, Token
     from app.core.storage.json_file import Facts
     from app.core.storage.places.place import Place, Source
-    from app.ui.presenters.serial_queue import SerialQueue
+    from app.ui.presenters.file_changes import SerialQueue
     from app.ui.presenters.services import Services
+
+
+_NO_ROOM: Final = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+_LOCKED: Final = frozenset({errno.EROFS, errno.EACCES, errno.EPERM})
+_FULL: Final = ("no space left", "disk full", "disk is full", "not enough space", "file too large")
+_DENIED: Final = ("read-only", "not writable", "permission denied")
+
+
+def is_full(error: BaseException) -> bool:
+    """Whether there was no room, as the system says or as a message tells."""
+    return _is(error, _NO_ROOM, _FULL)
+
+
+def disk_words(error: BaseException) -> str:
+    """Say why nothing was written: "the disk is full"; "" where it is something else."""
+    if is_full(error):
+        return "the disk is full"
+    return "its folder cannot be written to" if _is(error, _LOCKED, _DENIED) else ""
+
+
+def _is(error: BaseException, codes: frozenset[int], words: tuple[str, ...]) -> bool:
+    causes = tuple(_causes(error))
+    if any(one.errno in codes for one in causes if isinstance(one, OSError)):
+        return True
+    # Image libraries know no numbers; the words of ours that came from them are all there is.
+    return any(each in str(one).lower() for one in causes for each in words)
+
+
+def _causes(error: BaseException) -> Iterator[BaseException]:
+    here: BaseException | None = error
+    for _ in range(10):
+        if here is None:
+            return
+        yield here
+        here = here.__cause__
 
 
 _MOMENT_S: Final = 0.4

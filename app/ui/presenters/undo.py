@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
+from typing import TYPE_CHECKING, Final
 
 from app.ui.presenters.event import Event
 
@@ -11,9 +11,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from app.ui.presenters.serial_queue import SerialQueue
-
-T = TypeVar("T")
 
 _MOST_BYTES: Final = 64 << 20
 
@@ -131,73 +128,3 @@ class UndoStack:
         # One that could not be done is back where it was, and has been told.
         if step in where:
             self.told.emit(f"{verb}: {step.words}.")
-
-
-class FileChange(Generic[T]):
-    """A change of the user's files that can be undone; each way it waits for its turn.
-
-    It is in the list from the moment it is asked for: whoever undoes at once undoes this, and
-    nothing that came before it.
-    """
-
-    def __init__(
-        self,
-        stack: UndoStack,
-        files: SerialQueue,
-        words: str,
-        make: Callable[[], T],
-        back: Callable[[T], Any],
-        *,
-        made: Callable[[T], None],
-        undone: Callable[[Any], None],
-        failed: Callable[[Exception], None],
-        before: Callable[[], None] = lambda: None,
-    ) -> None:
-        self._stack, self._files = stack, files
-        self._make, self._back = make, back
-        self._made, self._undone, self._failed = made, undone, failed
-        self._before = before
-        self._kept: T | None = None
-        self.step = Undoable(words, self._take_back, self._again, kept=lambda: self._kept)
-
-    def begin(self) -> None:
-        """Do it for the first time."""
-        self._before()
-        self._stack.push(self.step)
-        self._submit(self._make, self._is_made, lambda: self._stack.drop(self.step))
-
-    def take_back(self) -> None:
-        """Undo it, whatever has been done since."""
-        self._stack.take_back(self.step)
-
-    def _again(self) -> None:
-        self._before()
-        self._submit(
-            self._make, self._is_made, lambda: self._stack.failed(self.step, undoing=False)
-        )
-
-    def _take_back(self) -> None:
-        def work() -> Any:
-            return None if self._kept is None else self._back(self._kept)
-
-        def done(answer: Any) -> None:
-            if self._kept is not None:
-                self._kept = None
-                self._undone(answer)
-
-        self._submit(work, done, lambda: self._stack.failed(self.step, undoing=True))
-
-    def _is_made(self, kept: T) -> None:
-        self._kept = kept
-        self._made(kept)
-
-    def _submit(
-        self, work: Callable[[], Any], done: Callable[[Any], None], undo_list: Callable[[], None]
-    ) -> None:
-        def failed(error: Exception) -> None:
-            undo_list()
-            self._failed(error)
-
-        self._files.submit(
-            lambda token, report: work(), done=done, failed=failed, cancelled=undo_list
-        )

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-import contextlib
-import shutil
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final, Literal
 
 from app.core.base.files import open_file
 from app.core.storage.places.originals import ORIGINALS
-from app.core.storage.places.store import PLACE, capture_folders, list_places
+from app.core.storage.places.store import list_places
 from app.devices.capture.journal import Damaged, Newer, SessionJournal, journal_of
 from app.devices.capture.session import JOURNAL
-from app.ui.presenters.input_sorting import FRAMES
 
 if TYPE_CHECKING:
     from datetime import datetime
     from pathlib import Path
 
     from app.core.storage.places.store import PlaceSummary
-    from app.ui.presenters.capturing import Recording
 
+
+FRAMES: Final = frozenset({".jpg", ".jpeg", ".insp", ".png", ".tif", ".tiff", ".dng"})
+"""Endings of photographs that may be frames of a bracket."""
 _MOST_JOURNAL: Final = 4 << 20
 _OVER: Final = frozenset({"idle"})
 
@@ -60,35 +59,6 @@ class Unfinished:
         return "Unfinished: no frames yet"
 
 
-def tidy(recording: Recording, *, given_up: bool = False) -> bool:
-    """Remove the folder of a capture that took nothing.
-
-    Only what this capture made itself is removed, and only where no picture is in it, nothing
-    was exposed and the camera is owed nothing.
-
-    Parameters
-    ----------
-    given_up : bool, optional
-        The user stopped it: a part of a bracket stays on the camera and is not waited for.
-    """
-    folder, session = recording.folder, recording.session
-    if not recording.began or folder is None or session is None or session.parent != folder:
-        return False
-    journal = _journal(session)
-    if journal is None or journal.owes or journal.exposed:
-        return False
-    if journal.frames and not given_up:
-        return False
-    with contextlib.suppress(OSError):
-        if any((session / "originals").iterdir()) or capture_folders(folder) != (session,):
-            return False
-        if {entry.name for entry in folder.iterdir()} != {PLACE, session.name}:
-            return False
-        shutil.rmtree(folder)
-        return True
-    return False
-
-
 def unfinished(places: Path) -> tuple[Unfinished, ...]:
     """Look for places that can be finished; nothing is changed.
 
@@ -108,7 +78,7 @@ def left_over(summary: PlaceSummary) -> Unfinished | None:
         return None
     empty = Unfinished(summary.folder, None, summary.name, summary.made_at)
     session = summary.captures[-1] if summary.captures else None
-    journal = None if session is None else _journal(session)
+    journal = None if session is None else journal_in(session)
     if session is not None and journal is not None:
         begun = journal.frames or journal.exposed or journal.owes
         if begun and journal.stage not in _OVER:
@@ -134,7 +104,8 @@ def _photographs(folder: Path) -> tuple[Path, ...]:
         return ()
 
 
-def _journal(session: Path) -> SessionJournal | None:
+def journal_in(session: Path) -> SessionJournal | None:
+    """Read the journal of a capture; None where it cannot be read."""
     try:
         with open_file(session / JOURNAL) as stream:
             return journal_of(stream.read(_MOST_JOURNAL).decode("utf-8"))

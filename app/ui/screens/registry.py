@@ -1,97 +1,75 @@
-"""Which screen is shown when, and how it is made. Each is imported when it is first shown."""
+"""All screens, in the order of the rail. Each is imported when it is first shown."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Final
 
 from app.ui.presenters.model import Step
+from app.ui.presenters.screen import ScreenSpec
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from PySide6.QtWidgets import QWidget
-
-    from app.ui.presenters.actions import Action
     from app.ui.presenters.model import Model
-    from app.ui.presenters.place_controller import PlaceController
-    from app.ui.presenters.services import Services
 
-ScreenKey: TypeAlias = Literal["probe", "styles", "paint", "turn", "light"]
+SCREENS: Final = (
+    ScreenSpec(
+        Step.PROBE,
+        "ProbePresenter",
+        "ProbeScreen",
+        title="Probe",
+        tip="Measure the light",
+        command="Probe: measure the light",
+        icon="probe",
+        done=lambda model: model.light is not None,
+    ),
+    # Before the gallery, which it covers.
+    ScreenSpec(
+        "paint",
+        "PaintPresenter",
+        "PaintScreen",
+        in_front=lambda model: model.step == Step.STYLES and model.painting is not None,
+    ),
+    ScreenSpec(
+        Step.STYLES,
+        "StylesPresenter",
+        "StylesScreen",
+        title="Styles",
+        tip="Choose a style",
+        command="Styles: choose one",
+        icon="styles",
+        done=lambda model: model.goal_deg is not None,
+    ),
+    ScreenSpec(
+        Step.TURN,
+        "TurnPresenter",
+        "TurnScreen",
+        title="Turn",
+        tip="Turn to it",
+        command="Turn to it",
+        icon="turn",
+    ),
+    ScreenSpec(
+        Step.LIGHT,
+        "LightPresenter",
+        "LightScreen",
+        title="Light",
+        tip="Place a second light",
+        command="Light: place a second one",
+        icon="light",
+        done=lambda model: model.lamp_plan is not None,
+    ),
+)
 
 
-class ScreenPresenter(Protocol):
-    """What the frame needs of every screen's presenter."""
-
-    def attach(self, view: Any) -> None:
-        """Show everything in `view` from now on."""
-
-    def detach(self) -> None:
-        """Show nothing any more; the view is going away."""
-
-    def entered(self) -> None:
-        """Begin: the screen has come to the front."""
-
-    def left(self) -> None:
-        """Pause: the screen is no longer in front."""
-
-    def actions(self) -> Sequence[Action]:
-        """Give what can be done here; the shortcuts hold while the screen is in front."""
+def screen(key: str) -> ScreenSpec:
+    """Find a screen by its key."""
+    return next(spec for spec in SCREENS if spec.key == key)
 
 
-def screen_of(model: Model) -> ScreenKey:
+def screen_of(model: Model) -> ScreenSpec:
     """Say which screen belongs in front."""
-    if model.step is Step.STYLES and model.painting is not None:
-        return "paint"
-    keys: dict[Step, ScreenKey] = {
-        Step.PROBE: "probe",
-        Step.STYLES: "styles",
-        Step.TURN: "turn",
-        Step.LIGHT: "light",
-    }
-    return keys[model.step]
+    return next(spec for spec in SCREENS if spec.belongs_in_front(model))
 
 
-def make_presenter(key: ScreenKey, services: Services, desk: PlaceController) -> ScreenPresenter:
-    """Make the presenter of a screen; it lives as long as the window."""
-    if key == "probe":
-        from app.ui.screens.probe.presenter import ProbePresenter
-
-        return ProbePresenter(services, desk)
-    if key == "styles":
-        from app.ui.screens.styles.presenter import StylesPresenter
-
-        return StylesPresenter(services, desk)
-    if key == "paint":
-        from app.ui.screens.paint.presenter import PaintPresenter
-
-        return PaintPresenter(services, desk)
-    if key == "turn":
-        from app.ui.screens.turn.presenter import TurnPresenter
-
-        return TurnPresenter(services, desk)
-    from app.ui.screens.light.presenter import LightPresenter
-
-    return LightPresenter(services, desk)
-
-
-def make_view(key: ScreenKey, presenter: Any, compact: bool) -> QWidget:
-    """Make the view of a screen; it is made anew when theme, scale or layout change."""
-    if key == "probe":
-        from app.ui.screens.probe.view.screen import ProbeScreen
-
-        return ProbeScreen(presenter, compact)
-    if key == "styles":
-        from app.ui.screens.styles.view.screen import StylesScreen
-
-        return StylesScreen(presenter, compact)
-    if key == "paint":
-        from app.ui.screens.paint.view.screen import PaintScreen
-
-        return PaintScreen(presenter, compact)
-    if key == "turn":
-        from app.ui.screens.turn.view.screen import TurnScreen
-
-        return TurnScreen(presenter, compact)
-    from app.ui.screens.light.view.screen import LightScreen
-
-    return LightScreen(presenter, compact)
+def steps() -> tuple[ScreenSpec, ...]:
+    """Give the screens on the rail, from top to bottom."""
+    return tuple(spec for spec in SCREENS if spec.title)

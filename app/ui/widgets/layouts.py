@@ -48,6 +48,13 @@ def row(
     return _filled(QHBoxLayout(), items, into, gap, margins)
 
 
+def boxed(layout: QLayout) -> QWidget:
+    """Give a row or column a widget of its own."""
+    box = QWidget()
+    box.setLayout(layout)
+    return box
+
+
 def add(layout: QBoxLayout, *items: Item) -> None:
     """Add items to the end of a row or column."""
     for item in items:

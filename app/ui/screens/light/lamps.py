@@ -24,7 +24,7 @@ from app.core.second_light.library import (
 from app.core.second_light.placements import metres, read_metres
 from app.core.second_light.scale import read_lux
 from app.ui.presenters.actions import Action
-from app.ui.presenters.undo import FileChange
+from app.ui.presenters.file_changes import FileChange
 from app.ui.screens.light.mask import MaskEdit, MaskLook, look_at_mask
 from app.ui.screens.light.state import DISTANCES_M, CaptureAsk, WordsAsk
 

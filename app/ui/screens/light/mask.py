@@ -14,7 +14,7 @@ from app.core.second_light.captured import CapturedLamp, centroid, make_lamp
 from app.core.second_light.library import update_lamp
 from app.core.second_light.mask import find_mask, stroke
 from app.core.second_light.placements import lux_words
-from app.ui.presenters.undo import FileChange
+from app.ui.presenters.file_changes import FileChange
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

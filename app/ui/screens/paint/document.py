@@ -17,7 +17,7 @@ from app.core.painting.session import PaintSession
 from app.core.painting.user_style import Draft, find_draft, from_user_style, save_draft
 from app.core.solver.transport import Transport, render, to_image
 from app.devices.clock import wait
-from app.ui.presenters.disk_words import disk_words
+from app.ui.presenters.saving import disk_words
 from app.ui.screens.paint.state import HeadLook
 
 if TYPE_CHECKING:

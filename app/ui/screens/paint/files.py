@@ -12,7 +12,7 @@ from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
 from app.ui.presenters.undo import Undoable
 from app.ui.screens.paint.document import named_style
-from app.ui.screens.styles.sheet import plain_name
+from app.ui.screens.styles.files import plain_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

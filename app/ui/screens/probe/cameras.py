@@ -12,6 +12,7 @@ from app.devices.passwords import default_password_hint
 from app.devices.theta.client import OscClient
 from app.devices.theta.found import remember, same_camera
 from app.devices.theta.link import Credentials
+from app.ui.presenters.frame import camera_warning
 from app.ui.presenters.model import CameraSeen
 from app.ui.screens.probe.state import CameraBlock, CameraRow
 from app.ui.screens.probe.words import camera_second, is_loopback
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
 _NONE: Final = "No camera found. Switch its Wi-Fi on and join it, or type its address."
 _SEVERAL: Final = "Several cameras were found. Choose yours."
 _BOTH: Final = "Type both the user name and the password."
-_LOW_BATTERY: Final = 0.15
-_LOW_BYTES: Final = 200_000_000
 
 
 class CameraFinder:
@@ -62,7 +61,7 @@ class CameraFinder:
             title="No camera" if found is None else found.model or found.name,
             second=self._busy or second,
             short="" if seen is None or self._busy or self._missing else _short(seen),
-            warning="" if seen is None else _warning(seen),
+            warning=camera_warning(seen),
             busy=self._busy,
             missing=seen is None,
             open=self._open,
@@ -293,14 +292,6 @@ def _asked(client: OscClient, camera: FoundCamera) -> CameraSeen:
     name = " ".join(text for text in (info.model, info.serial_number) if text) or camera.name
     found = replace(camera, name=name, model=info.model, serial=info.serial_number)
     return CameraSeen(found, state.battery_level, free)
-
-
-def _warning(seen: CameraSeen) -> str:
-    if seen.battery is not None and seen.battery < _LOW_BATTERY:
-        return "Battery low"
-    if seen.free_bytes is not None and seen.free_bytes < _LOW_BYTES:
-        return "Card almost full"
-    return ""
 
 
 def _short(seen: CameraSeen) -> str:

@@ -9,10 +9,10 @@ from app.core.hdr.display import display_panorama
 from app.core.hdr.findings import clip_level, find
 from app.core.portrait.age import light_age
 from app.ui.presenters.actions import Action
+from app.ui.presenters.capturing import frame_pictures
 from app.ui.presenters.model import Step
 from app.ui.presenters.places_list import PlacesListPresenter, PlacesListState
 from app.ui.screens.probe.cameras import CameraFinder
-from app.ui.screens.probe.pictures import frame_pictures
 from app.ui.screens.probe.state import ProbeState
 from app.ui.screens.probe.taking import Taking
 from app.ui.screens.probe.watching import Watching

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final
 
 from app.core.base.angles import wrap
 from app.core.base.errors import Cancelled
 from app.core.guidance.tones import chime
 from app.devices.capture.status import SEEKING, Stage
+from app.devices.errors import PasswordNeeded
 from app.ui.presenters.capturing import (
     Captured,
     Order,
@@ -16,12 +17,12 @@ from app.ui.presenters.capturing import (
     capture,
     clipped_in,
     merge_kept,
+    tidy,
 )
 from app.ui.presenters.frame import time_words
-from app.ui.presenters.unfinished import Unfinished, tidy, unfinished
+from app.ui.presenters.unfinished import Unfinished, unfinished
 from app.ui.screens.probe.state import FrameTile, Notice, Running, StepMark
-from app.ui.screens.probe.trouble import HowFar, offer_notice, trouble_notice, wants_password
-from app.ui.screens.probe.words import tile_of
+from app.ui.screens.probe.words import HowFar, offer_notice, tile_of, trouble_notice
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -151,19 +152,9 @@ class Taking:
     def start(self, plan: str, delay_s: int) -> None:
         """Capture here, again if there is a place; what is known of it is carried over."""
         model = self._services.model
-        camera = model.camera
-        if self.active or camera is None:
+        if self.active or model.camera is None:
             return
-        order = Order(
-            places=self._services.folders.places,
-            made_at=self._services.today(),
-            camera=camera.found,
-            credentials=self._cameras.credentials(camera.found),
-            plan=_plan(plan),
-            delay_s=delay_s,
-            pack=None if model.head is None else model.head.pack,
-            limits=model.settings.limits,
-        )
+        order = replace(self._order(plan), delay_s=delay_s)
         place, light, folder = model.place, model.light, model.place_folder
         self._origin = None
         if place is not None and light is not None and folder is not None:
@@ -238,22 +229,24 @@ class Taking:
 
     # -- the job -------------------------------------------------------------------------------
 
-    def _go_on(self, folder: Path, session: Path, plan: str, *, merge: bool = False) -> None:
+    def _order(self, plan: str) -> Order:
         model = self._services.model
-        camera = model.camera
-        if self.active:
-            return
-        order = Order(
+        camera = None if model.camera is None else model.camera.found
+        return Order(
             places=self._services.folders.places,
             made_at=self._services.today(),
-            camera=None if camera is None else camera.found,
-            credentials=None if camera is None else self._cameras.credentials(camera.found),
-            plan=_plan(plan),
+            camera=camera,
+            credentials=None if camera is None else self._cameras.credentials(camera),
+            plan="full" if plan == "full" else "paper",
             pack=None if model.head is None else model.head.pack,
             limits=model.settings.limits,
-            folder=folder,
-            session=session,
         )
+
+    def _go_on(self, folder: Path, session: Path, plan: str, *, merge: bool = False) -> None:
+        model = self._services.model
+        if self.active:
+            return
+        order = replace(self._order(plan), folder=folder, session=session)
         if self._origin is not None and model.light is not None:
             order = replace(order, first=model.light.display)
         self._run(order, merge=merge)
@@ -320,7 +313,7 @@ class Taking:
         if isinstance(error, Cancelled) or recording is None:
             self._changed()
             return
-        if wants_password(error):
+        if isinstance(error, PasswordNeeded):
             self._cameras.ask_password(error)
         removed = tidy(recording)
         self._trouble = trouble_notice(error, _how_far(recording, seen, removed))
@@ -387,10 +380,6 @@ class Taking:
 
 def _sentence(words: str) -> str:
     return words[:1].upper() + words[1:]
-
-
-def _plan(key: str) -> Literal["paper", "full"]:
-    return "full" if key == "full" else "paper"
 
 
 def _marks(status: Status | None) -> tuple[StepMark, ...]:

@@ -11,7 +11,7 @@ from app.core.guidance.guide import Guide, Phase, Source
 from app.core.text.turns import Mode, whole
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
-from app.ui.presenters.sounds import sound_words
+from app.ui.presenters.services import sound_words
 from app.ui.screens.turn.camera import LiveCamera
 from app.ui.screens.turn.guidance import (
     Beeper,

@@ -29,8 +29,8 @@ from app.core.storage.places.shots import (
     thumbnail_of,
 )
 from app.core.text.turns import taken_words, whole
+from app.ui.presenters.file_changes import SerialQueue
 from app.ui.presenters.frame import time_words
-from app.ui.presenters.serial_queue import SerialQueue
 from app.ui.presenters.undo import Undoable
 from app.ui.screens.turn.guidance import confidence_words, goal_of
 from app.ui.screens.turn.state import ShotRow, ShotsState, own_style

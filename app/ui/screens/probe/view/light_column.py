@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QStackedWidget, QWidget
 
-from app.ui.screens.probe.view.recent import RecentPlaces
-from app.ui.screens.probe.view.tools import Tools
+from app.ui.screens.probe.view.light_parts import RecentPlaces, Tools
 from app.ui.theme import theme
 from app.ui.widgets.accessibility import OwnKeys
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.layouts import boxed, column, row
 from app.ui.widgets.lists import Cell, Column, TableHead, TableRow
 from app.ui.widgets.messages import Empty
 from app.ui.widgets.plots.panorama import PanoramaView, SceneLamp
@@ -76,20 +76,21 @@ class LightColumn(QWidget):
         self.panorama = PanoramaView()
         OwnKeys(self.panorama.grip)
         self.empty = Empty(_EMPTY, "Try the demo place", "probe")
-        self._body = QVBoxLayout(self)
-        side, top = (16, 12) if compact else (24, 16)
+        side, top, gap = (16, 12, 8) if compact else (24, 16, 12)
         self._side = t.px(side)
-        self._body.setContentsMargins(self._side, t.px(top), self._side, t.px(top))
-        self._body.setSpacing(0)
-        self._body.addWidget(self.tools)
-        self._body.addSpacing(t.px(8 if compact else 12))
-        self._body.addWidget(self._well(), 1)
-        self._body.addSpacing(t.px(8))
-        self._body.addWidget(self._below(), 0 if compact else 1)
-        self._body.addSpacing(t.px(8 if compact else 12))
-        self._body.addWidget(self._age_line())
-        self._body.addSpacing(t.px(8 if compact else 12))
-        self._body.addWidget(self._drop_row())
+        self._body = column(
+            self.tools,
+            gap,
+            (self._well(), 1),
+            8,
+            (self._below(), 0 if compact else 1),
+            gap,
+            self._age_line(),
+            gap,
+            self._drop_row(),
+            into=self,
+            margins=(side, top, side, top),
+        )
         self._connect()
 
     # -- parts ---------------------------------------------------------------------------------
@@ -97,9 +98,7 @@ class LightColumn(QWidget):
     def _well(self) -> QWidget:
         t = theme()
         frame = Frame("panel", "line")
-        column = QVBoxLayout(frame)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.empty)
+        column(self.empty, into=frame, gap=None)
         self._stack = QStackedWidget()
         self._stack.addWidget(frame)
         self._stack.addWidget(self.panorama)
@@ -143,40 +142,24 @@ class LightColumn(QWidget):
         return self._lower
 
     def _table(self) -> QWidget:
-        table = QWidget()
         self._rows_box = QWidget()
-        self._rows = QVBoxLayout(self._rows_box)
-        self._rows.setContentsMargins(0, 0, 0, 0)
-        self._rows.setSpacing(0)
         self._note = Text("", role="dim")
         self._note.setFixedHeight(theme().px(_ROW))
-        self._rows.addWidget(self._note)
-        self._rows.addStretch(1)
+        self._rows = column(self._note, ..., into=self._rows_box)
         self.lamps: list[TableRow] = []
-        column = QVBoxLayout(table)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        head = QHBoxLayout()
-        head.addWidget(TableHead(self._columns))
-        column.addLayout(head)
+        head = row(TableHead(self._columns), gap=None)
         scroll = _Rows(self._rows_box)
         scroll.setAccessibleName("Lamps found")
         # The head keeps its columns over those of the rows, which make way for the bar.
         scroll.bar_changed.connect(lambda width: head.setContentsMargins(0, 0, width, 0))
-        column.addWidget(scroll, 1)
-        return table
+        return boxed(column(head, (scroll, 1)))
 
     def _age_line(self) -> QWidget:
         t = theme()
         self._age_icon = Icon("clock", 16, "dim")
         self._age = Text("", 14, role="dim", elide=True)
-        line = QWidget()
+        line = boxed(row(self._age_icon, (self._age, 1), gap=8))
         line.setFixedHeight(t.px(20))
-        row = QHBoxLayout(line)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(self._age_icon)
-        row.addWidget(self._age, 1)
         return line
 
     def _drop_row(self) -> QWidget:
@@ -184,25 +167,16 @@ class LightColumn(QWidget):
         height = t.px(40 if self._compact else 56)
         self._zone = Frame("none", "ctl", dashed=True)
         self._drop = Text(self._drop_words(""), 14, role="dim", elide=True)
-        inner = QHBoxLayout(self._zone)
-        inner.setContentsMargins(t.px(20), 0, t.px(16), 0)
-        inner.setSpacing(t.px(12))
         self._drop_icon = Icon("folder", 20, "dim")
-        inner.addWidget(self._drop_icon)
-        inner.addWidget(self._drop, 1)
+        margins = (20, 0, 16, 0)
+        row(self._drop_icon, (self._drop, 1), into=self._zone, gap=12, margins=margins)
         self.open_button = Button("Open files…")
         self.open_button.set_tip("Open panoramas, brackets or photographs", "Ctrl O")
         self.watch_button = Button("Watch a folder…")
         self.watch_button.set_tip("Brackets that arrive in a folder become places")
-        line = QWidget()
-        line.setFixedHeight(height)
-        row = QHBoxLayout(line)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(self._zone, 1)
-        for button in (self.open_button, self.watch_button):
-            button.setFixedHeight(height)
-            row.addWidget(button)
+        line = boxed(row((self._zone, 1), self.open_button, self.watch_button, gap=8))
+        for widget in (line, self.open_button, self.watch_button):
+            widget.setFixedHeight(height)
         return line
 
     def _connect(self) -> None:

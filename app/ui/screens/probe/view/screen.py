@@ -1,23 +1,253 @@
-"""The probe's screen as a whole: light at the left, camera at the right."""
+"""The Probe screen as a whole: the light at the left, everything about the camera at the right."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QHBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QWidget
 
 from app.ui.screens.probe.presenter import BEAT_MS, SLOW_BEAT_MS
-from app.ui.screens.probe.view.camera_column import CameraColumn
+from app.ui.screens.probe.state import CHECKS
+from app.ui.screens.probe.view.camera_parts import (
+    CameraHead,
+    CameraPanel,
+    CheckTile,
+    FramesGrid,
+    StepList,
+)
 from app.ui.screens.probe.view.light_column import LightColumn
+from app.ui.theme import theme
+from app.ui.widgets.accessibility import Roving
+from app.ui.widgets.buttons import Button
+from app.ui.widgets.choices import Segmented
 from app.ui.widgets.dialogs import ask_files, ask_folder
-from app.ui.widgets.surfaces import Room
+from app.ui.widgets.labels import Text
+from app.ui.widgets.layouts import boxed, column, row
+from app.ui.widgets.messages import Banner
+from app.ui.widgets.surfaces import Room, Scroll, Surface
 
 if TYPE_CHECKING:
     from PySide6.QtGui import QHideEvent, QResizeEvent, QShowEvent
 
     from app.ui.screens.probe.presenter import ProbePresenter
-    from app.ui.screens.probe.state import ProbeState
+    from app.ui.screens.probe.state import Notice, ProbeState
+    from app.ui.widgets.labels import Role
+    from app.ui.widgets.layouts import Item
+
+
+_WIDTH: Final = 440
+_COMPACT_WIDTH: Final = 360
+_WIDEST: Final = 560
+_ICONS: Final[dict[str, tuple[str, Role]]] = {
+    "advice": ("warning", "text"),
+    "error": ("error", "err"),
+    "offer": ("refresh", "text"),
+    "note": ("info", "text"),
+}
+_TIMERS: Final = (("0", "Off"), ("2", "2 s"), ("5", "5 s"), ("10", "10 s"))
+
+
+class CameraColumn(Surface):
+    """Everything about making a capture."""
+
+    def __init__(self, presenter: ProbePresenter, compact: bool) -> None:
+        super().__init__("panel", ("left",))
+        self._presenter = presenter
+        self._compact = compact
+        self._state: ProbeState | None = None
+        self._keys: tuple[str, ...] = ()
+        self._buttons_shown: tuple[object, ...] = ()
+        self.setProperty("noFocusRing", True)
+        t = theme()
+        self._margin = 16 if compact else 24
+        self._side = t.px(self._margin)
+        self.setFixedWidth(t.px(_COMPACT_WIDTH if compact else _WIDTH))
+        self.head = CameraHead(compact)
+        self.panel = CameraPanel()
+        self.plan = Segmented(
+            [("paper", "Paper", " "), ("full", "Full range", " ")], "Plan", equal=True
+        )
+        self.timer = Segmented(_TIMERS, "Self-timer", equal=True)
+        self.checks = [CheckTile(check, compact) for check in CHECKS]
+        self.frames = FramesGrid()
+        self.steps = StepList()
+        self.banner = Banner("info", " ", actions=(" ",))
+        head = self._inset(self.head)
+        scroll = Scroll(self._middle())
+        scroll.setAccessibleName("Capture")
+        scroll.bar_changed.connect(self._make_way)
+        edge, gap = (12, 8) if compact else (16, 12)
+        parts = (head, gap, (scroll, 1), gap, self._inset(self._buttons()))
+        column(*parts, into=self, margins=(0, edge, 0, edge))
+        self._connect()
+
+    def take_width(self, free: int) -> None:
+        """Grow into what nobody else needs.
+
+        Parameters
+        ----------
+        free : int
+            Logical pixels.
+        """
+        t = theme()
+        least = t.px(_COMPACT_WIDTH if self._compact else _WIDTH)
+        most = least if self._compact else t.px(_WIDEST)
+        self.setFixedWidth(min(max(free, least), most))
+
+    # -- parts ---------------------------------------------------------------------------------
+
+    def _inset(self, widget: QWidget) -> QWidget:
+        box = QWidget()
+        row(widget, into=box, margins=(self._margin, 0, self._margin, 0))
+        return box
+
+    def _make_way(self, width: int) -> None:
+        """Let the bar lie in the margin: the content keeps its edge under the head's."""
+        around = self._content.contentsMargins()
+        around.setRight(max(self._side - width, 0))
+        self._content.setContentsMargins(around)
+
+    def _middle(self) -> QWidget:
+        gap = 8 if self._compact else 12
+        content = QWidget()
+        self._content = column(
+            self.panel,
+            self._plans(),
+            gap,
+            self._checklist(),
+            gap,
+            self._frames(),
+            gap,
+            self.steps,
+            self.banner,
+            ...,
+            into=content,
+            margins=(self._margin, 4, self._margin, 4),
+        )
+        return content
+
+    def _headed(self, words: str, *parts: Item) -> QWidget:
+        """Put parts under their heading; the narrow layout has no room for it."""
+        head = [] if self._compact else [Text(words, 12, 600, "dim")]
+        return boxed(column(*head, *parts, gap=6))
+
+    def _plans(self) -> QWidget:
+        line = row(Text("Self-timer", 12, 600, "dim"), (self.timer, 1), gap=16)
+        return self._headed("Plan", self.plan, 2 if self._compact else 6, line)
+
+    def _checklist(self) -> QWidget:
+        t = theme()
+        grid = QGridLayout()
+        grid.setSpacing(t.px(8))
+        across = 4 if self._compact else 2
+        for number, tile in enumerate(self.checks):
+            grid.addWidget(tile, number // across, number % across)
+            tile.clicked.connect(lambda _on=False, key=tile.key: self._presenter.tick_off(key))
+        self._checks_box = self._headed("Before you press", grid)
+        Roving(self._checks_box).set_members(self.checks)
+        return self._checks_box
+
+    def _frames(self) -> QWidget:
+        self._frames_note = Text("", 12, role="dim")
+        line = row(Text("Frames", 12, 600, "dim"), ..., self._frames_note, gap=None)
+        self._frames_box = boxed(column(line, self.frames, gap=6))
+        return self._frames_box
+
+    def _buttons(self) -> QWidget:
+        self.capture = Button("Capture", "camera", "primary", "main")
+        self.capture.set_tip("Meter, take the frames and merge them", "Space")
+        self.again = Button("Capture again", "" if self._compact else "camera", size="main")
+        self.again.set_tip("Measure this spot once more", "Space")
+        self.styles = Button("See the styles", "", "primary", "main", trailing="chevron-right")
+        self.styles.set_tip("Go on to the styles", "Enter")
+        self.stop = Button("Cancel", "cancel", size="main")
+        self.stop.set_tip("Stop; the camera gets its own settings back", "Esc")
+        parts = ((self.capture, 1), (self.again, 4), (self.styles, 5), (self.stop, 1))
+        return boxed(row(*parts, gap=8))
+
+    def _connect(self) -> None:
+        presenter, cameras = self._presenter, self._presenter.cameras
+        self.head.change_asked.connect(cameras.toggle_panel)
+        self.panel.chosen.connect(cameras.choose)
+        self.panel.address_given.connect(cameras.look_at)
+        self.panel.password_given.connect(cameras.give_password)
+        self.panel.search_asked.connect(cameras.search)
+        self.plan.chosen.connect(presenter.choose_plan)
+        self.timer.chosen.connect(lambda key: presenter.choose_timer(int(key)))
+        self.banner.pressed.connect(self._pressed)
+        self.capture.clicked.connect(presenter.capture)
+        self.again.clicked.connect(presenter.capture)
+        self.styles.clicked.connect(presenter.see_styles)
+        self.stop.clicked.connect(presenter.taking.cancel)
+
+    def _pressed(self, number: int) -> None:
+        self._presenter.press(self._keys[number])
+
+    # -- state ---------------------------------------------------------------------------------
+
+    def show_state(self, state: ProbeState) -> None:
+        """Show it; what is the same as before is left alone."""
+        before, self._state = self._state, state
+        if before is None or state.camera != before.camera:
+            self.head.show_block(state.camera)
+            self.panel.show_block(state.camera)
+        if before is None or state.plans != before.plans:
+            for part in state.plans:
+                self.plan.set_text(part.key, part.title, part.second)
+        self.plan.choose(state.plan)
+        self.timer.choose(str(state.timer_s))
+        for tile in self.checks:
+            tile.show_ticked(tile.key in state.ticked)
+        self._frames_box.setVisible(bool(state.frames))
+        self.frames.show_tiles(state.frames)
+        self._frames_note.set_text(state.frames_note)
+        if before is None or state.notice != before.notice:
+            self._show_notice(state.notice)
+        self._show_running(state)
+        self._show_buttons(state)
+
+    def _show_notice(self, notice: Notice | None) -> None:
+        self.banner.setVisible(notice is not None)
+        if notice is not None:
+            icon, role = _ICONS[notice.tone]
+            self._keys = tuple(key for key, _ in notice.buttons)
+            words = [words for _, words in notice.buttons]
+            self.banner.set(icon, notice.title, notice.body, words, role)
+
+    def _show_running(self, state: ProbeState) -> None:
+        running = state.running
+        self.steps.setVisible(running is not None)
+        # When all exposures are made nobody needs it any more.
+        over = running is not None and (running.may_move or self._compact)
+        self._checks_box.setVisible(not over)
+        if running is not None:
+            self.steps.show_running(running)
+        for widget in (self.plan, self.timer, self.head.change):
+            widget.setEnabled(running is None)
+
+    def _show_buttons(self, state: ProbeState) -> None:
+        stopping = state.running is not None and state.running.stopping
+        shown = (state.running is None, stopping, state.has_place, state.can_capture, state.why_not)
+        if shown == self._buttons_shown:
+            return
+        self._buttons_shown = shown
+        idle = state.running is None
+        mine = (self, self.capture, self.again, self.styles, self.stop)
+        held = any(widget.hasFocus() for widget in mine)
+        if held:
+            # Or the next control would get it, and the next key press would press that.
+            self.setFocus()
+        self.capture.setVisible(idle and not state.has_place)
+        self.again.setVisible(idle and state.has_place)
+        self.styles.setVisible(idle and state.has_place)
+        self.stop.setVisible(not idle)
+        self.stop.set_busy("Stopping…" if stopping else None)
+        for button in (self.capture, self.again):
+            button.set_available(state.can_capture or not idle, state.why_not)
+        if held and idle:
+            (self.styles if state.has_place else self.capture).setFocus()
+
 
 _LEAST = (512, 480)  # of the left side
 
@@ -32,11 +262,7 @@ class ProbeScreen(QWidget):
         self._presenter = presenter
         self.light = LightColumn(presenter, compact)
         self.camera = CameraColumn(presenter, compact)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
-        row.addWidget(Room(self.light, *_LEAST), 1)
-        row.addWidget(self.camera)
+        row((Room(self.light, *_LEAST), 1), self.camera, into=self)
         self.light.files_asked.connect(self.ask_files)
         self.light.folder_asked.connect(self.ask_folder)
         self._capturing = False

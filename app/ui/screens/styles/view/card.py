@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from PySide6.QtCore import QPointF, QRect, QRectF, Qt, QUrl
 from PySide6.QtGui import QDesktopServices, QPainter, QPixmap
-from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
@@ -14,6 +14,7 @@ from app.ui.widgets.accessibility import describe
 from app.ui.widgets.buttons import Button
 from app.ui.widgets.displays import draw_meter, to_image
 from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.layouts import column, row
 from app.ui.widgets.paint import RIGHT, box, put_text, text_width
 from app.ui.widgets.surfaces import Card, Frame
 
@@ -168,19 +169,11 @@ class PaintCard(Card):
 
     def __init__(self) -> None:
         super().__init__("Paint a new style", dashed=True)
-        t = theme()
-        column = QVBoxLayout(self)
-        column.setContentsMargins(t.px(16), t.px(16), t.px(16), t.px(16))
-        column.setSpacing(t.px(8))
-        row = QHBoxLayout()
-        row.setSpacing(t.px(10))
-        row.addWidget(Icon("brush", 20))
-        row.addWidget(Text("Paint a new style", 14, 600, elide=True), 1)
-        column.addStretch(1)
-        column.addLayout(row)
+        title = Text("Paint a new style", 14, 600, elide=True)
+        head = row(Icon("brush", 20), (title, 1), gap=10)
         words = "Say where the face should be brighter and darker."
-        column.addWidget(Text(words, 12, role="dim", wrap=True))
-        column.addStretch(1)
+        more = Text(words, 12, role="dim", wrap=True)
+        column(..., head, more, ..., into=self, gap=8, margins=16)
         self.setAccessibleDescription(words)
 
 
@@ -189,23 +182,16 @@ class DamagedCard(Frame):
 
     def __init__(self, state: CardState) -> None:
         super().__init__()
-        t = theme()
         self._state = state
         self.setAccessibleName(state.spoken)
         self.setToolTip(state.tip)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(t.px(12), t.px(8), t.px(12), t.px(8))
-        column.setSpacing(t.px(4))
-        row = QHBoxLayout()
-        row.setSpacing(t.px(8))
-        row.addWidget(Icon("warning", 20))
-        row.addWidget(Text(state.title, 14, 600, elide=True), 1)
-        column.addLayout(row)
-        column.addWidget(Text(state.line, 12, role="dim", wrap=True))
-        column.addStretch(1)
+        title = Text(state.title, 14, 600, elide=True)
+        head = row(Icon("warning", 20), (title, 1), gap=8)
+        line = Text(state.line, 12, role="dim", wrap=True)
         self.button = Button("Show file", "folder", size="small")
         self.button.clicked.connect(self._show_file)
-        column.addWidget(self.button, 0, Qt.AlignmentFlag.AlignLeft)
+        button = (self.button, 0, Qt.AlignmentFlag.AlignLeft)
+        column(head, line, ..., button, into=self, gap=4, margins=(12, 8, 12, 8))
 
     def _show_file(self) -> None:
         if self._state.damaged is not None:

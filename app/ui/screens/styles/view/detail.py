@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QRect, QSize, Qt, QTimer, Signal
-from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from app.ui.screens.styles.state import DetailState
 from app.ui.screens.styles.view.numbers import Facts, TurnWords
@@ -15,6 +15,7 @@ from app.ui.widgets.choices import Segmented
 from app.ui.widgets.displays import Picture
 from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Icon, Sign, Text
+from app.ui.widgets.layouts import boxed, column, row
 from app.ui.widgets.plots.polar import PolarPlot
 from app.ui.widgets.plots.weights import WeightPanorama
 from app.ui.widgets.surfaces import Menu, Scroll, Surface
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
     from app.ui.presenters.actions import Action
     from app.ui.widgets.buttons import Size
+    from app.ui.widgets.layouts import Item
 
 _MARGIN: Final = 24
 _GAP: Final = 8
@@ -78,11 +80,7 @@ class _Title(QWidget):
         self._field = TextField("Name of the style", show_label=False)
         self._field.entered.connect(self.renamed)
         self._field.hide()
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        for widget in (self._text, self._side, self._field):
-            column.addWidget(widget)
+        column(self._text, self._side, self._field, into=self)
 
     def show_words(self, title: str, side: str) -> None:
         if title != self._text.text():
@@ -124,16 +122,8 @@ class _Legend(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        t = theme()
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(Sign("plus"))
-        row.addWidget(Text("light helps", 12, role="dim"))
-        row.addSpacing(t.px(8))
-        row.addWidget(Sign("minus"))
-        row.addWidget(Text("light harms", 12, role="dim"))
-        row.addStretch(1)
+        helps, harms = (Text(f"light {does}", 12, role="dim") for does in ("helps", "harms"))
+        row(Sign("plus"), helps, 8, Sign("minus"), harms, ..., into=self, gap=8)
 
 
 class _Warning(QWidget):
@@ -144,11 +134,8 @@ class _Warning(QWidget):
         t = theme()
         self._icon = Icon("warning", 16)
         self._text = Text("", 12, wrap=True)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(self._icon, 0, Qt.AlignmentFlag.AlignTop)
-        row.addWidget(self._text, 1, Qt.AlignmentFlag.AlignTop)
+        top = Qt.AlignmentFlag.AlignTop
+        row((self._icon, 0, top), (self._text, 1, top), into=self, gap=8)
         self.setFixedHeight(t.px(32))
         self.say("", "", strong=False)
 
@@ -222,29 +209,31 @@ class Detail(Surface):
 
     # -- places --------------------------------------------------------------------------------
 
-    def _column(self) -> QVBoxLayout:
-        """Begin what scrolls where there is too little height; the buttons below stay in sight."""
+    def _lay(self, *parts: Item) -> None:
+        """Let all scroll where there is too little height; the buttons below stay in sight."""
         t = theme()
         inside = QWidget()
-        self._content = column = QVBoxLayout(inside)
-        column.setContentsMargins(t.px(_MARGIN) - t.line_width, t.px(16), t.px(_MARGIN), 0)
-        column.setSpacing(0)
+        gap = 8 if self._compact else 12
+        self._content = column(
+            self._title,
+            gap,
+            row(self.target, self.here, gap=8),
+            gap,
+            *parts,
+            4,
+            self._warning,
+            ...,
+            into=inside,
+        )
+        left, right = t.px(_MARGIN) - t.line_width, t.px(_MARGIN)
+        self._content.setContentsMargins(left, t.px(16), right, 0)
         scroll = Scroll(inside)
         scroll.setAccessibleName("About the chosen style")
         scroll.bar_changed.connect(self._make_way)
-        whole = QVBoxLayout(self)
-        whole.setContentsMargins(t.line_width, 0, 0, t.px(16 if self._compact else 24))
-        whole.setSpacing(t.px(4))
-        whole.addWidget(scroll, 1)
-        self._whole = whole
-        column.addWidget(self._title)
-        column.addSpacing(t.px(8 if self._compact else 12))
-        pair = QHBoxLayout()
-        pair.setSpacing(t.px(8))
-        pair.addWidget(self.target)
-        pair.addWidget(self.here)
-        column.addLayout(pair)
-        return column
+        buttons = row((self.main, 1), self.paint, self.more, gap=8)
+        buttons.setContentsMargins(left, 0, right, 0)
+        self._whole = column((scroll, 1), buttons, into=self, gap=4)
+        self._whole.setContentsMargins(t.line_width, 0, 0, t.px(16 if self._compact else 24))
 
     def _make_way(self, width: int) -> None:
         """Let the bar lie in the margin."""
@@ -252,81 +241,29 @@ class Detail(Surface):
         around.setRight(max(theme().px(_MARGIN) - width, 0))
         self._content.setContentsMargins(around)
 
-    def _buttons(self) -> QHBoxLayout:
-        t = theme()
-        row = QHBoxLayout()
-        row.setContentsMargins(t.px(_MARGIN) - t.line_width, 0, t.px(_MARGIN), 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(self.main, 1)
-        row.addWidget(self.paint)
-        row.addWidget(self.more)
-        return row
-
     def _lay_full(self) -> None:
         t = theme()
-        column = self._column()
-        column.addSpacing(t.px(12))
-        middle = QHBoxLayout()
-        middle.setSpacing(t.px(16))
-        middle.addWidget(self.plot, 0, Qt.AlignmentFlag.AlignTop)
-        numbers = QWidget()
+        numbers = boxed(column(self.words, 8, self.facts, ..., margins=(0, 4, 0, 0)))
         # Words come and go with the needle; what is below must not move.
         numbers.setFixedHeight(t.px(_PLOT))
-        rows = QVBoxLayout(numbers)
-        rows.setContentsMargins(0, t.px(4), 0, 0)
-        rows.setSpacing(0)
-        rows.addWidget(self.words)
-        rows.addSpacing(t.px(8))
-        rows.addWidget(self.facts)
-        rows.addStretch(1)
-        middle.addWidget(numbers, 1)
-        column.addLayout(middle)
-        column.addSpacing(t.px(12))
-        place = QHBoxLayout()
-        place.setSpacing(t.px(8))
-        place.addWidget(self.weights)
-        place.addWidget(self.background)
-        column.addLayout(place)
-        column.addSpacing(t.px(8))
-        column.addWidget(self._legend)
-        column.addSpacing(t.px(4))
-        column.addWidget(self._warning)
-        column.addStretch(1)
-        self._whole.addLayout(self._buttons())
+        middle = row((self.plot, 0, Qt.AlignmentFlag.AlignTop), (numbers, 1), gap=16)
+        place = row(self.weights, self.background, gap=8)
+        self._lay(middle, 12, place, 8, self._legend)
 
     def _lay_compact(self) -> None:
-        t = theme()
-        column = self._column()
-        column.addSpacing(t.px(8))
-        column.addWidget(self.words)
-        column.addSpacing(t.px(8))
+        gap = 8
         tabs = Segmented(_TABS, name="Show", equal=False)
-        column.addWidget(tabs)
-        column.addSpacing(t.px(8))
         self._pages = QStackedWidget()
-        first = QWidget()
-        row = QHBoxLayout(first)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(self.plot)
-        row.addWidget(self.facts, 1)
-        second = QWidget()
-        rows = QVBoxLayout(second)
-        rows.setContentsMargins(0, 0, 0, 0)
-        rows.setSpacing(t.px(8))
-        rows.addWidget(self.weights)
-        rows.addWidget(self._legend)
-        rows.addStretch(1)
-        for page in (first, second, self.background):
+        for page in (
+            boxed(row(self.plot, (self.facts, 1), gap=gap)),
+            boxed(column(self.weights, self._legend, ..., gap=gap)),
+            self.background,
+        ):
             self._pages.addWidget(page)
-        self._pages.setFixedHeight(t.px(_TAB))
+        self._pages.setFixedHeight(theme().px(_TAB))
         keys = [key for key, _ in _TABS]
         tabs.chosen.connect(lambda key: self._pages.setCurrentIndex(keys.index(key)))
-        column.addWidget(self._pages)
-        column.addSpacing(t.px(4))
-        column.addWidget(self._warning)
-        column.addStretch(1)
-        self._whole.addLayout(self._buttons())
+        self._lay(self.words, gap, tabs, gap, self._pages)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give pictures their proportions."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QWidget
 
 from app.ui.screens.styles.view.card import (
     DamagedCard,
@@ -21,6 +21,7 @@ from app.ui.widgets.accessibility import Roving
 from app.ui.widgets.choices import Segmented
 from app.ui.widgets.fields import ListField
 from app.ui.widgets.labels import Text
+from app.ui.widgets.layouts import column, row
 from app.ui.widgets.surfaces import Scroll
 
 if TYPE_CHECKING:
@@ -161,11 +162,8 @@ class Gallery(QWidget):
         self._roving = Roving(self)
         self._roving.moved.connect(self._moved)
         self._empty = Text("", 14, role="dim", wrap=True)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, theme().px(_TOP), 0, 0)
-        column.setSpacing(theme().px(_GAP))
-        column.addLayout(self._made_tools())
-        column.addWidget(self._scroll, 1)
+        tools = self._made_tools()
+        column(tools, (self._scroll, 1), into=self, gap=_GAP, margins=(0, _TOP, 0, 0))
         self._paint = PaintCard()
         self._paint.setParent(self._grid)
         self._paint.clicked.connect(self.paint_asked)
@@ -181,16 +179,10 @@ class Gallery(QWidget):
         self._sort = ListField("Sort by", _SORTS, show_label=False)
         self._sort.chosen.connect(self.sorted)
         self._sort.setFixedWidth(t.px(168 if not self._compact else 152))
-        margin = t.px(16 if self._compact else 24)
-        row = QHBoxLayout()
-        row.setContentsMargins(margin, 0, margin, 0)
-        row.setSpacing(t.px(8))
-        row.addWidget(self._filter)
-        row.addStretch(1)
-        if not self._compact:
-            row.addWidget(Text("Sort by", 14, role="dim"))
-        row.addWidget(self._sort)
-        return row
+        margin = 16 if self._compact else 24
+        words = [] if self._compact else [Text("Sort by", 14, role="dim")]
+        margins = (margin, 0, margin, 0)
+        return row(self._filter, ..., *words, self._sort, gap=8, margins=margins)
 
     def show_state(self, state: StylesState) -> None:
         """Show cards, filter and order; only what differs is touched."""

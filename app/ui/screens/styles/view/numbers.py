@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QWidget
 
 from app.ui.theme import theme
 from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.layouts import column, row
 
 if TYPE_CHECKING:
     from app.ui.screens.styles.state import DetailState
@@ -38,37 +39,19 @@ class TurnWords(QWidget):
         self._out = Icon("not-possible", 20)
         self._verdict = Text("", 12 if compact else 14, wrap=True)
         self._reason = Text("", 12, role="dim", wrap=True)
-        way = QHBoxLayout()
-        way.setSpacing(t.px(6))
-        if compact:
-            way.addWidget(self._icon)
-        way.addWidget(self._out)
-        way.addWidget(self._direction, 1)
+        icon = [self._icon] if compact else []
+        way = row(*icon, self._out, (self._direction, 1), gap=6)
         self._missing = Text(_MISSING, 16, 600, wrap=True)
         self._missing.hide()
-        words = QVBoxLayout()
-        words.setSpacing(0)
-        words.addWidget(self._missing)
-        words.addLayout(way)
-        words.addWidget(self._clock)
-        words.addWidget(self._verdict)
-        words.addWidget(self._reason)
-        whole = QHBoxLayout(self) if compact else QVBoxLayout(self)
-        whole.setContentsMargins(0, 0, 0, 0)
-        whole.setSpacing(t.px(12) if compact else 0)
-        number = QHBoxLayout()
-        number.setSpacing(t.px(8))
-        number.addWidget(self._turn)
-        if not compact:
-            # Beside the number: the longest direction fills the line below.
-            number.addWidget(self._icon)
-            number.addStretch(1)
-        whole.addLayout(number)
-        whole.addLayout(words, 1)
+        words = (self._missing, way, self._clock, self._verdict, self._reason)
         if compact:
-            words.insertStretch(0, 1)
-            words.addStretch(1)
+            number = row(self._turn, gap=8)
+            row(number, (column(..., *words, ...), 1), into=self, gap=12)
             self.setFixedHeight(t.px(_BESIDE))
+        else:
+            # The icon beside the number: the longest direction fills the line below.
+            number = row(self._turn, self._icon, ..., gap=8)
+            column(number, (column(*words), 1), into=self)
 
     def show_state(self, state: DetailState) -> None:
         """Show the turn of the needle, or why there is none."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QEvent, QSize, QTimer
-from PySide6.QtWidgets import QApplication, QHBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QWidget
 
 from app.core.painting.library import EXPORT_ENDING
 from app.ui.screens.styles.state import Sizes
@@ -13,6 +13,7 @@ from app.ui.screens.styles.view.detail import Detail, picture_sizes
 from app.ui.screens.styles.view.gallery import Gallery, layout_for
 from app.ui.theme import theme
 from app.ui.widgets.dialogs import ask_file, ask_target
+from app.ui.widgets.layouts import row
 from app.ui.widgets.surfaces import Room
 
 if TYPE_CHECKING:
@@ -66,11 +67,7 @@ class StylesScreen(QWidget):
         self.setAccessibleName("Styles")
         self.gallery = Gallery(compact)
         self.detail = Detail(compact, presenter.files.actions)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
-        row.addWidget(Room(self.gallery, *_LEAST), 1)
-        row.addWidget(self.detail)
+        row((Room(self.gallery, *_LEAST), 1), self.detail, into=self)
         # Several sizes change with one resize; pictures are made once, after the last.
         self._later = QTimer(self, singleShot=True, interval=0)
         self._later.timeout.connect(self._tell_sizes)

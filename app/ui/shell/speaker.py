@@ -23,7 +23,7 @@ _log = logging.getLogger(__name__)
 
 
 class Speaker:
-    """Plays one sound at a time; see `app.ui.presenters.sounds.Sounds`."""
+    """Plays one sound at a time; see `app.ui.presenters.services.Sounds`."""
 
     def __init__(self) -> None:
         self._sink: Any = None

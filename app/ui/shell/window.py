@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from typing import TYPE_CHECKING, Final
 
 from PySide6.QtCore import QByteArray, QEvent, QPoint, QSize, Qt, QTimer, Signal
@@ -13,10 +12,9 @@ from app.ui.frame.jobline import JobLineBar
 from app.ui.frame.rail import PLACES, SETTINGS, Rail
 from app.ui.frame.screen_fit import fit_on_screen, room_for
 from app.ui.frame.topbar import TopBar
-from app.ui.memory import reading_in
-from app.ui.presenters.model import Step
-from app.ui.screens.registry import ScreenKey, make_presenter, make_view, screen_of
-from app.ui.shortcuts import Shortcuts, hints_of
+from app.ui.screens.registry import SCREENS, screen, screen_of, steps
+from app.ui.shell.memory import reading_in
+from app.ui.shell.shortcuts import Shortcuts, hints_of
 from app.ui.theme import apply, set_theme, theme
 from app.ui.widgets.dialogs import Sheet
 from app.ui.widgets.messages import Toasts
@@ -34,13 +32,13 @@ if TYPE_CHECKING:
     )
     from PySide6.QtWidgets import QApplication
 
-    from app.ui.jobs import JobLine, QtRunner
-    from app.ui.notify import Notify
     from app.ui.presenters.actions import Action
     from app.ui.presenters.frame import FrameState
     from app.ui.presenters.place_controller import PlaceController
+    from app.ui.presenters.screen import ScreenPresenter, ScreenSpec
     from app.ui.presenters.services import Services
-    from app.ui.screens.registry import ScreenPresenter
+    from app.ui.shell.jobs import JobLine, QtRunner
+    from app.ui.shell.notify import Notify
     from app.ui.theme import ThemeName
 
 SMALLEST: Final = QSize(1024, 640)
@@ -49,24 +47,6 @@ DESIGNED: Final = QSize(1440, 900)
 """The window opens in this size where the screen has room for it."""
 FULL_SIZE: Final = QSize(1280, 760)
 """Below this the narrow layout is taken."""
-
-
-_STYLES: Final = ("styles.presenter", "styles.view.screen")
-_NEXT: Final = (
-    "turn.presenter",
-    "turn.view.screen",
-    "paint.presenter",
-    "paint.view.screen",
-    "light.presenter",
-    "light.view.screen",
-)
-"""Screens that are read in before anybody asks for them."""
-
-
-def _read_in(names: Sequence[str]) -> None:
-    with reading_in():
-        for name in names:
-            importlib.import_module(f"app.ui.screens.{name}")
 
 
 class Window(QWidget):
@@ -93,9 +73,9 @@ class Window(QWidget):
         self._desk = desk
         self._notify = notify
         self._runner = runner
-        self._presenters: dict[ScreenKey, ScreenPresenter] = {}
-        self._views: dict[ScreenKey, QWidget] = {}
-        self._front: ScreenKey | None = None
+        self._presenters: dict[str, ScreenPresenter] = {}
+        self._views: dict[str, QWidget] = {}
+        self._front: str | None = None
         self._state: FrameState | None = None
         self._hints: list[tuple[str, str]] = []
         self._idle = ("", "check")
@@ -133,7 +113,8 @@ class Window(QWidget):
         if self._state is None or state.status != self._state.status:
             self._failed = ""
         self._state = state
-        self._rail.show_steps(state.step, state.done)
+        model = self._services.model
+        self._rail.show_steps(state.step, {spec.key for spec in SCREENS if spec.done(model)})
         self._top.show_state(state)
         self.say(state.status, state.status_icon)
         self._show_screen()
@@ -203,7 +184,7 @@ class Window(QWidget):
         column = QVBoxLayout(body)
         column.setContentsMargins(0, 0, 0, 0)
         column.setSpacing(0)
-        self._rail = Rail(self._compact)
+        self._rail = Rail(self._compact, steps())
         self._top = TopBar(self._compact)
         self._stack = QStackedWidget()
         self._job_line = JobLineBar(self._compact)
@@ -259,7 +240,8 @@ class Window(QWidget):
             sheet.raise_()
 
     def _show_screen(self) -> None:
-        key = screen_of(self._services.model)
+        spec = screen_of(self._services.model)
+        key = spec.key
         if key == self._front:
             return
         before = self.front_presenter
@@ -267,7 +249,7 @@ class Window(QWidget):
             before.left()
         presenter = self._presenter_of(key)
         if key not in self._views:
-            view = make_view(key, presenter, self._compact)
+            view = spec.make_view(presenter, self._compact)
             # Keys that no control takes go to the screen.
             view.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
             view.setProperty("noFocusRing", True)
@@ -282,27 +264,21 @@ class Window(QWidget):
         view = self._views[key]
         getattr(view, "take_focus", view.setFocus)()
 
-    def _presenter_of(self, key: ScreenKey) -> ScreenPresenter:
+    def _presenter_of(self, key: str) -> ScreenPresenter:
         if key not in self._presenters:
-            self._presenters[key] = make_presenter(key, self._services, self._desk)
+            self._presenters[key] = screen(key).make_presenter(self._services, self._desk)
         return self._presenters[key]
 
     def _expect_styles(self) -> None:
         """Get the gallery ready while the panorama is looked at; its presenter begins at once."""
 
-        def work(token: object, report: object) -> None:
-            del token, report
-            _read_in(_STYLES)
-
         def ready(_: None) -> None:
             self._presenter_of("styles")
-            self._runner.submit("steps-ready", after)
+            self._runner.submit("steps-ready", lambda token, report: _read_in(SCREENS))
 
-        def after(token: object, report: object) -> None:
-            del token, report
-            _read_in(_NEXT)
-
-        self._runner.submit("styles-ready", work, done=ready)
+        self._runner.submit(
+            "styles-ready", lambda token, report: _read_in([screen("styles")]), done=ready
+        )
 
     def _model_changed(self, names: frozenset[str]) -> None:
         if "light" in names and "styles" not in self._presenters:
@@ -330,7 +306,7 @@ class Window(QWidget):
         if key in (PLACES, SETTINGS):
             self._ask(key)
         else:
-            self._services.model.update(step=Step(key), painting=None)
+            self._services.model.update(step=screen(key).key, painting=None)
 
     def _ask(self, what: str) -> None:
         self.asked.emit(what, self.mapToGlobal(QPoint(0, 0)))
@@ -411,3 +387,10 @@ class Window(QWidget):
             return
         self.closed.emit()
         super().closeEvent(event)
+
+
+def _read_in(screens: Sequence[ScreenSpec]) -> None:
+    """Import screens before they are asked for."""
+    with reading_in():
+        for spec in screens:
+            spec.read_in()

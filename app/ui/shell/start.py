@@ -29,18 +29,19 @@ from PySide6.QtWidgets import QApplication
 
 from app.core.base.paths import resources, user_data
 from app.core.storage.settings import FILE, read_settings
-from app.ui.commands import Commands
-from app.ui.jobs import QtRunner
-from app.ui.memory import keep_little
-from app.ui.notify import Notify
+from app.ui.overlays import open_overlay
 from app.ui.presenters.frame import FramePresenter
 from app.ui.presenters.model import Model
 from app.ui.presenters.place_controller import PlaceController
 from app.ui.presenters.services import Folders, Services
 from app.ui.presenters.undo import UndoStack
-from app.ui.speaker import Speaker
+from app.ui.shell.commands import Commands
+from app.ui.shell.jobs import QtRunner
+from app.ui.shell.memory import keep_little
+from app.ui.shell.notify import Notify
+from app.ui.shell.speaker import Speaker
+from app.ui.shell.window import Window
 from app.ui.theme import apply, set_theme
-from app.ui.window import Window
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -49,8 +50,8 @@ if TYPE_CHECKING:
 
     from app.core.storage.settings import Settings
     from app.devices.clock import Clock
-    from app.ui.launch_options import LaunchOptions
     from app.ui.presenters.services import Devices
+    from app.ui.shell.display import LaunchOptions
     from app.ui.theme import ThemeName
 
 
@@ -127,8 +128,20 @@ def log_to(folder: Path) -> None:
 _GEOMETRY = "geometry"
 
 
-def run(wishes: LaunchOptions, devices: Devices, clock: Clock) -> int:
-    """Show the window until it is closed.
+def show_until_closed(app: App) -> int:
+    """Show the window, and handle events until it is closed."""
+    app.show()
+    code: int = app.application.exec()
+    return code
+
+
+def run(
+    options: LaunchOptions,
+    devices: Devices,
+    clock: Clock,
+    use: Callable[[App], int] = show_until_closed,
+) -> int:
+    """Put the app together and use it.
 
     Returns
     -------
@@ -140,15 +153,9 @@ def run(wishes: LaunchOptions, devices: Devices, clock: Clock) -> int:
     assert isinstance(application, QApplication)
     home = user_data()
     log_to(home / "logs")
-    app = App(application, wishes, devices, clock, home)
+    app = App(application, options, devices, clock, home)
     with caught_errors(app.notify.tell_error):
-        if wishes.screenshots is not None:
-            from app.ui.screenshots import Walk
-
-            return Walk(app, wishes.screenshots).run()
-        app.show()
-        code: int = application.exec()
-        return code
+        return use(app)
 
 
 class App:
@@ -157,14 +164,14 @@ class App:
     def __init__(
         self,
         application: QApplication,
-        wishes: LaunchOptions,
+        options: LaunchOptions,
         devices: Devices,
         clock: Clock,
         home: Path,
     ) -> None:
         application.setApplicationName("Turnlight")
         self.application = application
-        self.wishes = wishes
+        self.options = options
         self._window_file = home / "window.ini"
         settings, notes = read_settings(home / FILE)
         self.notify = Notify(_now)
@@ -186,7 +193,7 @@ class App:
         self._worn = self._wanted(settings)
         set_theme(*self._worn)
         apply(application)
-        self.commands = Commands(self.services, self.desk, self.notify)
+        self.commands = Commands(self.services, self.desk, self.notify, open_overlay)
         self.window = Window(
             application,
             self.services,
@@ -234,13 +241,13 @@ class App:
 
     def _begin(self) -> None:
         # A demo begins where a first start does.
-        self.desk.begin(reopen=not self.wishes.demo)
+        self.desk.begin(reopen=not self.options.demo)
         self.commands.begin()
         # The first panorama needs it a little later; the window need not wait for it.
         threading.Thread(target=import_module, args=("pyqtgraph",)).start()
 
     def _wanted(self, settings: Settings) -> tuple[ThemeName, float]:
-        name = self.wishes.theme or settings.theme
+        name = self.options.theme or settings.theme
         if name == "system":
             scheme = QGuiApplication.styleHints().colorScheme()
             name = "light" if scheme is Qt.ColorScheme.Light else "dark"
@@ -261,7 +268,7 @@ class App:
 
     def _keep_geometry(self) -> None:
         settings = self._window_settings()
-        if settings is not None and self.wishes.screenshots is None:
+        if settings is not None and self.options.screenshots is None:
             settings.setValue(_GEOMETRY, self.window.saveGeometry())
 
     def _window_settings(self) -> QSettings | None:

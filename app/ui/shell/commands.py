@@ -11,6 +11,7 @@ from app.core.base.errors import CoreError
 from app.core.storage.settings import FILE, write_settings
 from app.ui.presenters.actions import Action
 from app.ui.presenters.model import Step
+from app.ui.screens.registry import steps
 from app.ui.widgets.dialogs import ask_files, ask_folder
 from app.ui.widgets.surfaces import Menu
 
@@ -19,18 +20,12 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.core.storage.settings import Settings
-    from app.ui.notify import Message, Notify
     from app.ui.presenters.place_controller import PlaceController
     from app.ui.presenters.services import Services
+    from app.ui.shell.notify import Message, Notify
+    from app.ui.shell.window import Window
     from app.ui.widgets.dialogs import Sheet
-    from app.ui.window import Window
 
-_STEPS: Final = {
-    Step.PROBE: "Probe: measure the light",
-    Step.STYLES: "Styles: choose one",
-    Step.TURN: "Turn to it",
-    Step.LIGHT: "Light: place a second one",
-}
 _THEMES: Final = {
     "dark": "Dark colours",
     "light": "Light colours",
@@ -44,13 +39,20 @@ _FILES: Final = (
 class Commands:
     """The actions of the window as a whole."""
 
-    def __init__(self, services: Services, desk: PlaceController, notify: Notify) -> None:
+    def __init__(
+        self,
+        services: Services,
+        desk: PlaceController,
+        notify: Notify,
+        open_overlay: Callable[[str, Commands], Sheet],
+    ) -> None:
         self.services = services
         self.desk = desk
         self._window: Window | None = None
         self._overlay: Sheet | None = None
         self._asked = ""
         self._notify = notify
+        self._open_overlay = open_overlay
         self._writing = threading.Lock()
         self._unkept: Settings | None = None
         services.model.changed.connect(self._model_changed)
@@ -86,22 +88,22 @@ class Commands:
             )
             self.change("tour_seen", value=True)
 
-    def go(self, step: Step) -> None:
-        """Bring a step to the front."""
+    def go(self, step: str) -> None:
+        """Bring a screen of the rail to the front."""
         self.services.model.update(step=step, painting=None)
 
     def everywhere(self) -> Sequence[Action]:
         """Give all actions that can be done on every screen."""
         undo = self.services.undo
-        steps = [
+        screens = [
             Action(
-                f"step-{step.value}",
-                words,
-                lambda step=step: self.go(step),  # type: ignore[misc]
-                step.value,
+                f"step-{spec.key}",
+                spec.command,
+                lambda key=spec.key: self.go(key),  # type: ignore[misc]
+                spec.icon,
                 f"Ctrl+{number}",
             )
-            for number, (step, words) in enumerate(_STEPS.items(), start=1)
+            for number, spec in enumerate(steps(), start=1)
         ]
         themes = [
             Action(
@@ -113,7 +115,7 @@ class Commands:
             for name, words in _THEMES.items()
         ]
         return (
-            *steps,
+            *screens,
             Action("open-files", "Open files…", self.open_files, "file", "Ctrl+O"),
             Action("open-folder", "Open a folder…", self.open_folder, "folder", "Ctrl+Shift+O"),
             Action("demo", "Try the demo place", self.desk.open_demo, "pin"),
@@ -164,10 +166,8 @@ class Commands:
         elif what == "sitter":
             self._choose_sitter(at or self.window.mapToGlobal(QPoint(0, 0)))
         else:
-            from app.ui.overlays import open_overlay
-
             self._asked = what
-            self._overlay = open_overlay(what, self)
+            self._overlay = self._open_overlay(what, self)
             self._overlay.closed.connect(self._overlay_closed)
 
     def show_setting(self, key: str) -> None:

@@ -1,4 +1,4 @@
-"""Whether a window can be shown here: asked before Qt, which ends the process where it cannot."""
+"""How the app is asked to start, and whether a window can be shown: asked before Qt loads."""
 
 from __future__ import annotations
 
@@ -9,14 +9,32 @@ import re
 import socket
 import sys
 import threading
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import TYPE_CHECKING, Final, Literal, NamedTuple
 
 from app.core.base.errors import CoreError
 from app.devices.errors import DeviceError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
+
+
+@dataclass(frozen=True, slots=True)
+class LaunchOptions:
+    """How the app is started.
+
+    Attributes
+    ----------
+    scale : int or None
+        Pixels per logical pixel, 1 or 2; None as the screen has it.
+    """
+
+    demo: bool = False
+    screenshots: Path | None = None
+    theme: Literal["dark", "light", "contrast"] | None = None
+    scale: int | None = None
+
 
 _PATIENCE_S: Final = 8.0  # for a display on another machine
 

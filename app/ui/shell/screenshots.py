@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.ui.screens.light.presenter import LightPresenter
-    from app.ui.start import App
+    from app.ui.shell.start import App
 
 
 W = TypeVar("W", bound=QWidget)
@@ -227,7 +227,7 @@ class Walk:
     def _styles(self) -> None:
         robot, model = self._robot, self._app.model
         robot.click("See the styles")
-        robot.wait(lambda: model.step is Step.STYLES, "the gallery")
+        robot.wait(lambda: model.step == Step.STYLES, "the gallery")
         self._linger()
         self._shoot("styles")
         self._choose(next((one.name for one in model.results if not one.attainable), ""))
@@ -248,7 +248,7 @@ class Walk:
     def _turn(self) -> None:
         robot, app = self._robot, self._app
         robot.click("Turn to this")
-        robot.wait(lambda: app.model.step is Step.TURN, "the turn")
+        robot.wait(lambda: app.model.step == Step.TURN, "the turn")
         self._await_heading()
         self._shoot("turn")
         simulated = getattr(app.services.devices, "simulated", None)
@@ -371,7 +371,7 @@ class Walk:
             for step in (Step.PROBE, Step.STYLES, Step.TURN, Step.LIGHT):
                 app.model.update(step=step, painting=None)
                 self._linger(1.0)
-                if step is Step.LIGHT:
+                if step == Step.LIGHT:
                     self._held(self._robot.find("Light", LightScreen).presenter)
                 self._shoot(f"{step.value}-{name}")
             app.model.update(step=Step.STYLES, painting=app.model.chosen)

@@ -14,7 +14,7 @@ from PySide6.QtCore import QObject, QRunnable, Qt, QThreadPool, Signal, Slot
 
 from app.core.base.errors import Cancelled
 from app.core.base.progress import Token
-from app.ui.memory import give_back
+from app.ui.shell.memory import give_back
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -1,22 +1,178 @@
-"""Small parts of the right side: lines of the checklist, frames, steps, and "You may move now"."""
+"""The parts of the right side: camera and its panel, checklist, frames, and steps."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from PySide6.QtCore import QRect, QRectF, QSize, Qt
+from PySide6.QtCore import QRect, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QPainter, QPaintEvent
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QLineEdit, QSizePolicy, QWidget
 
 from app.ui.theme import theme
 from app.ui.theme.icons import draw_icon
-from app.ui.widgets.buttons import Pressable
+from app.ui.widgets.accessibility import OwnKeys
+from app.ui.widgets.buttons import Button, Pressable
 from app.ui.widgets.displays import Bar, Picture, Spinner
+from app.ui.widgets.fields import TextField
 from app.ui.widgets.labels import Icon, Text
+from app.ui.widgets.layouts import boxed, column, row
+from app.ui.widgets.lists import Cell, Column, TableRow
 from app.ui.widgets.paint import LEFT, box, hover_fill, put_text, selected_edge
 
 if TYPE_CHECKING:
-    from app.ui.screens.probe.state import Check, FrameTile, Running, StepMark
+    from app.ui.screens.probe.state import (
+        CameraBlock,
+        CameraRow,
+        Check,
+        FrameTile,
+        Running,
+        StepMark,
+    )
+
+
+_COLUMNS = (Column("", 12), Column(""), Column("", 150))
+
+
+class _Badge(QWidget):
+    """The drawing of a camera on a plate of 48."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        side = theme().px(48)
+        self.setFixedSize(side, side)
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        """Paint it in the current theme."""
+        t = theme()
+        painter = QPainter(self)
+        edge = t.c.line if t.contrast else None
+        box(painter, self.rect(), t.px(8), t.c.raised, edge, t.line_width)
+        draw_icon(painter, "theta", QRect(self.rect()), t.px(24), t.c.text)
+
+
+class CameraHead(QWidget):
+    """Name, how it is, and Change."""
+
+    change_asked = Signal()
+
+    def __init__(self, compact: bool) -> None:
+        super().__init__()
+        t = theme()
+        self._compact = compact
+        self.setFixedHeight(t.px(48))
+        self.title = Text("", 16, 600, elide=True)
+        self.second = Text("", 14, role="dim", elide=True)
+        self._warning = Icon("warning", 16, "err")
+        self._spinner = Spinner("Looking for cameras")
+        self.change = Button("Change", size="small")
+        line = row(self._spinner, self._warning, (self.second, 1), gap=6)
+        words = column(..., self.title, line, ...)
+        change = (self.change, 0, Qt.AlignmentFlag.AlignVCenter)
+        row(_Badge(), (words, 1), change, into=self, gap=16)
+        self.change.clicked.connect(self.change_asked)
+
+    def show_block(self, block: CameraBlock) -> None:
+        """Show it."""
+        self.title.set_text(block.title)
+        said = block.short if self._compact and block.short else block.second
+        second = f"{block.second}. {block.warning}" if block.warning else block.second
+        # The panel has room for a whole sentence.
+        said = "Not found" if block.missing and not block.busy and block.open else said
+        self.second.set_text(block.warning or said)
+        self._spinner.setVisible(bool(block.busy))
+        self._warning.setVisible(bool(block.warning) and not block.busy)
+        self.change.set_text("Close" if block.open else "Choose" if block.missing else "Change")
+        self.setAccessibleName(f"Camera: {block.title}, {second}")
+
+
+class CameraPanel(QWidget):
+    """Cameras found, an address, and a password where one is wanted."""
+
+    chosen = Signal(str)
+    address_given = Signal(str)
+    password_given = Signal(str, str)
+    search_asked = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._block: CameraBlock | None = None
+        self.rows: list[TableRow] = []
+        self.trouble = Text("", 14, wrap=True)
+        self.note = Text("", 12, role="dim", wrap=True)
+        self.search = Button("Search again", "refresh", size="small")
+        self.address = TextField("Address", "192.168.1.1", "wifi")
+        self.ask = Button("Connect", size="small")
+        self.user = TextField("User name", "THETAYL00105377", "person")
+        self.password = TextField("Password")
+        self.password.edit.setEchoMode(QLineEdit.EchoMode.Password)
+        self.hint = Text("", 12, role="dim", wrap=True)
+        self.give = Button("Use this password", size="small")
+        self._rows = column()
+        give = (self.give, 0, Qt.AlignmentFlag.AlignLeft)
+        self._secret = boxed(column(self.user, self.password, self.hint, give, gap=8))
+        buttons = row(self.ask, self.search, ..., gap=8)
+        parts = (self.trouble, self._rows, self.note, self.address, buttons, self._secret)
+        column(*parts, into=self, gap=8, margins=(0, 0, 0, 16))
+        self._connect()
+
+    def _connect(self) -> None:
+        OwnKeys(self.address.edit, self.user.edit, self.password.edit)
+        self.search.clicked.connect(self.search_asked)
+        self.ask.clicked.connect(lambda: self.address_given.emit(self.address.text()))
+        self.address.entered.connect(self.address_given)
+        self.give.clicked.connect(self._give)
+        self.password.entered.connect(lambda _text: self._give())
+        self.user.entered.connect(lambda _text: self.password.setFocus())
+
+    def _give(self) -> None:
+        self.password_given.emit(self.user.text(), self.password.text())
+
+    def show_block(self, block: CameraBlock) -> None:
+        """Show it; what is typed stays."""
+        before, self._block = self._block, block
+        if before == block:
+            return
+        self.setVisible(block.open)
+        self.trouble.set_text(block.second if block.missing and not block.busy else "")
+        self.trouble.setVisible(bool(self.trouble.text()))
+        self.note.set_text(block.note)
+        self.note.setVisible(bool(block.note))
+        self.search.set_busy("Searching…" if block.busy else None)
+        self.address.set_error(block.address_error)
+        self._show_rows(block.rows, block.chosen)
+        self._secret.setVisible(block.asks_password)
+        if block.asks_password and (before is None or not before.asks_password):
+            self.user.set_text(block.user)
+        if not block.asks_password:
+            self.password.set_text("")
+        self.password.set_error(block.password_error)
+        self.hint.set_text(f"{block.password_hint} It is kept in this computer's keyring only.")
+
+    def _show_rows(self, rows: tuple[CameraRow, ...], chosen: str) -> None:
+        keys = tuple(row.key for row in rows)
+        if tuple(row.property("key") for row in self.rows) != keys:
+            for old in self.rows:
+                self._rows.removeWidget(old)
+                old.hide()
+                old.deleteLater()
+            self.rows = [self._made(row) for row in rows]
+        for view, one in zip(self.rows, rows, strict=True):
+            view.set(_cells(one))
+            view.setToolTip(f"{one.title}, {one.second}")
+            view.setAccessibleName(f"{one.title}, {one.second}")
+            view.set_selected(one.key == chosen)
+
+    def _made(self, row: CameraRow) -> TableRow:
+        view = TableRow(_COLUMNS, _cells(row))
+        view.setProperty("key", row.key)
+        view.clicked.connect(lambda _on=False, key=row.key: self.chosen.emit(key))
+        self._rows.addWidget(view)
+        return view
+
+
+def _cells(row: CameraRow) -> tuple[Cell, ...]:
+    return Cell(""), Cell(row.title, strong=True), Cell(row.second)
+
 
 _TILE: Final = 48
 _BAND: Final = 64
@@ -113,35 +269,18 @@ class _FrameView(QWidget):
         self._tile: FrameTile | None = None
         self.picture = Picture("Frame", 4)
         self.ev = Text("", 14, 600)
-        self.shutter = Text("", 12, role="dim", align=Qt.AlignmentFlag.AlignRight)
+        align = Qt.AlignmentFlag.AlignLeft if narrow else Qt.AlignmentFlag.AlignRight
+        self.shutter = Text("", 12, role="dim", align=align)
         self._clip_icon = Icon("hatch", 16)
         self.clipped = Text("", 12, elide=True)
         self._bar = Bar("Download")
         self._bar.setMinimumWidth(0)
         self._bar.setMaximumWidth(t.px(400))
         self._bar.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.picture)
-        column.addSpacing(t.px(4))
-        column.addWidget(self._bar)
-        first = QHBoxLayout()
-        first.setSpacing(t.px(4))
-        first.addWidget(self.ev)
-        if narrow:
-            column.addLayout(first)
-            self.shutter = Text("", 12, role="dim")
-            column.addWidget(self.shutter)
-        else:
-            first.addStretch(1)
-            first.addWidget(self.shutter)
-            column.addLayout(first)
-        second = QHBoxLayout()
-        second.setSpacing(t.px(4))
-        second.addWidget(self._clip_icon)
-        second.addWidget(self.clipped, 1)
-        column.addLayout(second)
+        # Under the exposure, or where there is room at its right.
+        first = [self.ev, self.shutter] if narrow else [row(self.ev, ..., self.shutter, gap=None)]
+        second = row(self._clip_icon, (self.clipped, 1), gap=4)
+        column(self.picture, 4, self._bar, *first, second, into=self)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Fixed)
 
     def show_tile(self, tile: FrameTile) -> None:
@@ -238,13 +377,8 @@ class _StepRow(QWidget):
         self._spinner = Spinner("Under way")
         self.words = Text("", 14)
         self.left = Text("", 14, role="dim")
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(t.px(12))
-        for widget in (self._ring, self._check, self._spinner):
-            row.addWidget(widget)
-        row.addWidget(self.words, 1)
-        row.addWidget(self.left)
+        marks = (self._ring, self._check, self._spinner)
+        row(*marks, (self.words, 1), self.left, into=self, gap=12)
 
     def show_mark(self, mark: StepMark, left: str) -> None:
         self._ring.setVisible(mark.state == "waiting")
@@ -262,30 +396,17 @@ class StepList(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        t = theme()
-        self.rows: list[_StepRow] = []
+        self.rows = [_StepRow() for _ in range(5)]
         self.band = MoveBand()
         self.message = Text("", 12, role="dim", elide=True)
         self.rough = Text("", 14, wrap=True)
-        self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(0, 0, 0, 0)
-        self._column.setSpacing(0)
-        self._column.addWidget(self.band)
-        self._column.addSpacing(t.px(8))
-        for _ in range(5):
-            row = _StepRow()
-            self.rows.append(row)
-            self._column.addWidget(row)
-        self._column.addSpacing(t.px(8))
-        self._column.addWidget(self.message)
-        self._column.addSpacing(t.px(8))
-        self._column.addWidget(self.rough)
+        column(self.band, 8, *self.rows, 8, self.message, 8, self.rough, into=self)
 
     def show_running(self, running: Running) -> None:
         """Show how far it is."""
         self.band.setVisible(running.may_move)
-        for row, mark in zip(self.rows, running.steps, strict=True):
-            row.show_mark(mark, running.left)
+        for line, mark in zip(self.rows, running.steps, strict=True):
+            line.show_mark(mark, running.left)
         self.message.set_text(running.message)
         self.rough.set_text(running.rough)
         self.rough.setVisible(bool(running.rough))

@@ -1,0 +1,1 @@
+"""The window and what starts it: commands, jobs, messages, sound, settings on the disk."""
